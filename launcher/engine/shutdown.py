@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Collection
 
 from launcher.engine import shutdown_machine as rules
@@ -78,10 +79,21 @@ class Shutdown:
 
     def causes(self) -> list[str]:
         """Why the exit code is not 0."""
-        return self._machine.causes(has_lost_output=self._log.has_lost_output)
+        causes = self._machine.causes(has_lost_output=self._log.has_lost_output)
+        return causes or ["nothing was started"] * self._is_early
 
     def exit_code(self) -> ExitCode:
-        return self._machine.exit_code(has_lost_output=self._log.has_lost_output)
+        code = self._machine.exit_code(has_lost_output=self._log.has_lost_output)
+        if code is ExitCode.OK and self._is_early:
+            is_interrupt = self.stop_signal == signal.SIGINT
+            return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
+        return code
+
+    @property
+    def _is_early(self) -> bool:
+        """Whether a signal has ended the run while hosts were connected to."""
+        is_connected = self._fleet is None or self._fleet.has_connected
+        return not is_connected and self.stop_signal is not None
 
     # ---- events
 

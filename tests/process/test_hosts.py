@@ -104,8 +104,9 @@ def test_an_interrupt_ends_the_wait_for_hosts(bench: HostsBench):
     with bench.launch(actions) as run:
         run.wait_for("All log files")
         run.process.send_signal(signal.SIGINT)
-        assert run.exit_code() == 0
+        assert run.exit_code() == 130  # as before the launcher connects
         assert "process started" not in run.screen
+        assert "exit code 130: nothing was started; ended by: ctrl-c (SIGINT)" in run.screen
 
 
 def test_an_error_in_the_hosts_file_is_an_error_of_usage(bench: HostsBench):

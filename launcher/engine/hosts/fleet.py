@@ -65,6 +65,7 @@ class Fleet:
         self._connected: Callable[[], None] = lambda: None
         self._finishing: set[str] = set()
         self._done: Callable[[], None] | None = None
+        self.has_connected = False
         self._is_stopping = False
         self._has_skipped = False
         self._timers: dict[str, Timer] = {}
@@ -120,7 +121,7 @@ class Fleet:
         """
         self._connecting, self._connected = set(self._hosts), connected
         if not self._connecting:
-            connected()
+            self._begin()
             return
         for host in self.hosts:
             host.link.open()
@@ -143,7 +144,11 @@ class Fleet:
             names = ", ".join(name for name in self._hosts if name in self._refused)
             self._listener.host_failed(f"cannot be used: {names}")
         else:
-            self._connected()
+            self._begin()
+
+    def _begin(self) -> None:
+        self.has_connected = True
+        self._connected()
 
     # ---- processes
 
