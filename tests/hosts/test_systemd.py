@@ -59,6 +59,15 @@ def start(lab: Lab, robot: Robot, tmp_path: Path) -> Iterator[Start]:
     for run in runs:
         run.__exit__(None, None, None)
     lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
+    leave_nothing(robot)
+
+
+def leave_nothing(robot: Robot) -> None:
+    """Of a test that has failed: the next ones name units by patterns."""
+    for user in USERS:
+        systemctl(robot, user, "stop", "launcher.slice")
+        systemctl(robot, user, "reset-failed", "launcher*")
+    robot.run(["rm", "-rf", "/run/launcher", "/run/user/1000/launcher"])
 
 
 def launch_file(processes: tuple[tuple[str, ...], ...]) -> str:
@@ -238,6 +247,17 @@ def test_restarts_end_where_the_policy_says(robot: Robot, start: Start):
     assert run.wait() == 1
     assert run.text.count("[mad-1] mad\n") == 3
     assert_no_traces(robot, "root")
+
+
+def test_a_stop_ends_what_waits_for_its_restart(robot: Robot, start: Start, user: str):
+    slow = "trap 'sleep 3; exit 0' INT; echo ready; while :; do sleep 0.1; done"
+    more = (SCREEN, "respawn=True", "respawn_delay=1.0")
+    run = start(("slow", slow), ("mad", "echo up; exit 1", *more), user=user)
+    run.wait_for("ready")
+    run.wait_for("restart 1 in 1 s")
+    assert run.interrupt() in (0, 130), run.text
+    assert run.text.count("[mad-2] up\n") == run.text.count("[mad-2]: process started")
+    assert_no_traces(robot, user)
 
 
 def test_a_stop_on_the_robot_is_a_stop_by_a_user(lab: Lab, robot: Robot, start: Start):

@@ -46,6 +46,7 @@ MARK_S = 30.0  # for a mark to come through the journal
 SUSPICIOUS = 2  # looks at the unit that contradict the journal, before they are believed
 _KILLED = -9
 _TOLD = 16  # invocations: only those of late may be told twice
+_STOPS = (Command.STOP, Command.USER_STOP)
 
 
 class UnitProcess:
@@ -84,6 +85,8 @@ class UnitProcess:
         self._is_starting = False  # a start is requested and not answered
         self._starts_itself = False  # systemd does what the machine asks for
         self._is_held = False
+        self._is_stopped = False  # its stop was requested from here, since its last start
+        self._stopped_s = float("-inf")  # a start that was before is of a unit that is stopped
         self._suspicions = 0
         self._last_s = 0.0
         self._timer: Timer | None = None
@@ -97,7 +100,33 @@ class UnitProcess:
 
     def command(self, command: Command) -> None:
         self._flush()
-        self._handle(command, self._reactor.now())
+        now = self._reactor.now()
+        waits = command in _STOPS and self._waits_for_systemd
+        self._handle(command, now)
+        if waits:
+            if self.machine.state is ProcessState.STOPPING:
+                self._handle(Command.START_CANCELLED, now)
+            self._stop()
+
+    @property
+    def _waits_for_systemd(self) -> bool:
+        """Whether systemd starts it by itself, unless the unit is stopped."""
+        if self.machine.state is ProcessState.STARTING:
+            return not self._is_starting
+        return self.restarts_by_itself
+
+    def _stop(self) -> None:
+        """Have systemd stop the unit.
+
+        It may have started the process before that, and the journal tells it later.
+        """
+        self._is_stopped = True
+        self._stopped_s = float("inf")
+        self._request(Request(self._scripts().stop(self.order.name), self._stop_answered))
+
+    def _stop_answered(self, answer: Answer) -> None:
+        if self._is_stopped:
+            self._stopped_s = self._reactor.now()
 
     def signal(self, signum: int, *, by_user: bool) -> None:
         """Send a signal of a user, or of the launch file."""
@@ -125,9 +154,8 @@ class UnitProcess:
 
     def _handle(self, event: MachineEvent, at_s: float) -> None:
         self._last_s = at_s = max(at_s, self._last_s)
-        was = self.machine.state
         for action in self.machine.handle(event, at_s):
-            self._do(action, was)
+            self._do(action)
         self._set_timer()
 
     def _by_itself(self, event: MachineEvent, at_s: float) -> None:
@@ -136,17 +164,15 @@ class UnitProcess:
         self._handle(event, at_s)
         self._starts_itself = False
 
-    def _do(self, action: Action, was: ProcessState) -> None:
+    def _do(self, action: Action) -> None:
         match action:
             case Order.SPAWN if not self._starts_itself:
                 self._start()
             case Signal(signum=signum) if not self._starts_itself:
-                is_first = signum == self.order.stop.steps[0][0]
-                if is_first and was is not ProcessState.STOPPING and not _is_pause(signum):
-                    # Systemd sends the first signal, and continues a suspended process.
-                    self._request(Request(self._scripts().stop(self.order.name)))
-                else:
+                if self._is_stopped or _is_pause(signum):
                     self._send(signum)
+                else:
+                    self._stop()  # it sends the first signal, and continues a suspended process
             case Order.WAKE:
                 self._send(signal.SIGCONT)
             case Ended():
@@ -165,7 +191,8 @@ class UnitProcess:
 
     def _start(self) -> None:
         self._is_starting = True
-        self._is_held = False
+        self._is_held = self._is_stopped = False
+        self._stopped_s = float("-inf")
         script = self._scripts().start(self.process_id, self.order, uuid.uuid4().hex)
         self._request(Request(script, self._start_answered))
 
@@ -194,7 +221,7 @@ class UnitProcess:
         if invocation in self._invocations:
             return
         self._flush()
-        state = self.machine.state
+        state, was_held = self.machine.state, self.machine.is_held
         if state is ProcessState.RUNNING:  # its exit was not told
             self._exit(Outcome(returncode=_KILLED), at_s)
             state = self.machine.state
@@ -204,13 +231,19 @@ class UnitProcess:
             self._by_itself(Command.USER_START, at_s)  # by another operator
         self._invocations.append(invocation)
         self._invocation, self.pid = invocation, pid
+        self._is_stopped = self._is_stopped and at_s <= self._stopped_s
         self._handle(Command.STARTED, at_s)
+        if at_s <= self._stopped_s and self.machine.state is ProcessState.RUNNING:
+            self._by_itself(Command.USER_STOP if was_held else Command.STOP, at_s)
 
     def noted_exit(self, invocation: str, outcome: Outcome, at_s: float) -> None:
         if invocation in self._exits:
             return
         if invocation not in self._invocations:
-            self.noted_start(invocation, 0, at_s)
+            # A stop may have come before its record.
+            self.noted_start(
+                invocation, 0, min(at_s, self._stopped_s) if self._is_stopped else at_s
+            )
         self._exits.append(invocation)
         self._pending = outcome, at_s
         self._recent.ended()
@@ -247,11 +280,13 @@ class UnitProcess:
         self._is_own = was_stopping or self._is_held
         self._handle(Exited(outcome), at_s)
         if self._is_held and not self.machine.is_pending:
-            self._request(Request(self._scripts().stop(self.order.name)))  # before its restart
+            self._stop()  # before its restart
 
     def noted_stop(self, at_s: float, *, by_user: bool) -> None:
         """Somebody there, or the watch, stops the unit."""
+        self._stopped_s = max(self._stopped_s, at_s)
         if self.machine.state in (ProcessState.RUNNING, ProcessState.BACKOFF):
+            self._is_stopped = True
             self._by_itself(Command.USER_STOP if by_user else Command.STOP, at_s)
 
     def noted_restart(self, at_s: float) -> None:
@@ -284,7 +319,7 @@ class UnitProcess:
         self._suspicions = 0
         if _is_running(found):
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
-        elif self.machine.state.is_alive:
+        elif self.machine.state.is_alive and self._invocation not in self._exits:
             self.noted_exit(self._invocation, outcome_of_unit(found), at_s)
         else:
             self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")

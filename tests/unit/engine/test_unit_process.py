@@ -1,0 +1,190 @@
+"""A unit of systemd whose journal, shell and operator tell their parts in any order."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+
+import pytest
+
+from launcher.engine.hosts.systemd.facts import Facts
+from launcher.engine.hosts.systemd.scripts import Scripts
+from launcher.engine.hosts.systemd.shell import Answer, Request
+from launcher.engine.hosts.systemd.unit_process import UnitProcess
+from launcher.engine.machine import Command, Exited, MachineEvent, ProcessState
+from launcher.engine.posix.reactor import Reactor
+from launcher.hosts.model import Host
+from launcher.hosts.order import Order
+from launcher.model.events import Outcome
+from launcher.model.spec import RestartMode, RestartPolicy
+from tests.support.waiting import wait_until
+
+FACTS = Facts(
+    uid=0,
+    user="root",
+    home="/root",
+    runtime="/run",
+    version=252,
+    state="running",
+    lingers=False,
+    boot_id="b",
+    uptime_s=1.0,
+    cursor=None,
+    has_launcher=True,
+    python="python3",
+)
+FAILED = Outcome(returncode=1)
+
+
+class There:
+    """The host, as far as the process asks it for something."""
+
+    def __init__(self, reactor: Reactor) -> None:
+        self.reactor = reactor
+        self.requests: deque[Request] = deque()
+        self.events: list[MachineEvent] = []
+        scripts = Scripts("k3", Host(name="bot1", address="10.0.0.1"), FACTS)
+        restart = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=60.0)
+        order = Order(name="a-1", label="a", words=(("a",),), environment={}, restart=restart)
+        self.process = UnitProcess(
+            1,
+            order,
+            lambda: scripts,
+            reactor,
+            self.requests.append,
+            lambda number, event, at_s, pid, left_s: self.events.append(event),
+            lambda callback: callback(),
+        )
+
+    @property
+    def state(self) -> ProcessState:
+        return self.process.machine.state
+
+    def answer(self, text: str = "", code: int = 0) -> None:
+        request = self.requests.popleft()
+        if request.on_answer is not None:
+            request.on_answer(Answer(code, text))
+
+    def begin(self) -> None:
+        """A start from here, whose answer comes."""
+        self.process.command(Command.START)
+        self.answer("InvocationID=i1\nExecMainPID=7\nActiveState=active\nNRestarts=0")
+        assert self.state is ProcessState.RUNNING
+
+    def exit(self, invocation: str, outcome: Outcome = FAILED) -> None:
+        """The journal tells an exit, and what it waits for is over."""
+        self.process.noted_exit(invocation, outcome, self.reactor.now())
+
+        def is_handled() -> bool:
+            self.reactor.turn()
+            return isinstance(self.events[-1], Exited)
+
+        wait_until(is_handled, "its exit")
+
+    def asked(self) -> list[str]:
+        """The verbs of systemctl in the requests that are not answered."""
+        return [request.script.split()[1] for request in self.requests]
+
+
+@pytest.fixture
+def there() -> Iterator[There]:
+    with Reactor() as reactor:
+        made = There(reactor)
+        yield made
+        made.process.close()
+
+
+STOPS = [Command.STOP, Command.USER_STOP]
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_systemd_is_told_not_to_restart_what_is_stopped(there: There, stop: Command):
+    there.begin()
+    there.exit("i1")
+    assert there.state is ProcessState.BACKOFF
+    there.process.command(stop)
+
+    assert there.state is ProcessState.STOPPED
+    assert there.asked() == ["stop"]
+
+
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("is_answered", [False, True])
+def test_a_restart_that_was_faster_than_the_stop_is_stopped(
+    there: There, stop: Command, is_answered: bool
+):
+    there.begin()
+    there.exit("i1")
+    there.process.command(stop)
+    restarted_s = there.reactor.now()
+    if is_answered:
+        there.answer()
+    there.process.noted_start("i2", 8, restarted_s)
+    assert there.state is ProcessState.STOPPING
+    there.exit("i2")
+
+    assert there.state is ProcessState.STOPPED
+    assert there.process.machine.is_held is (stop is Command.USER_STOP)
+    assert there.asked() == ([] if is_answered else ["stop"])
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_restart_in_progress_is_stopped(there: There, stop: Command):
+    there.begin()
+    there.exit("i1")
+    there.process.noted_restart(there.reactor.now())
+    assert there.state is ProcessState.STARTING
+    there.process.command(stop)
+
+    assert there.state is ProcessState.STOPPED
+    assert there.asked() == ["stop"]
+
+
+def test_a_start_in_progress_is_stopped_and_not_only_signalled(there: There):
+    there.process.command(Command.START)
+    there.process.command(Command.STOP)
+    there.answer("InvocationID=i1\nExecMainPID=7\nActiveState=active\nNRestarts=0")
+
+    assert there.state is ProcessState.STOPPING
+    assert there.asked() == ["stop"]  # after a signal, systemd would restart it
+
+
+def test_an_exit_whose_start_is_not_told_belongs_to_the_stop(there: There):
+    there.begin()
+    there.exit("i1")
+    there.process.command(Command.STOP)
+    there.answer()
+    there.exit("i2")
+
+    assert there.state is ProcessState.STOPPED
+
+
+def test_a_stop_there_that_is_told_before_the_start_of_what_it_stops(there: There):
+    there.begin()
+    there.exit("i1")
+    restarted_s = there.reactor.now()
+    there.process.noted_stop(there.reactor.now(), by_user=True)
+    there.process.noted_start("i2", 8, restarted_s)
+    there.exit("i2")
+
+    assert there.state is ProcessState.STOPPED
+
+
+def test_another_operator_may_start_what_was_stopped(there: There):
+    there.begin()
+    there.process.command(Command.USER_STOP)
+    there.answer()
+    there.exit("i1")
+    assert there.state is ProcessState.STOPPED
+    there.process.noted_start("i2", 8, there.reactor.now())
+
+    assert there.state is ProcessState.RUNNING
+    assert there.asked() == []
+
+
+def test_signals_of_a_stop_follow_the_request_of_the_stop(there: There):
+    there.begin()
+    for _ in range(3):
+        there.process.command(Command.SKIP_GRACE)
+
+    assert there.asked() == ["stop", "kill", "kill"]
