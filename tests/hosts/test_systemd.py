@@ -317,9 +317,25 @@ def test_nothing_is_lost_while_the_link_is_down(robot: Robot, start: Start, user
     run.wait_for(rf"^\[counter-1\] {before + 60}$")
     assert run.interrupt() in (0, 130)
     assert without_gap(run.numbers("counter-1")), run.text
+    assert "may be lost" not in run.text
     ups = run.text.count("[mad-2] up\n")
     assert ups == run.text.count("[mad-2]: process started")
     assert_no_traces(robot, user)
+
+
+def test_lines_that_the_journal_has_removed_meanwhile_are_told(robot: Robot, start: Start):
+    run = start(("counter", COUNT))
+    run.wait_for(r"^\[counter-1\] 5$")
+    robot.link_down()
+    run.wait_for("bot1 is unreachable")
+    robot.run(["journalctl", "--rotate", "--vacuum-size=1"])
+    robot.link_up()
+    run.wait_for(
+        "bot1: its journal was rotated before all was read: lines of processes may be lost"
+    )
+    run.wait_for("bot1 is reachable again")
+    assert run.interrupt() == 0, run.text
+    assert not without_gap(run.numbers("counter-1"))
 
 
 def test_a_killed_launcher_leaves_units_that_can_be_stopped(

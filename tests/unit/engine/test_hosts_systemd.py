@@ -142,6 +142,13 @@ def test_the_journal_is_followed_from_behind_the_cursor():
     assert "--since=now" in journal.words("k3", None)
 
 
+def test_a_cursor_is_gone_if_another_entry_is_at_its_place():
+    assert not journal.is_gone("c1", '{"__CURSOR":"c1"}')
+    assert journal.is_gone("c1", '{"__CURSOR":"c2"}')
+    assert not journal.is_gone("c1", "")  # it may not be read
+    assert "'--cursor=s=1;i=2'" in journal.entry_at("s=1;i=2")
+
+
 # ---- exits
 
 

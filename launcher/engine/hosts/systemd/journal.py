@@ -8,6 +8,7 @@ accepts the stream, and a process that exits at once has none by then.
 from __future__ import annotations
 
 import json
+import shlex
 
 from launcher.model.record import Record
 
@@ -64,6 +65,21 @@ def words(run: str, cursor: str | None, *, last: int | None = None) -> list[str]
         *start,
         *matches(run),
     ]
+
+
+def entry_at(cursor: str) -> str:
+    """A script that prints the entry at the cursor, or the next one if that is gone."""
+    words = ("--quiet", "--output=json", "--output-fields=_BOOT_ID", f"--cursor={cursor}")
+    return f"journalctl {' '.join(map(shlex.quote, words))} 2>/dev/null | head -n 1"
+
+
+def is_gone(cursor: str, entry: str) -> bool:
+    """Whether what `entry_at` has printed is another entry."""
+    try:
+        found = json.loads(entry)["__CURSOR"]
+    except (ValueError, KeyError, TypeError):
+        return False  # it may not be read
+    return bool(found != cursor)
 
 
 def matches(run: str) -> list[str]:

@@ -290,6 +290,10 @@ class SystemdLink:
         at_s = self._sessions.clock.here(entry.monotonic_s, self._reactor.now())
         self._events.feed(entry, at_s)
 
+    def missed(self) -> None:
+        text = "its journal was rotated before all was read: lines of processes may be lost"
+        self._listener.warn(self._host.name, text)
+
     def _when_marked(self, callback: Callable[[], None]) -> None:
         """Call back when the journal has told all that it has now."""
         token = f"m{next(self._tokens)}"

@@ -43,6 +43,9 @@ if TYPE_CHECKING:
         def changed(self, state: LinkState, reason: str) -> None: ...
         def entry(self, entry: Entry) -> None: ...
 
+        # The journal has removed entries before they were read.
+        def missed(self) -> None: ...
+
         # A script for the journal: the record of this mark.
         def mark(self, token: str) -> str: ...
 
@@ -137,6 +140,7 @@ class Sessions:
                 self.clock = HostClock()
             if self._shell is None:
                 return
+            self._check_cursor()
             self._follow()
             self._catch_up()
 
@@ -254,6 +258,18 @@ class Sessions:
         )
         self._journal.pause(self._is_paused)
 
+    def _check_cursor(self) -> None:
+        """Where the last entry has been removed, others behind it may have been, too."""
+        cursor = self.reader.cursor
+        if cursor is None:
+            return
+
+        def answered(answer: Answer) -> None:
+            if journal.is_gone(cursor, answer.text):
+                self._listener.missed()
+
+        self._send(Request(journal.entry_at(cursor), answered, lasts=False))
+
     def _journal_data(self, data: bytes) -> None:
         self._heard_s = self._reactor.now()
         for entry in self.reader.feed(data):
@@ -266,6 +282,7 @@ class Sessions:
     def _journal_ended(self, returncode: int, errors: str) -> None:
         self._journal = None
         if self._shell is not None:
+            self._check_cursor()
             self._timers.after("follow", JOURNAL_AGAIN_S, self._follow)
 
     def pause(self, paused: bool) -> None:
