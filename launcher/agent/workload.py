@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from launcher.agent.forwarder import Forwarder
 from launcher.agent.run_log import AgentRunLog
 from launcher.engine.cleanup import RUN_ID_VARIABLE, subreaper
+from launcher.engine.cleanup.session_end import stop_session
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.hosts.replica import ReportingMachine
 from launcher.engine.machine import Command, Ended, MachineEvent, SignalSent
@@ -251,18 +252,17 @@ class Workload:
 
     def may_have_left(self, process: Process, session: int) -> None:
         """Stop what a process that was stopped, or is restarted, left in its session."""
-        if self._is_ending or not _has_members(session):
+        if self._is_ending:
             return
-        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
-
-        Leftovers(
-            self.run_id,
+        stop_session(
+            session,
+            run_id=self.run_id,
             reactor=self._reactor,
-            listener=_SessionListener(self._reporter, process),
             ignore=self._watchdog.pids,
-            policy=stop_policy_for((process.machine.stop,)),
-            session=session,
-        ).check()
+            stop=process.machine.stop,
+            log=lambda _, text: self._reporter.warn(f"{process.name}: {text}"),
+            killing=lambda: None,
+        )
 
     def started(self, process: Process, pid: int) -> None: ...
     def cancelled(self, process: Process) -> None: ...
@@ -275,25 +275,3 @@ class Workload:
 
     def watches(self, process: Process) -> bool:
         return False
-
-
-class _SessionListener:
-    """For what one process has left in its session."""
-
-    def __init__(self, reporter: Reporter, process: Process) -> None:
-        self._reporter = reporter
-        self._process = process
-
-    def log(self, level: str, text: str) -> None:
-        self._reporter.warn(f"{self._process.name}: {text}")
-
-    def killing(self) -> None: ...
-    def finished(self) -> None: ...
-
-
-def _has_members(group: int) -> bool:
-    try:
-        os.killpg(group, 0)
-    except OSError:
-        return False
-    return True

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.command_line import Command, count, option
 from launcher.commands import VERBS
+from launcher.commands.hosts_file import DEFAULT, hosts_path
 from launcher.commands.launch.core import supervising
 from launcher.commands.launch.options import RUN_OPTIONS, run_options
 from launcher.commands.launch.target import DEBUG, LaunchRequest
@@ -36,7 +37,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-HOSTS_FILE = "hosts.yaml"  # in the working directory, if --hosts is not given
 LINES = 10
 # What decides how a run is started has been decided.
 _OPTIONS = tuple(
@@ -54,7 +54,7 @@ COMMAND = Command(
     about=f"""\
 Follow and control a run that was detached, or whose launcher was lost: its processes live on as
 units of systemd. RUN is its id; it may be left out if there is only one. The hosts are those of
-FILE (default: {HOSTS_FILE}).
+FILE (default: {DEFAULT}).
 
 Ctrl-C stops the run on all hosts, as it does for `launch`; `detach` leaves it again.""",
     options=(
@@ -71,7 +71,7 @@ Ctrl-C stops the run on all hosts, as it does for `launch`; `detach` leaves it a
 def main(words: Sequence[str]) -> int:
     parsed = COMMAND.parse(words)
     options = run_options(parsed)
-    hosts = read(_hosts_file(options.hosts), with_secrets=False).hosts
+    hosts = read(hosts_path(options.hosts), with_secrets=False).hosts
     found = runs.find(list(hosts.values()))
     for warning in found.warnings:
         print(f"warning: {escape(warning)}", flush=True)
@@ -95,15 +95,6 @@ def main(words: Sequence[str]) -> int:
     supervision = supervising(core, options, run_path, request, Session(), plan)
     with supervision as (supervisor, _):
         return supervisor.run()
-
-
-def _hosts_file(given: str | None) -> str:
-    if given is None and not os.path.exists(HOSTS_FILE):
-        raise UsageError(
-            f"there is no {HOSTS_FILE} in the working directory",
-            hint="name the hosts file: --hosts FILE",
-        )
-    return given or HOSTS_FILE
 
 
 def _chosen(found: Sequence[FoundRun], wanted: str | None, is_partial: bool) -> FoundRun:

@@ -11,14 +11,19 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.hosts.model import HostsFile
 
-_DEFAULT = "hosts.yaml"
-HOSTS = option("--hosts FILE", f"the hosts file (default: {_DEFAULT})")
+DEFAULT = "hosts.yaml"  # in the working directory
+HOSTS = option("--hosts FILE", f"the hosts file (default: {DEFAULT})")
 
 
 def hosts_file(parsed: Parsed) -> HostsFile:
     """The file that --hosts names, or hosts.yaml; LauncherError."""
     from launcher.hosts.file import read
 
-    if parsed.hosts is None and not os.path.exists(_DEFAULT):
-        raise UsageError(f"there is no {_DEFAULT} here", hint="name the hosts file: --hosts FILE")
-    return read(parsed.hosts or _DEFAULT, with_secrets=False)
+    return read(hosts_path(parsed.hosts), with_secrets=False)
+
+
+def hosts_path(given: str | None) -> str:
+    """The path that --hosts names, or hosts.yaml; UsageError without either."""
+    if given is None and not os.path.exists(DEFAULT):
+        raise UsageError(f"there is no {DEFAULT} here", hint="name the hosts file: --hosts FILE")
+    return given or DEFAULT

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +28,13 @@ class FieldError(ValueError):
         self.hint = hint
         self.key = key
         self.all: tuple[FieldError, ...] = (self,)
+
+
+def raise_all(errors: Sequence[FieldError]) -> None:
+    """Raise several mistakes in one value as one; nothing if there is none."""
+    if errors:
+        errors[0].all = tuple(errors)
+        raise errors[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,9 +117,7 @@ def record(noun: str, **entries: FieldType) -> FieldType:
                 found[str(key)] = nested(entries[key].parse, one, key)
             except FieldError as error:
                 errors.append(error)
-        if errors:
-            errors[0].all = tuple(errors)
-            raise errors[0]
+        raise_all(errors)
         return found
 
     schema: dict[str, object] = {

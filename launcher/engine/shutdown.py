@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Callable, Collection
 
 from launcher.engine import shutdown_machine as rules
 from launcher.engine.cleanup import subreaper
+from launcher.engine.cleanup.session_end import stop_session
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs import messages
@@ -205,21 +205,20 @@ class Shutdown:
     def end_session(self, process: Process, session: int) -> None:
         """Stop what a process that was stopped, or is restarted, left in its session.
 
-        Children of a process that exited by itself may be intended (the parent of a daemon exits);
-        they, and processes that left the session, run until the end of the run.
+        If a user has stopped it, and the rest must be killed, the run has not failed.
         """
-        if self.has_begun or not _has_members(session):
+        if self.has_begun:
             return
-        from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
-
-        Leftovers(
-            self._run_id,
+        by_user = process.machine.is_held
+        stop_session(
+            session,
+            run_id=self._run_id,
             reactor=self._reactor,
-            listener=_SessionListener(self, self._log, process),
             ignore=self._watchdog.pids,
-            policy=stop_policy_for((process.machine.stop,)),
-            session=session,
-        ).check()
+            stop=process.machine.stop,
+            log=lambda level, text: self._log.log(level, process.name, text),
+            killing=(lambda: None) if by_user else self.killing,
+        )
 
     def log(self, level: str, text: str) -> None:
         self._log.log(level, "launch", text)
@@ -231,32 +230,3 @@ class Shutdown:
         self._sweeps -= 1
         if self._sweeps == 0:
             self._handle(rules.Occurrence.LEFTOVERS_GONE)
-
-
-class _SessionListener:
-    """For the leftovers of one process; if a user has stopped it, the run has not failed."""
-
-    def __init__(self, shutdown: Shutdown, log: RunLog, process: Process) -> None:
-        self._shutdown = shutdown
-        self._log = log
-        self._name = process.name
-        self._by_user = process.machine.is_held
-
-    def log(self, level: str, text: str) -> None:
-        self._log.log(level, self._name, text)
-
-    def killing(self) -> None:
-        if not self._by_user:
-            self._shutdown.killing()
-
-    def finished(self) -> None:
-        pass
-
-
-def _has_members(group: int) -> bool:
-    """Whether this process group has a member; its number is not reused before."""
-    try:
-        os.killpg(group, 0)
-    except OSError:
-        return False
-    return True

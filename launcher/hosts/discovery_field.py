@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from launcher.document.fields import FieldError, FieldType, near, nested
+from launcher.document.fields import FieldError, FieldType, near, nested, raise_all
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode
 
 MODES = tuple(mode.value for mode in DiscoveryMode)
@@ -34,9 +34,7 @@ def _parse(value: object) -> Discovery:
     for key in _OF_SERVER:
         if key in found and found.get("mode", DiscoveryMode.SERVER) is not DiscoveryMode.SERVER:
             errors.append(FieldError(f"'{key}' needs the mode 'server'", (key,), key=True))
-    if errors:
-        errors[0].all = tuple(errors)
-        raise errors[0]
+    raise_all(errors)
     return Discovery(**found)
 
 

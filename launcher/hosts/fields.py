@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from launcher.document.fields import Field, FieldError, FieldType, choice, near, nested
+from launcher.document.fields import Field, FieldError, FieldType, choice, near, nested, raise_all
 from launcher.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.hosts.model import HostEngine, LinkPolicy, Secret
 from launcher.hosts.ssh_options import SSH_OPTIONS
@@ -153,9 +153,7 @@ def _mapping(
             found[str(key)] = nested(parse, one, key)
         except FieldError as error:
             errors.append(error)
-    if errors:
-        errors[0].all = tuple(errors)
-        raise errors[0]
+    raise_all(errors)
     return found
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from launcher.document.fields import FieldError, FieldType, near
+from launcher.document.fields import FieldError, FieldType, near, raise_all
 
 _NAMES = """
 AddKeysToAgent AddressFamily BindAddress BindInterface CASignatureAlgorithms CanonicalDomains
@@ -70,9 +70,7 @@ def parse(value: object) -> dict[str, str]:
             options[name] = _value(name, text, given)
         except FieldError as error:
             errors.append(error)
-    if errors:
-        errors[0].all = tuple(errors)
-        raise errors[0]
+    raise_all(errors)
     return options
 
 
