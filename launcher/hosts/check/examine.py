@@ -13,6 +13,7 @@ from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.check.probe import SETTINGS
 from launcher.hosts.check.probe_session import ProbeSession
+from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
 from launcher.hosts.discovery import Wiring
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
@@ -58,6 +59,7 @@ def examine(
     mode = found_discovery.mode
     findings = [one for member in result.members.values() for one in check_member(member)]
     findings += check_pairs(result, mode)
+    findings += missing_secrets(result.members.values(), os.environ)
     findings.sort(key=lambda finding: _ORDER.index(finding.level))
     return Examination(survey=result, findings=tuple(findings), mode=mode)
 

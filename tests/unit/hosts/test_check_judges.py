@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,8 +12,9 @@ import launcher
 from launcher.hosts.check.facts import Arrival, Clock, Finding, Level, Member, Needs, Survey
 from launcher.hosts.check.host_judges import check_member
 from launcher.hosts.check.pair_judges import check_pairs
+from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.failures import HostError, Problem
-from launcher.hosts.model import LOCAL, DiscoveryMode, Host, HostEngine
+from launcher.hosts.model import LOCAL, DiscoveryMode, Host, HostEngine, Secret
 from launcher.model.record import replace
 
 GB = 1024**3
@@ -68,6 +70,26 @@ def only(findings: list[Finding]) -> Finding:
     (finding,) = findings
     assert finding.advice and finding.text[-1] != "."
     return finding
+
+
+def test_missing_secrets_are_named_once_for_all_hosts(tmp_path: Path):
+    there = tmp_path / "there"
+    there.touch()
+    secrets = {
+        "A": Secret(variable="TOKEN_A"),
+        "B": Secret(variable="TOKEN_B"),
+        "C": Secret(file=str(there)),
+        "D": Secret(file=str(tmp_path / "none")),
+    }
+    members = [
+        replace(one, host=replace(one.host, secrets=secrets)) for one in (member("a"), member("b"))
+    ]
+
+    found = [*missing_secrets([member(LOCAL), *members], {"TOKEN_A": "s3cret"})]
+
+    assert [one.hosts for one in found] == [(LOCAL, "a", "b")] * 2
+    assert "environment variable TOKEN_B, for B" in found[0].text
+    assert str(tmp_path / "none") in found[1].text
 
 
 @pytest.mark.parametrize("code", ["another", None])
