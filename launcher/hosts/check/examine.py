@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Mapping, Sequence
+import threading
+import time
+from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.errors import LauncherError
 from launcher.hosts import discovery
@@ -41,27 +44,41 @@ def examine(
     timeout_s: float = TIMEOUT_S,
 ) -> Examination:
     """Ask all hosts of the file; UsageError for a discovery server on none of them."""
+    begin_s = time.monotonic()
+    found = _addresses(file.hosts.values(), timeout_s / 2)
     sessions = [ProbeSession(LOCAL, None, "127.0.0.1", Needs())]
-    resolved: list[Host] = []
-    own: dict[str, str] = {}
     for host in file.hosts.values():
-        address = host.address
-        try:
-            address = discovery.address_of(host)
-            own[host.name] = discovery.own_address(address)
-            resolved.append(host)
-        except LauncherError:
-            pass  # ssh says why it cannot be reached, or the network does
+        address, _ = found.get(host.name, (host.address, ""))
         sessions.append(ProbeSession(host.name, host, address, needs.get(host.name, Needs())))
+    resolved = [host for host in file.hosts.values() if host.name in found]
     wiring = discovery.wire(found_discovery, resolved, known=file.hosts, domain=str(domain))
     question = _question(file, wiring, domain)
-    result = survey(sessions, question, own, timeout_s)
+    own = {name: own for name, (_, own) in found.items()}
+    result = survey(sessions, question, own, timeout_s - (time.monotonic() - begin_s))
     mode = found_discovery.mode
     findings = [one for member in result.members.values() for one in check_member(member)]
     findings += check_pairs(result, mode)
     findings += missing_secrets(result.members.values(), os.environ)
     findings.sort(key=lambda finding: _ORDER.index(finding.level))
     return Examination(survey=result, findings=tuple(findings), mode=mode)
+
+
+def _addresses(hosts: Iterable[Host], timeout_s: float) -> dict[str, tuple[str, str]]:
+    """(address, that of this machine as the host sees it) of those whose names are resolved."""
+    found: dict[str, tuple[str, str]] = {}
+
+    def resolve(host: Host) -> None:
+        with contextlib.suppress(LauncherError):  # ssh says why it cannot be reached
+            address = discovery.address_of(host)
+            found[host.name] = (address, discovery.own_address(address))
+
+    threads = [threading.Thread(target=resolve, args=(host,), daemon=True) for host in hosts]
+    for thread in threads:
+        thread.start()
+    deadline_s = time.monotonic() + timeout_s
+    for thread in threads:
+        thread.join(max(0.0, deadline_s - time.monotonic()))
+    return dict(found)
 
 
 def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:

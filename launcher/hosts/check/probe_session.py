@@ -41,9 +41,8 @@ def program() -> bytes:
 
 def remote_command(host: Host) -> list[str]:
     """Log in, tell the user's name, and start the probe if there is a Python."""
-    script = setup_script(host)
-    script += f'echo "{_SHELL}$(id -un)"; {set_python(host)}exec "$python" -c {quoted([_BOOT])}'
-    return Connection(host, None).session(script)
+    script = f'echo "{_SHELL}$(id -un)"; {setup_script(host)}{set_python(host)}'
+    return Connection(host, None).session(f'{script}exec "$python" -c {quoted([_BOOT])}')
 
 
 class ProbeSession:

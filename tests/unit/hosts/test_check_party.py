@@ -1,0 +1,44 @@
+"""Who is asked by a check, without a host."""
+
+from __future__ import annotations
+
+import subprocess
+import threading
+from pathlib import Path
+
+from launcher.hosts import discovery
+from launcher.hosts.check import examine
+from launcher.hosts.check.party import remote_command
+from launcher.hosts.model import Host
+
+
+def test_a_login_is_told_before_a_setup_file_fails(tmp_path: Path):
+    host = Host(name="bot", address="10.0.0.2", setup=("none.sh",))
+
+    done = subprocess.run(
+        ["sh", "-c", remote_command(host)[-1]],
+        env={"HOME": str(tmp_path), "PATH": "/usr/bin:/bin"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode != 0
+    assert done.stdout.startswith("launcher-check-user ")
+
+
+def test_a_name_that_is_not_resolved_in_time_delays_no_other(monkeypatch):
+    is_over = threading.Event()
+
+    def address_of(host: Host) -> str:
+        if host.name == "slow":
+            is_over.wait(60)
+        return "127.0.0.1"
+
+    monkeypatch.setattr(discovery, "address_of", address_of)
+    hosts = [Host(name=name, address=f"{name}.invalid") for name in ("slow", "bot")]
+    try:
+        assert examine._addresses(hosts, 0.5) == {"bot": ("127.0.0.1", "127.0.0.1")}
+    finally:
+        is_over.set()
