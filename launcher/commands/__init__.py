@@ -18,7 +18,7 @@ VERBS = {
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
     "hosts": "try other hosts, and bring the launcher and packages to them",
-    "attach": "follow and control a run whose processes live on on other hosts",
+    "attach": "return to a run whose processes were left on other hosts",
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",

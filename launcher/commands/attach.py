@@ -1,4 +1,4 @@
-"""`attach [RUN]`: follow and control a run whose processes live on on other hosts."""
+"""`attach [RUN]`: return to a run whose processes were left on other hosts."""
 
 from __future__ import annotations
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.cells import cell_len, set_cell_size
+
+from launcher.program import program
 
 MARK = "…"
 _UNITS = "kMGT"
@@ -76,3 +78,20 @@ def is_in_trouble(process: Mapping[str, Any]) -> bool:
     died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
     is_known = process.get("unreachable_s") is None
     return died or state in _TROUBLE or bool(process.get("paused")) or not is_known
+
+
+def killed_text(processes: Sequence[Mapping[str, Any]]) -> str:
+    """What becomes of the processes of a launcher that was killed."""
+    elsewhere = [one for one in processes if one.get("host", "local") != "local" and one["pid"]]
+    running = _hosts(one for one in elsewhere if one["stop_after_s"] is None)
+    stopping = _hosts(one for one in elsewhere if one["stop_after_s"] is not None)
+    here = " on this machine" if elsewhere else ""
+    text = f"the launcher was killed; its watchdog kills its processes{here}"
+    if running:
+        back = f" ({program()} attach)" if any(one["unit"] for one in elsewhere) else ""
+        text += f"; those on {running} run on{back}"
+    return f"{text}; those on {stopping} are stopped there" if stopping else text
+
+
+def _hosts(processes: Iterable[Mapping[str, Any]]) -> str:
+    return ", ".join(sorted({one["host"] for one in processes}))

@@ -19,6 +19,7 @@ from launcher.console.bar import Line, status_lines
 from launcher.console.completion import WordCompleter
 from launcher.console.display import GUTTER, Display
 from launcher.console.feed import Feed
+from launcher.console.format import killed_text
 from launcher.console.history import history_path, open_history
 from launcher.console.panel import Panel
 from launcher.console.prompt import make_application
@@ -152,8 +153,7 @@ class ConsoleSession:
 
     def report_kill(self) -> None:
         """Write a last line: the launcher was killed."""
-        text = "the launcher was killed; its watchdog kills its processes"
-        self._terminal.write(f"[ERROR] [console]: {text}\r\n".encode())
+        self._terminal.write(f"[ERROR] [console]: {killed_text(self._processes)}\r\n".encode())
         self._terminal.drain()
 
     def restore(self) -> None:

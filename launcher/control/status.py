@@ -56,6 +56,7 @@ def _place(process: Process) -> dict[str, Any]:
     return {
         "host": process.host_name or "local",
         "unit": (host.link.unit(process.process_id) or None) if host and is_placed else None,
+        "stop_after_s": None if host is None else host.link.stop_after_s,
         "unreachable_s": None if silent_s is None else round(silent_s, 1),
     }
 

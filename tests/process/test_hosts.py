@@ -150,6 +150,8 @@ def test_a_death_there_can_end_the_run(bench: HostsBench, option: list[str]):
     done = bench.run(f'sh("exit 3", name="bot1_a"), {SLEEPER.format("bot2_b")}', *option)
     assert done.returncode == 1
     assert b"bot1_a-1 ended unexpectedly (exit code 3)" in done.stdout
+    assert b"first unexpected exit: bot1_a-1 on bot1 (exit code 3)" in done.stdout
+    assert b"bot1_a-1  exit code 3 on bot1 " in done.stdout  # the table
 
 
 def test_what_follows_an_exit_there_follows(bench: HostsBench):

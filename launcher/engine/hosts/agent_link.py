@@ -223,7 +223,7 @@ class AgentLink:
         self._channel.tell(Kind.BEAT)
         silent_s = self.silent_s
         if silent_s > UNREACHABLE_S and self._state is LinkState.READY:
-            self._change(LinkState.UNREACHABLE, "")
+            self._change(LinkState.UNREACHABLE, f"silent for {silent_s:.0f} s")
         if silent_s > RENEW_S and self._process is not None and self._has_greeted:
             self._channel.detach()
             self._process.kill()

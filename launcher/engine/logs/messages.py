@@ -89,7 +89,8 @@ def start_cancelled() -> Line:
 
 def first_failure(process: Process, outcome: Outcome) -> str:
     """The summary at the end: which process failed first, and the last lines of its output."""
-    head = f"first unexpected exit: {process.name} ({outcome})"
+    host = f" on {process.host_name}" if process.host is not None else ""
+    head = f"first unexpected exit: {process.name}{host} ({outcome})"
     lines = process.last_lines(LAST_LINES)
     if not lines:
         return f"{head}; it had printed nothing"

@@ -177,6 +177,13 @@ def _cells(process: Process) -> tuple[str, ...]:
 
 
 def _ended(process: Process) -> str:
+    """As `_how_it_ended`; for one that is in trouble, with its host: `exit code 1 on bot1`."""
+    text, host = _how_it_ended(process), process.host_name
+    is_named = not host or is_well(process) or text.endswith(f" {host}")
+    return text if is_named else f"{text} on {host}"
+
+
+def _how_it_ended(process: Process) -> str:
     """`stopped (SIGINT)`, `died 4x: exit code 1`, `died 4x (exit code 1), then exit code 0`."""
     end, history = process.last_end, process.history
     if process.is_abandoned:

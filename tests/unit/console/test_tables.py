@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from rich.cells import cell_len
 
+from launcher.console.format import killed_text
 from launcher.console.tables import process_table, render
 from launcher.console.top import Top, parse_keys
 from launcher.console.watch import table_rows
@@ -147,3 +148,16 @@ def test_a_table_leaves_room_for_the_prompt_and_the_bar(rows: int):
 
 def test_keys_are_known_by_what_a_terminal_sends():
     assert parse_keys("\x1b[A\x1bOBn\x1b[6~\x1bq") == ["up", "down", "n", "pagedown", "\x1b", "q"]
+
+
+def test_a_killed_launcher_leaves_processes_on_other_hosts():
+    text = "the launcher was killed; its watchdog kills its processes"
+    here = {"host": "local", "pid": 1, "unit": None, "stop_after_s": None}
+    on_bot1 = {"host": "bot1", "pid": 2, "unit": "launcher-a.service", "stop_after_s": None}
+    on_bot2 = {"host": "bot2", "pid": 3, "unit": None, "stop_after_s": 10.0}
+    assert killed_text([{"pid": 1}]) == text
+    assert killed_text([here, {**on_bot1, "pid": None}]) == text
+    assert killed_text([here, on_bot1, on_bot1, on_bot2]) == (
+        f"{text} on this machine; those on bot1 run on (python -m launcher attach);"
+        " those on bot2 are stopped there"
+    )
