@@ -419,6 +419,20 @@ def test_a_robot_without_power_is_unreachable_and_named(lab: Lab, start: Start, 
         lab.trust(robot)
 
 
+def test_a_robot_that_was_restarted_is_used_again(lab: Lab, start: Start, robot: Robot):
+    run = start(("counter", COUNT))
+    run.wait_for(r"\] 3$")
+    robot.power_off()
+    run.wait_for("bot1 is unreachable")
+    robot.power_on()
+    lab.trust(robot)
+    run.wait_for("bot1: was restarted; its processes are lost: counter-1")
+    run.wait_for("bot1 is reachable again")
+    assert run.wait() == 1  # nothing is left
+    assert "first unexpected exit: counter-1 on bot1 (SIGKILL)" in run.text
+    assert_no_traces(robot, "root")
+
+
 @pytest.mark.parametrize("kind", ["robot", "host"])
 def test_the_host_decides_on_the_engine(lab: Lab, robot: Robot, tmp_path: Path, kind: str):
     host = robot if kind == "robot" else lab.host("plain")

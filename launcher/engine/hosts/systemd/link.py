@@ -241,6 +241,9 @@ class SystemdLink:
             self._sessions.give_up("it was restarted, which has ended its processes")
             return False
         self._know(facts)
+        lost = [one.order.name for one in self._units.values() if one.machine.is_pending]
+        names = f": {', '.join(lost)}" if lost else ""
+        self._listener.warn(self._host.name, f"was restarted; its processes are lost{names}")
         now = self._reactor.now()
         self._sessions.reader.cursor = facts.cursor
         for one in self._units.values():
