@@ -54,6 +54,7 @@ class There:
             self.requests.append,
             lambda number, event, at_s, pid, left_s: self.events.append(event),
             lambda callback: callback(),
+            lambda text: None,
         )
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from launcher.hosts import discovery
 from launcher.hosts.check import examine
-from launcher.hosts.check.party import remote_command
+from launcher.hosts.check.probe_session import remote_command
 from launcher.hosts.model import Host
 
 
