@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import json
 import os
+import random
+import shlex
+import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-from launcher.engine.hosts.systemd.facts import Facts
+import pytest
+
+from launcher.engine.hosts.systemd.facts import Facts, hello
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
+from launcher.hosts.references import SentFile
+from launcher.hosts.ssh import posix_shell, python_script
+from launcher.hosts.sync import release_python, session
 
 
 def facts(folder: Path, **fields: object) -> Facts:
@@ -56,3 +65,89 @@ def test_variables_whose_names_no_shell_takes_arrive(tmp_path: Path):
     found = json.loads(ran(scripts, order, tmp_path))
 
     assert {name: found.get(name) for name in values} == values
+
+
+# ---- nothing that a file or an order says is run by a shell
+
+PIECES = ("$(>F)", "`>F`", "; >F;", "\n", "'", '"', "\\", "${X}", "&", "|>F", "E\n")
+TOOLS = "base64 cat chmod dd head id mkdir mkfifo mv rm rmdir sh sleep tail true"
+
+
+def nasty(chance: random.Random) -> str:
+    return "".join(chance.choice(PIECES) for _ in range(chance.randrange(1, 5))) + "x"
+
+
+def name_of(chance: random.Random) -> str:
+    return nasty(chance).replace("/", "_")
+
+
+@pytest.fixture
+def tools(tmp_path: Path) -> Path:
+    """The programs of a host without systemd, so that nothing happens on this one."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name in TOOLS.split():
+        (folder / name).symlink_to(str(shutil.which(name)))
+    return folder
+
+
+def order_of(chance: random.Random) -> Order:
+    values = [nasty(chance) for _ in range(8)]
+    return Order(
+        name=values[0],
+        label=values[1],
+        words=(("true",), (values[2],), (SentFile("file"),)),
+        environment={"PLAIN": values[3], "CONTROL": f"{values[4]}\x01", values[5]: values[6]},
+        unset=(values[7], "UNSET"),
+        cwd=values[0],
+        files={"file": values[1].encode()},
+        merge=chance.random() < 0.5,
+        shell=chance.random() < 0.2,
+    )
+
+
+def scripts_of(chance: random.Random, home: Path) -> Iterator[str]:
+    host = Host(
+        name="bot1",
+        address="b",
+        python=name_of(chance),
+        setup=(name_of(chance),),
+        workspace=name_of(chance),
+        ssh={},
+    )
+    (home / host.setup[0]).touch()  # a shell ends where one is missing
+    known = facts(home, user=nasty(chance), runtime=f"{home}/{name_of(chance)}")
+    order, scripts = order_of(chance), Scripts("k3abcd", host, known)
+    yield scripts.prepare()
+    yield scripts.files(1, order)
+    yield f". {shlex.quote(f'{scripts.folder}/1/environment')}"
+    yield f"exec sh {shlex.quote(f'{scripts.folder}/1/start')}"
+    yield scripts.start(1, order, "token")
+    yield scripts.stop(order.name)
+    yield scripts.signal(order.name, 10)
+    yield scripts.hold(1)
+    yield scripts.release(1)
+    yield scripts.write_stdin(1, nasty(chance).encode())
+    yield scripts.show([order.name])
+    yield scripts.mark("m1")
+    yield scripts.manifest({"title": nasty(chance)})
+    yield scripts.watch(1.0)
+    yield scripts.finish([order.name], at_once=True)
+    yield hello(host)
+    yield python_script(host, [nasty(chance)])
+    yield session.script(host)
+    yield (release_python.of_host(host, f"/{nasty(chance)}").content or b"").decode()
+    yield (release_python.of_environment(nasty(chance)).content or b"").decode()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_value_is_run_by_a_shell(tmp_path: Path, tools: Path, seed: int):
+    chance = random.Random(seed)
+    home = tmp_path / "home"
+    home.mkdir()
+    env = {"PATH": str(tools), "HOME": str(home)}
+    for script in scripts_of(chance, home):
+        for words in (["sh", "-c", script], ["sh", "-c", posix_shell(script)]):
+            options = {"input": b"", "capture_output": True, "timeout": 60}
+            subprocess.run(words, cwd=home, env=env, check=False, **options)  # type: ignore[call-overload]
+            assert [path for path in tmp_path.rglob("F") if path.name == "F"] == [], script
