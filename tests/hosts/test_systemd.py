@@ -323,6 +323,19 @@ def test_nothing_is_lost_while_the_link_is_down(robot: Robot, start: Start, user
     assert_no_traces(robot, user)
 
 
+def test_a_slow_link_loses_nothing(robot: Robot, start: Start):
+    robot.slow_link(delay_s=0.1, loss=0.02, bytes_per_s=200_000)
+    try:
+        run = start(("counter", COUNT), ("flood", "seq 3000; exec sleep 1000"))
+        run.wait_for(r"^\[flood-2\] 3000$")
+        run.wait_for(r"^\[counter-1\] 20$")
+        assert run.interrupt() == 0, run.text
+        assert run.numbers("flood-2") == list(range(1, 3001))
+        assert without_gap(run.numbers("counter-1")), run.text
+    finally:
+        robot.normal_link()
+
+
 def test_lines_that_the_journal_has_removed_meanwhile_are_told(robot: Robot, start: Start):
     run = start(("counter", COUNT))
     run.wait_for(r"^\[counter-1\] 5$")

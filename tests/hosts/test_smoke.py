@@ -1,0 +1,37 @@
+"""Expectations on nodes that run on other hosts, over ssh."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.hosts import Lab
+from tests.support.node_process import REPOSITORY
+
+pytestmark = pytest.mark.thorough
+
+EXPECTED = (
+    *("--expect-node", "/robot_1"),
+    *("--expect-publishers", "/fleet/status=3"),
+    *("--expect-log", "robot_1: task"),
+)
+
+
+def smoke(lab: Lab, place: str, *words: str) -> tuple[int, str]:
+    host = lab.host(place)
+    file = lab.hosts_file(lab.operator.home / "hosts.yaml", [host], {"robot_1": place})
+    command = ("smoke", "system", "--hosts", file, "--no-file", *words)
+    done = lab.operator.launcher(*command, cwd=REPOSITORY)
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_expectations_hold_for_nodes_on_other_hosts(lab: Lab):
+    code, text = smoke(lab, "bot1", *EXPECTED)
+
+    assert code == 0, text
+
+
+def test_an_expectation_that_a_node_there_does_not_meet_fails(lab: Lab):
+    code, text = smoke(lab, "bot2", "--forbid-log", "robot_1: task")
+
+    assert code not in (0, 2, 124), text
+    assert "robot_1" in text
