@@ -339,6 +339,28 @@ def test_a_run_over_hosts_has_its_servers_where_the_hosts_file_says(
     assert not any("discovery" in " ".join(found) for found in words)
 
 
+@pytest.mark.parametrize("server", [LOCAL, "one"])
+def test_a_run_with_a_server_ends_with_the_processes_of_the_launch_file(
+    lab: Lab, one: Host, tmp_path: Path, server: str
+):
+    servers = {"mode": "server", "server": server}
+    file = lab.hosts_file(tmp_path / "hosts.yaml", [one], {"there": "one"}, discovery=servers)
+    launch = tmp_path / "short.launch.py"
+    launch.write_text(
+        "from launch import LaunchDescription\n"
+        "from launch.actions import ExecuteProcess\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([\n"
+        "        ExecuteProcess(cmd=['sleep', '1'], name=name) for name in ('here', 'there')\n"
+        "    ])\n"
+    )
+    words = (launch, "--hosts", file, "--no-console")
+    done = lab.operator.launcher(*words, env={"ROS_DOMAIN_ID": str(DOMAIN)})
+
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "[discovery-server]: process started" in done.stdout
+
+
 def test_a_run_over_routed_hosts_needs_only_peers(lab: Lab, one: Host, two: Host, tmp_path: Path):
     place = {"robot_1": "one", "robot_2": "two"}
     file = lab.hosts_file(tmp_path / "hosts.yaml", [one, two], place)
