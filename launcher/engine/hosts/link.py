@@ -70,7 +70,8 @@ class Link(Protocol):
     # periods, and gives up on a host that cannot be reached; it may follow the other one.
     def finish(self, *, at_once: bool) -> None: ...
 
-    # Let everything there run on; the run ends without `finish`. OSError says why it cannot.
+    # Let everything there run on; the run ends without `finish`. OSError says why it cannot. It
+    # changes nothing there: all hosts are asked, and if one cannot, none is left.
     def detach(self) -> None: ...
 
     # Release descriptors and end helper processes here; idempotent.
