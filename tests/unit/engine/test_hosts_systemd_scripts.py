@@ -20,7 +20,7 @@ from launcher.hosts.model import Host
 from launcher.hosts.order import Order
 from launcher.hosts.references import SentFile
 from launcher.hosts.ssh import posix_shell, python_script
-from launcher.hosts.sync import release_python, session
+from launcher.hosts.sync import release_python, sync_session
 
 
 def facts(folder: Path, **fields: object) -> Facts:
@@ -135,8 +135,8 @@ def scripts_of(chance: random.Random, home: Path) -> Iterator[str]:
     yield scripts.finish([order.name], at_once=True)
     yield hello(host)
     yield python_script(host, [nasty(chance)])
-    yield session.script(host)
-    yield (release_python.of_host(host, f"/{nasty(chance)}").content or b"").decode()
+    yield sync_session.script(host)
+    yield (release_python.of_host("a/b", f"/{nasty(chance)}").content or b"").decode()
     yield (release_python.of_environment(nasty(chance)).content or b"").decode()
 
 
