@@ -10,6 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from launcher.errors import LauncherError
 from launcher.hosts.model import Host
 from launcher.hosts.sync.fleet_sync import FleetSync, Result
 from launcher.hosts.sync.host_sync import Options, Outcome
@@ -116,3 +119,9 @@ def tiny_wheel(folder: Path, name: str, version: str, tag: str = "py3-none-any")
 
 def pinned(*lines: str) -> PinnedList:
     return PinnedList(text="".join(f"{line}\n" for line in lines), where="list.txt")
+
+
+def fails(site: Site, *args: object, **options: object) -> LauncherError:
+    with pytest.raises(LauncherError) as caught:
+        site.sync(*args, **options)  # type: ignore[arg-type]
+    return caught.value

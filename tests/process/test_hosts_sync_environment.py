@@ -1,0 +1,93 @@
+"""The environments of Python that `hosts sync` makes, on hosts that are homes of this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel
+
+
+@pytest.fixture
+def site_with_venv(tmp_path: Path) -> Site:
+    return Site(tmp_path / "bot", python=PLAIN_PYTHON)
+
+
+def test_an_environment_is_made_from_wheels_and_shared_by_releases(site_with_venv: Site, tmp_path):
+    site, house = site_with_venv, tmp_path / "house"
+    tiny_wheel(house, "tiny", "1.0")
+    options = {"requirements": pinned("tiny==1.0"), "wheelhouse": str(house)}
+
+    first = site.sync(brought(a="1"), **options)
+    second = site.sync(brought(a="2"), **options)
+
+    assert first.environment_s is not None and second.environment_s is None
+    assert site.run("-c", "import tiny; print(tiny.VERSION)") == "1.0\n"
+    assert len(list((site.workspace / "venvs").iterdir())) == 1
+    assert not site.sync(brought(a="2"), **options).is_changed
+
+
+def test_another_list_makes_another_environment_and_rollback_has_the_old_one(
+    site_with_venv: Site, tmp_path: Path
+):
+    site, house = site_with_venv, tmp_path / "house"
+    for version in ("1.0", "2.0"):
+        tiny_wheel(house, "tiny", version)
+        listed = pinned("# a comment", f"tiny=={version}")
+        site.sync(brought(a="1"), requirements=listed, wheelhouse=str(house))
+    assert site.run("-c", "import tiny; print(tiny.VERSION)") == "2.0\n"
+
+    site.roll_back()
+
+    assert site.run("-c", "import tiny; print(tiny.VERSION)") == "1.0\n"
+
+
+def test_an_unfinished_environment_is_made_again(site_with_venv: Site, tmp_path: Path):
+    site, house = site_with_venv, tmp_path / "house"
+    tiny_wheel(house, "tiny", "1.0")
+    options = {"requirements": pinned("tiny==1.0"), "wheelhouse": str(house)}
+    site.sync(brought(a="1"), **options)
+    (venv,) = (site.workspace / "venvs").iterdir()
+    (venv / "launcher-complete").unlink()
+    (venv / "bin/python").unlink()
+
+    done = site.sync(brought(a="1"), **options)
+
+    assert done.environment_s is not None
+    assert site.run("-c", "import tiny; print(tiny.VERSION)") == "1.0\n"
+
+
+def test_a_missing_wheel_is_told_before_anything_is_sent(site_with_venv: Site, tmp_path: Path):
+    house = tmp_path / "house"
+    tiny_wheel(house, "tiny_of_nobody", "1.0", "cp38-cp38-manylinux_2_99_riscv64")
+    options = {"requirements": pinned("tiny-of-nobody==1.0"), "wheelhouse": str(house)}
+
+    error = fails(site_with_venv, brought(a="1"), **options)
+
+    assert "has no wheel of tiny_of_nobody==1.0 for Python 3." in error.message
+    assert "there is only tiny_of_nobody-1.0-cp38-cp38-manylinux_2_99_riscv64.whl" in error.message
+    assert list(site_with_venv.home.iterdir()) == []
+
+
+def test_a_broken_wheel_leaves_the_old_release(site_with_venv: Site, tmp_path: Path):
+    site, house = site_with_venv, tmp_path / "house"
+    site.sync(brought(a="1"))
+    old = site.release
+    tiny_wheel(house, "tiny", "1.0").write_bytes(b"not a zip")
+
+    error = fails(site, brought(a="2"), requirements=pinned("tiny==1.0"), wheelhouse=str(house))
+
+    assert "pip failed" in error.message
+    assert site.release == old
+    assert list((site.workspace / "venvs").iterdir()) == []
+
+
+def test_a_host_with_an_installation_of_ros_gets_no_environment(tmp_path: Path):
+    site = Site(tmp_path / "bot", python="python3", setup=("setup of ros.sh",))
+    (site.home / "setup of ros.sh").touch()
+
+    site.sync(brought(a="1"), requirements=pinned("tiny==1.0"))
+
+    assert "exec python3 " in (site.current / "bin/python").read_text()
+    assert list((site.workspace / "venvs").iterdir()) == []
