@@ -121,10 +121,10 @@ class _Reader(DocumentReader):
             self.wrong(("hosts",), "'hosts' must be a mapping of names to hosts", hint)
             return
         for name, entry in hosts.items():
-            if self._is_host_name(name):
-                host = self._host(str(name), entry, defaults)
-                if host is not None:
-                    yield host
+            is_name = self._is_host_name(name)
+            host = None if name == LOCAL else self._host(str(name), entry, defaults)
+            if is_name and host is not None:
+                yield host
 
     def _defaults(self, value: object) -> dict[str, Any]:
         if value is None:

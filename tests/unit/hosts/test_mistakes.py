@@ -223,6 +223,15 @@ def test_mistakes_in_a_pattern(pattern: str):
         assert found == f"3:3 {PATTERNS[pattern]}"
 
 
+def test_a_host_with_a_bad_name_hides_no_other_mistake():
+    with pytest.raises(LauncherError) as caught:
+        file.parse("hosts:\n  'bot 1': {addres: 10.0.0.2, engine: docker}\n", "hosts.yaml", {})
+
+    text = caught.value.render()
+    assert "'bot 1' is not a name of a host" in text
+    assert "docker" in text
+
+
 def test_a_misspelt_default_is_told_once():
     assert mistakes("defaults: {usr: x}\nhosts: {a: b, c: d}\n") == [
         "1:12 unknown key 'usr' of 'defaults' | did you mean 'user'?"
