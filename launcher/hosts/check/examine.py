@@ -54,7 +54,7 @@ def examine(
     wiring = discovery.wire(found_discovery, resolved, known=file.hosts, domain=str(domain))
     question = _question(file, wiring, domain)
     own = {name: own for name, (_, own) in found.items()}
-    result = survey(sessions, question, own, timeout_s - (time.monotonic() - begin_s))
+    result = survey(sessions, question, own, timeout_s, time.monotonic() - begin_s)
     mode = found_discovery.mode
     findings = [one for member in result.members.values() for one in check_member(member)]
     findings += check_pairs(result, mode)

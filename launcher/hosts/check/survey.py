@@ -38,12 +38,13 @@ def survey(
     question: Question,
     own_addresses: Mapping[str, str],
     timeout_s: float = TIMEOUT_S,
+    spent_s: float = 0.0,
 ) -> Survey:
     """Ask all hosts, this machine among them.
 
-    `own_addresses` are those of this machine as each host sees it.
+    `own_addresses` are those of this machine as each host sees it. Of the time `spent_s` is over.
     """
-    surveyor = _Surveyor(sessions, question, own_addresses, timeout_s)
+    surveyor = _Surveyor(sessions, question, own_addresses, timeout_s, spent_s)
     try:
         surveyor.start()
         surveyor.run()
@@ -60,11 +61,13 @@ class _Surveyor:
         question: Question,
         own_addresses: Mapping[str, str],
         timeout_s: float,
+        spent_s: float,
     ) -> None:
         self._sessions = sessions
         self._question = question
         self._own_addresses = own_addresses
         self._timeout_s = timeout_s
+        self._spent_s = spent_s
         self._nonce = secrets.token_hex(8)
         self._selector = selectors.DefaultSelector()
         self._started: list[ProbeSession] = []
@@ -73,7 +76,7 @@ class _Surveyor:
         self.arrived: set[Arrival] = set()
 
     def start(self) -> None:
-        self._deadline_s = time.monotonic() + self._timeout_s
+        self._deadline_s = time.monotonic() + self._timeout_s - self._spent_s
         for session in self._sessions:
             session.start(self._request(session))
             self._started.append(session)
