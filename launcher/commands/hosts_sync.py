@@ -12,7 +12,7 @@ from launcher.text import count, did_you_mean, escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from launcher.hosts.model import Host
     from launcher.hosts.sync.fleet_sync import Result
@@ -30,7 +30,12 @@ def _sync(parsed: Parsed) -> int:
     if parsed.rollback:
         return _report(fleet.roll_back(hosts), dry_run=parsed.dry_run)
     brought = _brought(parsed)
-    return _report(fleet.sync(hosts, brought), dry_run=parsed.dry_run)
+    try:
+        results = fleet.sync(hosts, brought)
+    except KeyboardInterrupt:
+        print("interrupted: hosts that are not done use what they used before", file=sys.stderr)
+        raise
+    return _report(results, dry_run=parsed.dry_run)
 
 
 def _hosts(parsed: Parsed) -> list[Host]:
@@ -78,18 +83,34 @@ def _say(host: str, text: str) -> None:
 
 
 def _report(results: Sequence[Result], *, dry_run: bool) -> int:
-    failed = False
+    errors = [result for result in results if isinstance(result, LauncherError)]
+    for error in _joined(errors):
+        print(error.render(), file=sys.stderr)
     for result in results:
-        if isinstance(result, LauncherError):
-            print(result.render(), file=sys.stderr)
-            failed = True
-        else:
+        if not isinstance(result, LauncherError):
             print(escape(_line(result, dry_run=dry_run)))
             for change in result.changes[:_MOST_CHANGES]:
                 print(escape(f"  {change}", keep=""))
             if len(result.changes) > _MOST_CHANGES:
                 print(f"  ... and {count(len(result.changes) - _MOST_CHANGES, 'change')} more")
-    return ExitCode.PROCESS_FAILED if failed else ExitCode.OK
+    return ExitCode.PROCESS_FAILED if errors else ExitCode.OK
+
+
+def _joined(errors: Sequence[LauncherError]) -> Iterator[LauncherError]:
+    """With one error for all hosts on which the same is wrong."""
+    from launcher.hosts.failures import HostError
+
+    alike: dict[str, list[LauncherError]] = {}
+    for error in errors:
+        key = error.cause if isinstance(error, HostError) else error.render()
+        alike.setdefault(key, []).append(error)
+    for first, *others in alike.values():
+        same = [one.host.name for one in (first, *others) if isinstance(one, HostError)]
+        if others and isinstance(first, HostError):
+            text = first.message.removeprefix(f"host '{same[0]}': ")
+            yield LauncherError(f"hosts {', '.join(same)}: {text}", hint=first.hint)
+        else:
+            yield first
 
 
 def _line(done: Outcome, *, dry_run: bool) -> str:

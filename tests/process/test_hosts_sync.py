@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
+import io
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,10 +16,15 @@ from pathlib import Path
 import pytest
 
 from launcher import proc
+from launcher.commands.hosts_sync import _joined
 from launcher.errors import LauncherError
+from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import Host
 from launcher.hosts.sync.fleet_sync import FleetSync
 from launcher.hosts.sync.host_sync import Options, Outcome
+from launcher.hosts.sync.on_host import wire
+from launcher.hosts.sync.on_host.main import Service
+from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors
 from launcher.hosts.sync.tree import Entry
 from launcher.model.record import replace
 from tests.support.sync_hosts import Site, brought, fails
@@ -360,3 +368,38 @@ def test_a_full_disk_is_told_before_anything_is_sent(site: Site):
     assert isinstance(results[0], LauncherError)
     assert "MB are needed there" in results[0].message
     assert not site.current.exists()
+
+
+def test_the_same_error_of_several_hosts_is_told_once():
+    hosts = [Host(name=name, address="10.0.0.2") for name in ("a", "b", "c")]
+    errors = [HostError(host, Problem.OTHER, "no network", hint="do it") for host in hosts[:2]]
+    other = HostError(hosts[2], Problem.OTHER, "its disk is full")
+
+    found = [*_joined([*errors, other])]
+
+    assert [(one.message, one.hint) for one in found] == [
+        ("hosts a, b: no network", "do it"),
+        ("host 'c': its disk is full", None),
+    ]
+
+
+def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):
+    workspace = Workspace(str(tmp_path))
+    with pytest.raises(Refusal, match=re.escape(str(tmp_path))) as caught, disk_errors(workspace):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert "make space" in caught.value.hint
+    service = Service(None, io.BytesIO())  # type: ignore[arg-type]
+    service._workspace = workspace
+
+    def full(_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    service._do_full = full  # type: ignore[attr-defined]
+    request = io.BytesIO()
+    wire.send(request, {"do": "full"})
+    request.seek(0)
+    service._requests = request  # type: ignore[assignment]
+    service.run()
+
+    service._answers.seek(0)
+    assert str(tmp_path) in wire.receive(service._answers)["error"]  # type: ignore[arg-type]

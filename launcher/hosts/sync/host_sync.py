@@ -129,7 +129,7 @@ class HostSync:
         if not self._key or listed is None or folder is None:
             return None
         pins = requirements.pins(listed, target.markers)
-        return wheels.chosen(folder, pins, target)
+        return wheels.chosen(folder, pins, target, self._say)
 
     def _environment(self, *, only_look: bool, files: Sequence[str] | None) -> str:
         """The name of the environment there; empty if there is none, or none is needed."""
@@ -154,7 +154,8 @@ class HostSync:
             path = os.path.join(self._options.wheelhouse or "", name)
             request = {"do": "content", "wheel": name, "hash": wheels.digest_of(path)}
             self._send_content({**request, "path": path}, path)
-        self._say(f"{len(missing)} of {len(files)} wheels sent; makes the environment")
+        self._say(f"{len(missing)} of {len(files)} wheels sent")
+        self._say("makes the environment, which may take a minute")
 
     def _with_python(self, release: Release, venv: str) -> Release:
         word = self._facts["word"]

@@ -8,17 +8,20 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.errors import LauncherError, UsageError
+from launcher.hosts.sync.on_host import wire
 from launcher.hosts.sync.requirements import Pin, names, packaging
 from launcher.model.record import Record
+from launcher.text import count
 
 _OLDEST_MINOR = {"x86_64": 5, "i686": 5}  # of glibc 2, for which manylinux has a name
 _LEGACY = {17: "manylinux2014", 12: "manylinux2010", 5: "manylinux1"}
 _MOST_SOURCES = 8  # packages without a wheel for which pip is asked again
 _filling = threading.Lock()
+_is_offline = False  # once it is known, no other host has to wait for it
 
 
 class Target(Record):
@@ -57,12 +60,19 @@ def target_of(facts: Mapping[str, Any]) -> Target:
     return Target(version=version, machine=facts["machine"], glibc=glibc, markers=facts["markers"])
 
 
-def chosen(folder: str, pins: Sequence[Pin], target: Target) -> list[str]:
+def chosen(
+    folder: str,
+    pins: Sequence[Pin],
+    target: Target,
+    say: Callable[[str], None] = lambda _: None,
+) -> list[str]:
     """The file of each pin, after what is missing was downloaded; LauncherError."""
     with _filling:
         _require_folder(folder)
         found = {pin: _best(folder, pin, target) for pin in pins}
         missing = [pin for pin, file in found.items() if file is None]
+        if missing:
+            say(f"downloads {count(len(missing), 'wheel')} for {target} into {folder}")
         problem = _download(folder, missing, target) if missing else ""
         found = {pin: file or _best(folder, pin, target) for pin, file in found.items()}
     missing = [pin for pin, file in found.items() if file is None]
@@ -158,8 +168,11 @@ def _download(folder: str, pins: Sequence[Pin], target: Target) -> str:
 
 def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
     """Run pip for some pins; the last of its errors, empty if there is none."""
+    global _is_offline
+    if _is_offline:
+        raise _offline(pins)
     command = [sys.executable, "-m", "pip", *words, "--no-deps", "--quiet"]
-    command += ["--disable-pip-version-check", "--retries=1", "--timeout=10"]
+    command += ["--disable-pip-version-check", "--retries=0", "--timeout=10"]
     with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as file:
         # Markers are those of the host, which have been evaluated.
         file.writelines(f"{_without_marker(pin)}\n" for pin in pins)
@@ -172,8 +185,18 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
             errors="replace",
             check=False,
         )
+    if done.returncode and wire.is_offline(done.stderr):
+        _is_offline = True
+        raise _offline(pins)
     lines = [line for line in done.stderr.strip().splitlines() if line.startswith("ERROR")]
     return "" if done.returncode == 0 else (lines or ["?"])[-1].removeprefix("ERROR: ")
+
+
+def _offline(pins: Sequence[Pin]) -> LauncherError:
+    return LauncherError(
+        f"the wheelhouse lacks {names(pins)}, and pip reaches no index of packages from here",
+        hint="repeat it with a network, or fill the wheelhouse on a machine that has one",
+    )
 
 
 def _without_marker(pin: Pin) -> str:

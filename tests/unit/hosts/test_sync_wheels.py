@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -122,6 +123,27 @@ def test_what_a_host_can_use(tmp_path: Path, monkeypatch, name: str, fits: bool)
     else:
         with pytest.raises(LauncherError, match=r"no wheel of a==1\.0 for Python 3\.12, x86_64"):
             wheels.chosen(folder, pins, TARGET)
+
+
+def test_a_machine_without_a_network_is_told_at_once_for_all_hosts(tmp_path: Path, monkeypatch):
+    """A pip that fails as without a network; it is not asked again."""
+    asked = []
+
+    def run(words: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(words)
+        text = "WARNING: Retrying: NameResolutionError\nERROR: No matching distribution found for a"
+        return subprocess.CompletedProcess(words, 1, "", text)
+
+    monkeypatch.setattr(wheels.subprocess, "run", run)
+    monkeypatch.setattr(wheels, "_is_offline", False)
+    pins = requirements.pins(listed("a==1.0"), {})
+    said: list[str] = []
+    for _ in range(2):
+        with pytest.raises(LauncherError, match=r"pip reaches no index of packages from here"):
+            wheels.chosen(str(tmp_path), pins, TARGET, said.append)
+
+    assert len(asked) == 1
+    assert said[0].startswith("downloads 1 wheel for Python 3.12, x86_64")
 
 
 def test_the_wheel_for_the_newest_platform_is_taken(tmp_path: Path):

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 
+from launcher.hosts.sync.on_host import wire
 from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors, remove_folder
 
 TYPE_CHECKING = False
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 _COMPLETE = "launcher-complete"  # written last: without it the folder is removed
 _DEBIAN = "/usr/share/python-wheels"  # where Debian keeps the wheel of pip
-_PIP = ("--disable-pip-version-check", "--no-input", "--quiet", "--retries=2")
+_PIP = ("--disable-pip-version-check", "--no-input", "--quiet", "--retries=1")
 
 
 def complete(workspace: Workspace, key: str) -> str | None:
@@ -118,7 +119,9 @@ def _run(command: Sequence[str], what: str, given: str = "") -> None:
     text = "\n".join(lines[-6:]) or f"exit code {done.returncode}"
     if "No space left on device" in text:
         raise OSError(errno.ENOSPC, "No space left on device")
-    hint = ""
-    if "Temporary failure in name resolution" in text or "NewConnectionError" in text:
-        hint = "the host has no network: give --wheelhouse DIR"
-    raise Refusal(f"{what}: {text}", hint)
+    if wire.is_offline("\n".join(lines)):
+        raise Refusal(
+            "pip reaches no index of packages from there",
+            "give --wheelhouse DIR, which may be a new folder: it is filled here, and sent",
+        )
+    raise Refusal(f"{what}: {text}")

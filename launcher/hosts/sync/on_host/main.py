@@ -28,11 +28,10 @@ class Service:
         while True:
             request = wire.receive(self._requests)
             try:
-                answer = getattr(self, f"_do_{request['do']}")(request)
+                with disk_errors(self._workspace):
+                    answer = getattr(self, f"_do_{request['do']}")(request)
             except Refusal as refusal:
                 answer = {"error": str(refusal), "hint": refusal.hint}
-            except OSError as error:
-                answer = {"error": f"{error.strerror}: {error.filename}", "hint": ""}
             if answer is not None:
                 wire.send(self._answers, answer)
             if answer is not None and "error" in answer:
@@ -101,7 +100,7 @@ class Service:
         if found is not None or request["only_look"]:
             return {"name": found or ""}
         if request["wheels"] is None:
-            self._say("makes the environment with pip")
+            self._say("makes the environment with pip, which may take minutes")
         made = environment.make(self._workspace, key, request["requirements"], request["wheels"])
         self._workspace.keep_wheels(request["wheels"] or ())
         return {"name": made}

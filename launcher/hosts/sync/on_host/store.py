@@ -208,8 +208,9 @@ def disk_errors(workspace: Workspace) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno in FULL:
-            workspace.clear_incoming()
+        if error.errno in FULL and workspace.root:
+            with contextlib.suppress(OSError):
+                workspace.clear_incoming()
             free = workspace.free_bytes() // 1_000_000
             raise Refusal(
                 f"the disk is full there ({free} MB free below {workspace.root})",
