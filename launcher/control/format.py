@@ -108,7 +108,9 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 def unreachable(row: Mapping[str, Any]) -> str:
     """`unreachable 4 s`: what is known of the process is as old; empty if it is current."""
     silent_s = row.get("unreachable_s")
-    return "" if silent_s is None else f"unreachable {_duration(int(silent_s))}"
+    if silent_s is None:
+        return ""
+    return f"unreachable {_duration(int(silent_s))}" if silent_s >= 1 else "unreachable"
 
 
 def _with_reachability(state: str, row: Mapping[str, Any]) -> str:

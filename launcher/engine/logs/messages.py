@@ -12,11 +12,13 @@ from collections.abc import Iterable
 
 from launcher.engine.machine import Ended, Escalate, ProcessMachine, ProcessState
 from launcher.engine.process import Process
+from launcher.errors import ExitCode
 from launcher.model.events import Outcome, signal_name
 from launcher.model.record import Record
 from launcher.model.spec import RestartPolicy
 from launcher.text import count
 
+_RUN = ("-m", "launcher", "run")  # what finds the executable on hosts with systemd
 LAST_LINES = 10  # of the process that failed first, in the summary
 
 
@@ -68,10 +70,9 @@ def ended(process: Process, pid: int, end: Ended, *, by_user: bool = False) -> L
     if end.asked and (by_user or is_wanted):
         level = "INFO" if is_wanted else "WARNING"
         return Line(level, f"process was stopped [pid {pid}, {end.outcome}]")
-    return Line(
-        "ERROR",
-        f"process has died [pid {pid}, exit code {code}, cmd '{process.command_line}'].{detail}",
-    )
+    text = f"process has died [pid {pid}, exit code {code}, cmd '{process.command_line}'].{detail}"
+    is_refusal = code == ExitCode.USAGE and process.words_there[1:4] == _RUN
+    return Line("ERROR", text + (f" {_repair(process)}" if is_refusal else ""))
 
 
 def not_started(process: Process, number: int, what: str) -> Line:
@@ -79,8 +80,12 @@ def not_started(process: Process, number: int, what: str) -> Line:
     reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
     text = f"process could not be started: {reason}, cmd '{process.command_line}'"
     if process.host is not None and number == errno.ENOENT:
-        text += f"; if {process.host_name} lacks it: python -m launcher hosts sync"
+        text += f"; {_repair(process)}"
     return Line("ERROR", text)
+
+
+def _repair(process: Process) -> str:
+    return f"if {process.host_name} lacks it: python -m launcher hosts sync"
 
 
 def start_cancelled() -> Line:

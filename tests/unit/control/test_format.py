@@ -6,7 +6,14 @@ from typing import Any
 
 import pytest
 
-from launcher.control.format import event_line, filters, info_lines, table, without_colour
+from launcher.control.format import (
+    event_line,
+    filters,
+    info_lines,
+    table,
+    unreachable,
+    without_colour,
+)
 
 ROW: dict[str, Any] = {
     "name": "a-1",
@@ -90,5 +97,6 @@ def test_hosts_are_a_column_where_there_are_some():
     assert head.split()[:4] == ["NAME", "HOST", "STATE", "PID"]
     assert first.startswith("a-1   local  RUNNING                     7")
     assert second.startswith("b-2   bot1   RUNNING, unreachable 4 s    7")
+    assert unreachable({"unreachable_s": 0.2}) == "unreachable"  # it has just answered
     lines = info_lines({**there, **INFO})
     assert lines[1:3] == ["  host       bot1", "  state      RUNNING, unreachable 4 s"]

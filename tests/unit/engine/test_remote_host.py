@@ -8,9 +8,11 @@ import pytest
 
 from launcher.engine.hosts.link import LinkState
 from launcher.engine.hosts.remote_host import RemoteChild, RemoteHost
-from launcher.engine.machine import Command
+from launcher.engine.logs import messages
+from launcher.engine.machine import Command, Ended
 from launcher.engine.process import Process
 from launcher.hosts.model import Host
+from launcher.model.events import Outcome
 from launcher.model.spec import ProcessSpec, StopPolicy
 
 
@@ -87,3 +89,15 @@ def test_standard_input_is_sent_whole_or_refused():
     child.signal_group(9)
     assert child.read(-1) is None
     child.close()
+
+
+@pytest.mark.parametrize(("code", "has_hint"), [(2, True), (1, False)])
+def test_a_host_without_the_executable_is_to_be_synchronized(code: int, has_hint: bool):
+    spec = ProcessSpec(name="a-1", label="a", argv=("/ws/lib/p/a",), env={})
+    process = Process(1, spec, number=0, prefix=b"")
+    process.host = remote(Link())
+    process.words_there = ("python3", "-m", "launcher", "run", "p", "a")
+    end = Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
+    text = messages.ended(process, 7, end).text
+    assert "cmd 'python3 -m launcher run p a'" in text
+    assert text.endswith("if bot1 lacks it: python -m launcher hosts sync") is has_hint
