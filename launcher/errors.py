@@ -41,7 +41,8 @@ _MEANINGS = {
     ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
     ExitCode.NOT_MET: "smoke: an expectation was not met",
     ExitCode.NOT_READY: "smoke: the system was not ready in time",
-    ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died",
+    ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died, or "
+    "before anything was started",
     ExitCode.TERMINATED: "stopped by SIGTERM, SIGHUP or SIGQUIT; a process was killed or had died",
 }
 
