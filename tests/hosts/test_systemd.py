@@ -269,6 +269,18 @@ def test_a_stop_on_the_robot_is_a_stop_by_a_user(lab: Lab, robot: Robot, start: 
     assert run.interrupt() == 0
 
 
+def test_a_stop_on_the_robot_of_what_waits_for_its_restart(
+    lab: Lab, robot: Robot, start: Start, user: str
+):
+    more = (SCREEN, "respawn=True", "respawn_delay=900.0")
+    run = start(("mad", "exit 1", *more), user=user)
+    run.wait_for("restart 1 in 900 s")
+    systemctl(robot, user, "stop", "launcher-*-mad-1.service")
+    wait_until(lambda: "stopped" in lab.operator.launcher("ps").stdout, "it is stopped")
+    assert "systemd does not restart it" not in run.text
+    assert run.interrupt() == 0, run.text
+
+
 def test_a_stubborn_process_is_killed(robot: Robot, start: Start):
     script = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
     more = (SCREEN, "sigterm_timeout='0.3'", "sigkill_timeout='0.3'")

@@ -10,7 +10,7 @@ import pytest
 from launcher.engine.hosts.systemd.facts import Facts
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.engine.hosts.systemd.shell import Answer, Request
-from launcher.engine.hosts.systemd.unit_process import UnitProcess
+from launcher.engine.hosts.systemd.unit_process import SUSPICIOUS, UnitProcess
 from launcher.engine.machine import Command, Exited, MachineEvent, ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
@@ -189,3 +189,24 @@ def test_signals_of_a_stop_follow_the_request_of_the_stop(there: There):
         there.process.command(Command.SKIP_GRACE)
 
     assert there.asked() == ["stop", "kill", "kill"]
+
+
+@pytest.mark.parametrize(
+    ("found", "state"),
+    [
+        ({"ActiveState": "inactive", "Result": "exit-code"}, ProcessState.STOPPED),
+        ({"ActiveState": "inactive"}, ProcessState.STOPPED),  # and forgotten
+        ({"ActiveState": "failed", "Result": "start-limit-hit"}, ProcessState.FATAL),
+        ({"ActiveState": "activating", "SubState": "auto-restart"}, ProcessState.BACKOFF),
+    ],
+)
+def test_what_does_not_wait_any_more_for_its_restart(
+    there: There, found: dict[str, str], state: ProcessState
+):
+    there.begin()
+    there.exit("i1")
+    for _ in range(SUSPICIOUS):
+        there.process.seen(found, there.reactor.now())
+
+    assert there.state is state
+    assert there.asked() == []

@@ -321,6 +321,8 @@ class UnitProcess:
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
         elif self.machine.state.is_alive and self._invocation not in self._exits:
             self.noted_exit(self._invocation, outcome_of_unit(found), at_s)
+        elif _was_stopped(found) and self.machine.state is ProcessState.BACKOFF:
+            self.noted_stop(at_s, by_user=True)  # which the journal does not tell
         else:
             self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")
 
@@ -398,3 +400,8 @@ def _is_pause(signum: int) -> bool:
 
 def _is_running(found: Mapping[str, str]) -> bool:
     return found.get("ActiveState") == "active" and found.get("MainPID", "0") != "0"
+
+
+def _was_stopped(found: Mapping[str, str]) -> bool:
+    """Whether somebody has stopped a unit that waited for its restart; else it has failed."""
+    return found.get("ActiveState") == "inactive" and found.get("Result") != "exec-condition"
