@@ -11,6 +11,7 @@ import pytest
 
 from tests.support.hosts import Host, Lab
 from tests.support.hosts.remote_run import RemoteRun
+from tests.support.hosts.run import agents
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
@@ -58,10 +59,6 @@ def launch_file(processes: dict[str, str]) -> str:
         "def generate_launch_description():\n"
         f"    return LaunchDescription([{', '.join(actions)}])\n"
     )
-
-
-def agents(host: Host) -> list[int]:
-    return [one.pid for one in host.processes() if one.words[-2:] == ("launcher", "agent")]
 
 
 def scripts(host: Host) -> list[int]:
