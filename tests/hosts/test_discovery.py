@@ -112,11 +112,13 @@ def server(computer: Computer, index: int) -> Iterator[Entered]:
     words = module("launcher.hosts.discovery_server", str(index), "0.0.0.0", str(PORT))
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with computer.popen(words, **pipes) as process:
-        assert process.stdout is not None
-        assert select.select([process.stdout], [], [], 60)[0], "the server says nothing"
-        assert "Server is running" in process.stdout.readline()
-        yield process
-        process.kill()
+        try:
+            assert process.stdout is not None
+            assert select.select([process.stdout], [], [], 60)[0], "the server says nothing"
+            assert "Server is running" in process.stdout.readline()
+            yield process
+        finally:
+            process.kill()  # or a test that fails would wait for it
 
 
 @pytest.fixture(scope="module")
