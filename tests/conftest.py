@@ -24,7 +24,8 @@ from tests.support.waiting import wait_until
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
 
 TIERS = ("unit", "basic", "thorough", "browser")
-UNIT_TESTS = Path(__file__).parent / "unit"
+# The tier of tests without a marker, by folder; that of all others is `basic`.
+TIER_OF_FOLDER = {"unit": "unit", "hosts": "thorough"}
 # A fixture of these takes long, or makes a network with hosts, and serves all tests of the file.
 TOGETHER = (
     "tests/build/test_package_tests.py",
@@ -83,7 +84,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         tiers = [tier for tier in TIERS if item.get_closest_marker(tier)]
         if not tiers:
-            tiers = ["unit" if UNIT_TESTS in item.path.parents else "basic"]
+            folder = item.path.relative_to(Path(__file__).parent).parts[0]
+            tiers = [TIER_OF_FOLDER.get(folder, "basic")]
             item.add_marker(tiers[0])
         elif len(tiers) > 1:
             raise pytest.UsageError(f"{item.nodeid} belongs to more than one tier: {tiers}")

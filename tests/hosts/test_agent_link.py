@@ -108,7 +108,6 @@ def test_the_launcher_is_killed(lab: Lab, bot: Host, tmp_path: Path, policy: str
         wait_until(lambda: not proc.is_alive(process), "the process is stopped")
 
 
-@pytest.mark.thorough
 def test_the_host_is_switched_off(lab: Lab, tmp_path: Path):
     bot = lab.host("off")
     with Run(lab, tmp_path, {bot: {}}, {"count": "off"}) as run:
@@ -119,7 +118,6 @@ def test_the_host_is_switched_off(lab: Lab, tmp_path: Path):
         assert "could not be reached: off (count-1)" in run.text
 
 
-@pytest.mark.thorough
 def test_the_host_is_switched_off_and_on(lab: Lab, tmp_path: Path):
     bot = lab.host("on")
     with Run(lab, tmp_path, {bot: KEEP}, {"count": "on"}) as run:
@@ -130,7 +128,6 @@ def test_the_host_is_switched_off_and_on(lab: Lab, tmp_path: Path):
         assert run.end() == 1
 
 
-@pytest.mark.thorough
 def test_the_link_is_down_for_8_seconds(lab: Lab, bot: Host, tmp_path: Path):
     with Run(lab, tmp_path, {bot: KEEP}, PLACE) as run:
         is_counting(run)
@@ -156,7 +153,6 @@ def proc_clock() -> float:
     return time.monotonic()
 
 
-@pytest.mark.thorough
 def test_the_link_is_down_for_longer_than_the_policy(lab: Lab, bot: Host, tmp_path: Path):
     with Run(lab, tmp_path, {bot: {"on_link_loss": "stop-after=2"}}, PLACE) as run:
         is_counting(run)
@@ -265,7 +261,6 @@ def test_twelve_processes_share_one_session(lab: Lab, bot: Host, tmp_path: Path)
     assert bot.sshd_log.count("Starting session") - before == 1
 
 
-@pytest.mark.thorough
 def test_a_slow_link_loses_nothing(lab: Lab, bot: Host, tmp_path: Path):
     bot.slow_link(delay_s=0.1, loss=0.02, bytes_per_s=200_000)
     try:

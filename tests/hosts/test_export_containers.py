@@ -17,8 +17,6 @@ from tests.support.hosts import Lab
 from tests.support.hosts.leftovers import STATE
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 IMAGE = "localhost/system:latest"
 VARIABLES = {"ROS_DOMAIN_ID": "0", "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
 

@@ -14,8 +14,6 @@ from jsonschema import Draft7Validator
 from tests.support.exports import COMPOSE_SCHEMA, export, tool
 from tests.support.hosts.requirements import program
 
-pytestmark = pytest.mark.thorough
-
 ODD = """
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, TimerAction

@@ -16,8 +16,6 @@ from tests.support.hosts import Lab, Robot, needs_robots
 from tests.support.hosts.requirements import program
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 ODD = """
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, TimerAction

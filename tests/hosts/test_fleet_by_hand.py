@@ -13,8 +13,6 @@ from tests.support.hosts import Lab, Robot, needs_robots
 from tests.support.hosts.operator import launcher_words
 from tests.support.screen_terminal import ScreenTerminal
 
-pytestmark = pytest.mark.thorough
-
 PLACES = {"robot_1": "bot1", "robot_2": "bot2", "robot_3": "bot3"}
 Type = Callable[..., ScreenTerminal]
 

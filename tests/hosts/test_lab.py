@@ -18,8 +18,6 @@ from tests.support.hosts.keys import make_key
 from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 
 @pytest.fixture(scope="module")
 def one(lab: Lab) -> Host:

@@ -11,8 +11,6 @@ from tests.support.hosts import Lab, Robot, leftovers, needs_robots
 from tests.support.hosts.checks import heard, is_reached, killed_run, login, traces
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 MANAGERS = (("root", "--system"), ("robot", "--user"))
 
 

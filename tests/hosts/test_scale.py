@@ -14,8 +14,6 @@ from tests.support.hosts import Host, Lab
 from tests.support.hosts.operator import launcher_words
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 HOSTS, EACH = 10, 4
 STARTED = "process started with pid"
 MARK = "86399"  # in the words of the processes

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tests.support.hosts import Lab
 from tests.support.node_process import REPOSITORY
-
-pytestmark = pytest.mark.thorough
 
 EXPECTED = (
     *("--expect-node", "/robot_1"),

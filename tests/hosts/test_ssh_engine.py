@@ -14,8 +14,6 @@ from tests.support.hosts.remote_run import RemoteRun
 from tests.support.hosts.run import agents
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 COUNT = "n=0; while :; do n=$((n+1)); echo $n; sleep 0.1; done"
 DEFAULT_SESSIONS = 10  # of sshd on a connection
 

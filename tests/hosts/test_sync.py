@@ -261,7 +261,6 @@ def test_ctrl_c_ends_it_and_the_receiver(command: Command, bot: Host, workspace:
     assert not (bot.home / CURRENT).exists()
 
 
-@pytest.mark.thorough
 def test_a_link_that_is_down_for_long_frees_the_lock(
     lab: Lab, bot: Host, workspace: Path, tmp_path: Path
 ):

@@ -117,7 +117,6 @@ def test_the_check_uses_what_was_brought(
     assert "another state" not in after.stdout, after.stdout
 
 
-@pytest.mark.thorough
 def test_robots_with_systemd(lab: Lab, fleet_workspace: BuiltWorkspace, tmp_path: Path):
     needs_robots()
     names = ("five", "six")

@@ -18,8 +18,6 @@ from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.remote_run import RemoteRun
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.thorough
-
 USERS = ("root", "robot")
 SCREEN = "output='screen'"
 COUNT = "n=0; while :; do n=$((n+1)); echo $n; sleep 0.1; done"

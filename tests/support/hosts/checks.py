@@ -16,9 +16,17 @@ from tests.support.hosts.lab import Lab
 from tests.support.hosts.remote import Remote
 from tests.support.node_process import REPOSITORY
 
+_RUN_MODULE = f"""
+import runpy, sys
+sys.path.insert(0, {str(REPOSITORY)!r})
+del sys.argv[0]
+runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+"""
+
 
 def module(name: str, *words: str) -> list[str]:
-    return [sys.executable, "-m", name, *words]
+    """A module of the launcher or of the tests, which no environment has installed."""
+    return [sys.executable, "-c", _RUN_MODULE, name, *words]
 
 
 def login(
