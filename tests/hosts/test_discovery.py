@@ -203,7 +203,9 @@ def test_the_whole_graph_is_seen_through_the_server(lab: Lab, one: Host, two: Ho
     with server(lab.operator, 0), meeting(wiring, one, two) as nodes:
         nodes.wait()
         wait_until(lambda: shown("node", "list").split() == ["/one", "/two"], "all nodes are seen")
-        assert "Publisher count: 2" in shown("topic", "info", "/names")
+        wait_until(
+            lambda: "Publisher count: 2" in shown("topic", "info", "/names"), "both publishers"
+        )
 
 
 # ---- a container with the network of its host
