@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import fcntl
 import io
@@ -403,3 +404,29 @@ def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):
 
     service._answers.seek(0)
     assert str(tmp_path) in wire.receive(service._answers)["error"]  # type: ignore[arg-type]
+
+
+def test_pip_ends_with_the_operator(tmp_path: Path):
+    """Ctrl-C closes the session; what pip has started ends, too."""
+    code = """
+from launcher.hosts.sync.on_host import environment
+environment._run(["sh", "-c", f"echo $$ > {PATH!r}; sleep 600 | sleep 600"], "pip failed")
+""".replace("{PATH!r}", str(tmp_path / "pid"))
+    receiver = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE)
+    assert receiver.stdin is not None
+    wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text(), "it runs")
+    group = int((tmp_path / "pid").read_text())
+
+    receiver.stdin.close()
+
+    assert receiver.wait(60) != 0
+    wait_until(lambda: not _members(group), "what pip has started ends")
+
+
+def _members(group: int) -> list[int]:
+    found = []
+    for name in os.listdir("/proc"):
+        with contextlib.suppress(OSError, ValueError):
+            if os.getpgid(int(name)) == group:
+                found.append(int(name))
+    return found

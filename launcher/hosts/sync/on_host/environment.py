@@ -5,8 +5,11 @@ from __future__ import annotations
 import errno
 import glob
 import os
+import select
+import signal
 import subprocess
 import sys
+import threading
 
 from launcher.hosts.sync.on_host import wire
 from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors, remove_folder
@@ -104,18 +107,20 @@ def _run(command: Sequence[str], what: str, given: str = "") -> None:
     env = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     # The wheels of ROS execute Python again where this is not set.
     env["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
-    done = subprocess.run(
+    done = subprocess.Popen(
         list(command),
-        input=given.encode("utf-8", "surrogateescape"),
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         env=env,
         close_fds=False,  # it holds the lock, too
-        check=False,
+        start_new_session=True,
     )
+    threading.Thread(target=_end_with_operator, args=(done,), daemon=True).start()
+    output, _ = done.communicate(given.encode("utf-8", "surrogateescape"))
     if done.returncode == 0:
         return
-    lines = done.stdout.decode(errors="replace").strip().splitlines()
+    lines = output.decode(errors="replace").strip().splitlines()
     text = "\n".join(lines[-6:]) or f"exit code {done.returncode}"
     if "No space left on device" in text:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -125,3 +130,14 @@ def _run(command: Sequence[str], what: str, given: str = "") -> None:
             "give --wheelhouse DIR, which may be a new folder: it is filled here, and sent",
         )
     raise Refusal(f"{what}: {text}")
+
+
+def _end_with_operator(process: subprocess.Popen[bytes]) -> None:
+    """Kill the program, and what it has started, when nobody sends requests any more."""
+    waiting = select.poll()
+    waiting.register(0, select.POLLRDHUP)
+    while process.poll() is None:
+        for _, events in waiting.poll(500):
+            if events & (select.POLLHUP | select.POLLRDHUP) and process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            return
