@@ -104,9 +104,10 @@ def test_a_fleet_runs_from_what_was_brought(
         hosts["bot1"].popen([*run, "dispatcher", *arguments[:3]], env=network),
         hosts["bot2"].popen([*run, "robot", "--ros-args", "-r", "__node:=bot2"], env=network),
     ]
-    watch = [f"{CURRENT}/bin/launcher", "topic", "echo", "/fleet/status", "--once"]
+    topic = ("/fleet/status", "fleet_interfaces/msg/RobotStatus")
+    watch = [f"{CURRENT}/bin/launcher", "topic", "echo", *topic, "--once", "--timeout", "60"]
     try:
-        heard = hosts["bot3"].run([*watch, "--timeout", "60"], env=network)
+        heard = hosts["bot3"].run(watch, env=network, timeout=90)
     finally:
         for node in nodes:
             node.terminate()
@@ -312,7 +313,7 @@ def test_a_host_without_a_network_and_wheels_says_what_to_do(
     done = command.run(workspace, f"--requirements={tmp_path}/list.txt")
 
     assert done.code == 1
-    assert "host 'bot1': pip failed" in done.err
+    assert "'bot1': pip reaches no index of packages from there\nhint: give --wheel" in done.err
     assert not (bot.home / CURRENT).exists()
 
 

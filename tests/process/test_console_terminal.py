@@ -237,7 +237,7 @@ def test_a_run_that_ends_before_its_console_is_ready_does_not_mention_it(bench: 
 def test_a_closed_window_stops_the_run_in_order(bench: Bench, tmp_path: Path):
     said = tmp_path / "said"
     polite = (
-        "py(\"import time\\ntry: print('ready', flush=True), time.sleep(60)\\n"
+        "py(\"import time\\ntry:\\n print('ready', flush=True)\\n while True: time.sleep(0.1)\\n"
         "except KeyboardInterrupt: "
         f"open('{said}', 'w').write('bye')\", name='polite', sigterm_timeout='600'),"
     )
