@@ -528,7 +528,7 @@ def test_a_flood_comes_completely_and_before_the_exits(start: Start):
     script = "seq 60000"
     run = start(*((f"p{number}", script) for number in range(3)))
 
-    assert run.wait() == 0
+    assert run.wait() == 0, run.text[-3000:]
     for number in range(3):
         assert run.numbers(f"p{number}-{number + 1}") == list(range(1, 60001))
         _, _, after = run.text.partition(f"[p{number}-{number + 1}]: process has finished")

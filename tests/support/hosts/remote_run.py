@@ -48,9 +48,10 @@ class RemoteRun:
 
     def wait_for(self, pattern: str, times: int = 1) -> None:
         def is_there() -> bool:
+            has_ended = self.process.poll() is not None  # before the text is read
             if len(re.findall(pattern, self.text, re.MULTILINE)) >= times:
                 return True
-            assert self.process.poll() is None, f"it has ended without {pattern!r}:\n{self.text}"
+            assert not has_ended, f"it has ended without {pattern!r}:\n{self.text}"
             return False
 
         try:

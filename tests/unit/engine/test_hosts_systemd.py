@@ -7,15 +7,16 @@ import subprocess
 
 import pytest
 
-from launcher.engine.hosts.systemd import facts, journal, manifest, samples
+from launcher.engine.hosts.systemd import facts, journal, journal_events, manifest, samples
 from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
 from launcher.engine.hosts.systemd.journal import JournalReader, Line, Message, Note
-from launcher.engine.hosts.systemd.journal_events import BURST, Flood
+from launcher.engine.hosts.systemd.journal_events import BURST, Flood, JournalEvents
 from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.recent_output import MUCH, RecentOutput
 from launcher.engine.hosts.systemd.scripts import read_properties, written
 from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
+from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.order import Order
 from launcher.model.events import Outcome
 from launcher.model.spec import RestartMode, RestartPolicy
@@ -230,6 +231,22 @@ def test_a_flood_is_told_once():
     flood = Flood()
 
     assert [flood.is_above(1.0) for _ in range(2 * BURST)].count(True) == 1
+
+
+def test_a_mark_comes_with_its_record_or_when_nothing_comes_any_more(monkeypatch):
+    monkeypatch.setattr(journal_events, "SILENT_S", 0.3)
+    came: list[str] = []
+    with Reactor() as reactor:
+        events = JournalEvents("bot1", None, reactor, {})  # type: ignore[arg-type]
+        events.when_marked("a", lambda: came.append("a"))
+        events.when_marked("b", lambda: came.append("b"))
+        events.feed(Note(words=("mark", "a"), uid=0, monotonic_s=1.0), 1.0)
+        until_s = reactor.now() + 0.3
+        while len(came) < 2:
+            reactor.turn()
+        assert came == ["a", "b"]
+        assert reactor.now() >= until_s - 0.1  # the second was awaited
+        events.close()
 
 
 def test_samples_come_from_proc():

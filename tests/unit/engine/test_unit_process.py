@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
+from launcher.engine.hosts.systemd.doubt import SUSPICIOUS
 from launcher.engine.hosts.systemd.facts import Facts
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.engine.hosts.systemd.shell import Answer, Request
-from launcher.engine.hosts.systemd.unit_process import SUSPICIOUS, UnitProcess
+from launcher.engine.hosts.systemd.unit_process import UnitProcess
 from launcher.engine.machine import Command, Exited, MachineEvent, ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
@@ -43,6 +44,7 @@ class There:
         self.reactor = reactor
         self.requests: deque[Request] = deque()
         self.events: list[MachineEvent] = []
+        self.marks: list[Callable[[], None]] | None = None  # of a journal that is behind
         scripts = Scripts("k3", Host(name="bot1", address="10.0.0.1"), FACTS)
         restart = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=60.0)
         order = Order(name="a-1", label="a", words=(("a",),), environment={}, restart=restart)
@@ -53,9 +55,15 @@ class There:
             reactor,
             self.requests.append,
             lambda number, event, at_s, pid, left_s: self.events.append(event),
-            lambda callback: callback(),
+            self.mark,
             lambda text: None,
         )
+
+    def mark(self, callback: Callable[[], None]) -> None:
+        if self.marks is None:
+            callback()
+        else:
+            self.marks.append(callback)
 
     @property
     def state(self) -> ProcessState:
@@ -75,7 +83,9 @@ class There:
     def exit(self, invocation: str, outcome: Outcome = FAILED) -> None:
         """The journal tells an exit, and what it waits for is over."""
         self.process.noted_exit(invocation, outcome, self.reactor.now())
+        self.await_exit()
 
+    def await_exit(self) -> None:
         def is_handled() -> bool:
             self.reactor.turn()
             return isinstance(self.events[-1], Exited)
@@ -210,3 +220,45 @@ def test_what_does_not_wait_any_more_for_its_restart(
 
     assert there.state is state
     assert there.asked() == []
+
+
+FORGOTTEN = {"ActiveState": "inactive", "ExecMainCode": "0"}
+
+
+def test_an_exit_that_the_journal_tells_late_is_not_guessed(there: There):
+    """Behind much output; systemd has forgotten the unit, and its exit code."""
+    there.begin()
+    there.marks = []
+    for _ in range(3 * SUSPICIOUS):
+        there.process.seen(FORGOTTEN, there.reactor.now())
+    assert there.state is ProcessState.RUNNING
+
+    there.exit("i1", Outcome(returncode=0))
+    assert there.events[-1] == Exited(Outcome(returncode=0))
+
+
+def test_an_exit_that_the_journal_does_not_tell_is_known_from_the_unit(there: There):
+    there.begin()
+    there.marks = []
+    for _ in range(SUSPICIOUS):
+        there.process.seen(FORGOTTEN, there.reactor.now())
+    (mark,) = there.marks
+    mark()
+    there.process.seen(FORGOTTEN, there.reactor.now())
+    there.await_exit()
+
+    assert there.events[-1] == Exited(Outcome(returncode=-9))
+
+
+def test_a_mark_of_a_doubt_that_is_over_settles_no_other(there: There):
+    there.begin()
+    there.marks = []
+    for _ in range(SUSPICIOUS):
+        there.process.seen(FORGOTTEN, there.reactor.now())
+    running = {"ActiveState": "active", "MainPID": "7", "InvocationID": "i1"}
+    there.process.seen(running, there.reactor.now())
+    there.marks.pop()()
+    for _ in range(3 * SUSPICIOUS):
+        there.process.seen(FORGOTTEN, there.reactor.now())
+
+    assert there.state is ProcessState.RUNNING

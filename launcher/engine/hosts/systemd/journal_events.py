@@ -6,6 +6,7 @@ from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.exits import outcome_of_record
 from launcher.engine.hosts.systemd.journal import Line, Message, Note
 from launcher.engine.hosts.systemd.owners import Owners
+from launcher.engine.hosts.systemd.timers import Timers
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,8 +15,9 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.link import LinkListener
     from launcher.engine.hosts.systemd.journal import Entry
     from launcher.engine.hosts.systemd.unit_process import UnitProcess
-    from launcher.engine.posix.reactor import Reactor, Timer
+    from launcher.engine.posix.reactor import Reactor
 
+SILENT_S = 30.0  # without any entry: a mark does not come any more
 LIMBO_S = 2.0  # for the record that says whose output it is
 # The default limit of the journal, for all units of a user together; more where the disk is large.
 BURST, INTERVAL_S = 10_000, 30.0
@@ -29,8 +31,7 @@ class JournalEvents:
     """Passes entries on to `units` and to the listener.
 
     `by_unit` are process ids by the names of units, `uid` is the user on the host. Of records and
-    messages from before `begin_s`, on the clock of the host, nothing is made. `marks` are called
-    when their record comes, once.
+    messages from before `begin_s`, on the clock of the host, nothing is made.
     """
 
     def __init__(
@@ -47,21 +48,45 @@ class JournalEvents:
         self.uid = 0
         self.begin_s = float("-inf")
         self.by_unit: dict[str, int] = {}
-        self.marks: dict[str, Callable[[], None]] = {}
+        self._marks: dict[str, Callable[[], None]] = {}
         self._owners = Owners()
         self._limbo: list[Line] = []
-        self._timer: Timer | None = None
+        self._timers = Timers(reactor)
+        self._heard_s = 0.0
         self._flood = Flood()
 
+    def when_marked(self, token: str, callback: Callable[[], None]) -> None:
+        """Call back when the record of this mark has come, or nothing comes any more."""
+        self._marks[token] = callback
+        self._heard_s = self._reactor.now()
+        self._await_entries(SILENT_S)
+
+    def _await_entries(self, delay_s: float) -> None:
+        self._timers.after("silence", delay_s, self._check_silence)
+
+    def _check_silence(self) -> None:
+        left_s = self._heard_s + SILENT_S - self._reactor.now()
+        if left_s > 0:
+            self._await_entries(left_s)
+            return
+        for token in list(self._marks):
+            self._came(token)
+
+    def _came(self, token: str) -> None:
+        if token in self._marks:
+            self._reactor.call_later(0, self._marks.pop(token))
+        if not self._marks:
+            self._timers.cancel("silence")
+
     def feed(self, entry: Entry, at_s: float) -> None:
+        self._heard_s = self._reactor.now()
         if isinstance(entry, Line):  # processes may change their user, so these are of any
             self._line(entry, at_s)
         elif entry.uid != self.uid:
             return
         elif isinstance(entry, Note) and entry.words[:1] == ("mark",):
             for token in entry.words[1:2]:
-                if token in self.marks:
-                    self._reactor.call_later(0, self.marks.pop(token))
+                self._came(token)
         elif entry.monotonic_s < self.begin_s:
             return
         elif isinstance(entry, Note):
@@ -70,8 +95,7 @@ class JournalEvents:
             self._message(entry, at_s)
 
     def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timers.close()
 
     # ---- output
 
@@ -90,8 +114,7 @@ class JournalEvents:
         if process_id is None:
             if line.uid == self.uid:  # else of this run on another host, the same machine
                 self._limbo.append(line)
-                self.close()
-                self._timer = self._reactor.call_later(LIMBO_S, self._give_up_limbo)
+                self._timers.after("limbo", LIMBO_S, self._give_up_limbo)
             return
         one = self._units[process_id]
         one.wrote(len(line.data), at_s)

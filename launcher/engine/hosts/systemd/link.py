@@ -298,9 +298,9 @@ class SystemdLink:
         self._listener.warn(self._host.name, text)
 
     def _when_marked(self, callback: Callable[[], None]) -> None:
-        """Call back when the journal has told all that it has now."""
+        """Call back when the journal has told all that it has now, or is silent."""
         token = f"m{next(self._tokens)}"
-        self._events.marks[token] = callback
+        self._events.when_marked(token, callback)
         self._request(Request(self._scripts.mark(token)))
 
     # ---- attaching
@@ -357,7 +357,7 @@ class SystemdLink:
         names = [one.order.name for one in self._units.values()]
         answered = functools.partial(self._finish_answered, at_once)
         self._request(Request(self._scripts.finish(names, at_once=at_once), answered))
-        self._events.marks["finish"] = self._finished
+        self._events.when_marked("finish", self._finished)
         self._request(Request(self._scripts.mark("finish")))
 
     def _finish_answered(self, at_once: bool, answer: Answer) -> None:

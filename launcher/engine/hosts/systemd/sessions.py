@@ -136,13 +136,18 @@ class Sessions:
             self._timers.after("watch", 1.0, self._check_silence)
             self._change(LinkState.READY, "")
         else:
-            if not self._listener.met_again(facts):
-                self.clock = HostClock()
+            is_same = self._listener.met_again(facts)
             if self._shell is None:
                 return
-            self._check_cursor()
-            self._follow()
-            self._catch_up()
+            if is_same:
+                self._check_cursor()
+                self._follow()
+                self._catch_up()
+            else:  # its lines have ended with it
+                self.clock = HostClock()
+                self._follow()
+                self._caught_up()
+            self._timers.after("watch", 1.0, self._check_silence)
 
     def give_up(self, reason: str) -> None:
         """Leave for ever; the listener hears of it."""
@@ -156,7 +161,6 @@ class Sessions:
         self._marks += 1
         self._send(Request(self._listener.mark(str(self._marks)), lasts=False))
         self._timers.after("mark", CATCH_UP_S, self._caught_up)
-        self._timers.after("watch", 1.0, self._check_silence)
 
     def _caught_up(self) -> None:
         self._timers.cancel("mark")

@@ -14,6 +14,7 @@ import uuid
 from collections import deque
 
 from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.hosts.systemd.doubt import Doubt
 from launcher.engine.hosts.systemd.exits import outcome_of_unit
 from launcher.engine.hosts.systemd.recent_output import RecentOutput
 from launcher.engine.hosts.systemd.scripts import read_properties
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
 
 # Output that the journal gets from another stream than the record of the exit comes within it.
 DRAIN_S = 0.05
-MARK_S = 30.0  # for a mark to come through the journal
-SUSPICIOUS = 2  # looks at the unit that contradict the journal, before they are believed
 _KILLED = -9
 _TOLD = 16  # invocations: only those of late may be told twice
 _STOPS = (Command.STOP, Command.USER_STOP)
@@ -52,8 +51,9 @@ _STOPS = (Command.STOP, Command.USER_STOP)
 class UnitProcess:
     """`report(event, at, pid, left)` is told what its machine has handled.
 
-    `mark` calls back when all that the journal has now has come. `scripts` may change when the host
-    was restarted. Call its methods only while the host can be reached, except `noted...`.
+    `mark` calls back when all that the journal has now has come, or it is silent. `scripts` may
+    change when the host was restarted. Call its methods only while the host can be reached, except
+    `noted...`.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class UnitProcess:
         self._is_held = False
         self._is_stopped = False  # its stop was requested from here, since its last start
         self._stopped_s = float("-inf")  # a start that was before is of a unit that is stopped
-        self._suspicions = 0
+        self._doubt = Doubt(mark)
         self._last_s = 0.0
         self._timer: Timer | None = None
         self._drain: Timer | None = None
@@ -265,7 +265,6 @@ class UnitProcess:
             self._flush()
             return
         self._recent.looked()
-        self._after("_drain", MARK_S, self._flush)
         self._mark(self._drain_output)
 
     def _flush(self) -> None:
@@ -311,12 +310,11 @@ class UnitProcess:
     def seen(self, found: Mapping[str, str], at_s: float) -> None:
         """Compare with the state of the unit; what the journal does not tell counts as seen."""
         if self._pending is not None or self._is_starting or not self._contradicts(found):
-            self._suspicions = 0
+            self._doubt.clear()
             return
-        self._suspicions += 1
-        if self._suspicions < SUSPICIOUS:
+        if not self._doubt.is_settled():
             return
-        self._suspicions = 0
+        self._doubt.clear()
         if _is_running(found):
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
         elif self.machine.state.is_alive and self._invocation not in self._exits:
