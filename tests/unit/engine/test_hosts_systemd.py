@@ -205,13 +205,16 @@ def test_facts():
 
 def test_much_output_may_have_more_behind_it():
     recent = RecentOutput()
-    recent.add(10, 1.0)
+    recent.add(10)
     recent.ended()
     assert not recent.may_be_behind
-    recent.add(MUCH + 1, 1.5)
+    recent.add(MUCH)
+    recent.add(1)
     recent.ended()
     assert recent.may_be_behind
     recent.looked()
+    assert not recent.may_be_behind
+    recent.ended()  # the next time
     assert not recent.may_be_behind
 
 

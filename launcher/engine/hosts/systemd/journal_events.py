@@ -117,7 +117,7 @@ class JournalEvents:
                 self._timers.after("limbo", LIMBO_S, self._give_up_limbo)
             return
         one = self._units[process_id]
-        one.wrote(len(line.data), at_s)
+        one.wrote(len(line.data))
         stream = "both" if one.order.merge else line.stream
         self._listener.output(process_id, stream, line.data, at_s)
         if self.uid and self._flood.is_above(at_s):

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-MUCH = 16 * 1024  # bytes in a second, after which a stream may be behind
+# Bytes: of a process that has written more, the journal may have a piece before the record of its
+# exit and the rest behind it. It reads about 48 KB of a stream at a time.
+MUCH = 16 * 1024
 
 
 class RecentOutput:
     """Whether the journal may have more of a process that has exited."""
 
     def __init__(self) -> None:
-        self._second, self._bytes, self._has_more = 0.0, 0, False
+        self._bytes = 0  # since the last exit
+        self._has_more = False
 
-    def add(self, size: int, at_s: float) -> None:
-        if at_s - self._second > 1.0:
-            self._second, self._bytes = at_s, 0
+    def add(self, size: int) -> None:
         self._bytes += size
         self._has_more = True
 
     def ended(self) -> None:
         self._has_more = self._bytes > MUCH
+        self._bytes = 0
 
     def looked(self) -> None:
         self._has_more = False

@@ -249,9 +249,9 @@ class UnitProcess:
         self._recent.ended()
         self._after("_drain", DRAIN_S, self._drain_output)
 
-    def wrote(self, size: int, at_s: float) -> None:
+    def wrote(self, size: int) -> None:
         """So many bytes of output have come."""
-        self._recent.add(size, at_s)
+        self._recent.add(size)
 
     def _drain_output(self) -> None:
         """Handle the exit when nothing of its output can be left.
