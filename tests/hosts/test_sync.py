@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
@@ -201,8 +202,11 @@ def large(workspace: Path) -> Path:
 
 def received(host: Host) -> int:
     """Bytes of the file that is being received."""
-    found = list((host.home / WORKSPACE / "incoming").glob(".*.partial"))
-    return max((path.stat().st_size for path in found), default=0)
+    sizes = [0]
+    for path in (host.home / WORKSPACE / "incoming").glob(".*.partial"):
+        with contextlib.suppress(FileNotFoundError):  # it has got its name meanwhile
+            sizes.append(path.stat().st_size)
+    return max(sizes)
 
 
 @pytest.mark.parametrize(
