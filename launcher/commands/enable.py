@@ -11,7 +11,7 @@ from launcher.commands.launch.target import LaunchRequest
 from launcher.engine.hosts.systemd.installed import Installer
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.export.model import NO_HOST, Process, System
-from launcher.export.system import stem_of, system_of
+from launcher.export.system import system_of
 from launcher.export.systemd import Systemd
 from launcher.hosts import unit
 from launcher.hosts.file import read
@@ -65,7 +65,7 @@ def _hosts_file(options: RunOptions) -> HostsFile:
 
 
 def _name(request: LaunchRequest) -> str:
-    return f"launcher-{stem_of(request.path)}"
+    return unit.installed_name(request.path)
 
 
 def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> System:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import DEBUG, Command, Parsed, option, positive_seconds
 from launcher.commands import VERBS
-from launcher.commands.hosts_file import HOSTS, hosts_file
+from launcher.commands.hosts_file import DISCOVERY, HOSTS, hosts_file
 from launcher.commands.hosts_schema import SCHEMA
 from launcher.commands.hosts_sync import SYNC
 from launcher.commands.launch.target import (
@@ -17,7 +17,6 @@ from launcher.commands.launch.target import (
     LaunchRequest,
 )
 from launcher.errors import ExitCode
-from launcher.model.record import replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,17 +33,13 @@ def main(words: Sequence[str]) -> int:
 def _check(parsed: Parsed) -> int:
     from launcher.hosts.check.examine import examine
     from launcher.hosts.check.report import as_document, as_text
-    from launcher.hosts.model import DiscoveryMode
     from launcher.ros.discovery.domains import environment_domain
     from launcher.stdio import print_text
 
     file = hosts_file(parsed)
-    discovery = file.discovery
-    if parsed.discovery is not None:
-        discovery = replace(discovery, mode=DiscoveryMode(parsed.discovery))
     result = examine(
         file,
-        discovery,
+        file.discovery.by(parsed.discovery),
         _needs(parsed, file) if parsed.words else {},
         domain=environment_domain(),
         timeout_s=parsed.timeout,
@@ -79,13 +74,6 @@ def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
         for name in file.hosts
     }
 
-
-DISCOVERY = option(
-    "--discovery MODE",
-    "how nodes on several hosts find each other (default: as the hosts file or the environment "
-    "says)",
-    choices=("multicast", "peers", "server"),
-)
 
 COMMAND = Command(
     "hosts",

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
+from launcher.commands.hosts_file import DISCOVERY
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -45,6 +46,7 @@ launch has done so far.
         LENIENT,
         EVALUATION_TIMEOUT,
         option("--hosts FILE", "show where processes run as this file says, and what runs there"),
+        DISCOVERY,
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -58,24 +60,35 @@ def main(words: Sequence[str]) -> int:
         return _show_running(parsed)
     if parsed.run is not None:
         raise UsageError("--run and TARGET exclude each other")
-    return show(LaunchRequest.of(parsed), as_json=parsed.json, hosts=parsed.hosts)
+    return show(
+        LaunchRequest.of(parsed),
+        as_json=parsed.json,
+        hosts=parsed.hosts,
+        discovery=parsed.discovery,
+    )
 
 
-def show(request: LaunchRequest, *, as_json: bool = False, hosts: str | None = None) -> int:
+def show(
+    request: LaunchRequest,
+    *,
+    as_json: bool = False,
+    hosts: str | None = None,
+    discovery: str | None = None,
+) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `hosts` is the path of a hosts file.
+    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there.
     """
-    file = None if hosts is None else _hosts_file(hosts)
+    file = _hosts_file(hosts, discovery)
     plan = evaluate(request, with_scopes=file is not None)
     errors = mistakes_of(plan, request)
     placing = None if file is None else _placing(plan, file)
     if placing is not None:
         errors += placing.findings.errors
     if as_json:
-        _show_document(plan, errors, placing)
+        _show_document(plan, errors, placing, file)
         return ExitCode.OK if placing is None or not placing.findings.errors else ExitCode.USAGE
-    _show_tree(plan, placing)
+    _show_tree(plan, placing, file)
     if not errors:
         return ExitCode.OK
     from launcher.commands.launch.mistakes import together
@@ -83,11 +96,16 @@ def show(request: LaunchRequest, *, as_json: bool = False, hosts: str | None = N
     raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def _hosts_file(path: str) -> HostsFile:
+def _hosts_file(path: str | None, discovery: str | None) -> HostsFile | None:
     """The values of secrets are not needed for a plan."""
+    if path is None and discovery is None:
+        return None
     from launcher.hosts.file import read
+    from launcher.hosts.model import HostsFile
+    from launcher.model.record import replace
 
-    return read(path, with_secrets=False)
+    file = HostsFile(path="", hosts={}) if path is None else read(path, with_secrets=False)
+    return replace(file, discovery=file.discovery.by(discovery))
 
 
 def _placing(plan: Plan, file: HostsFile) -> Placing:
@@ -159,7 +177,10 @@ def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
 
 
 def _show_document(
-    plan: Plan, errors: Sequence[LauncherError], placing: Placing | None = None
+    plan: Plan,
+    errors: Sequence[LauncherError],
+    placing: Placing | None = None,
+    file: HostsFile | None = None,
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
     import json
@@ -167,12 +188,17 @@ def _show_document(
     from launcher.render.plan_json import document
 
     placed = () if placing is None else placing.placed
-    print_text(json.dumps(document(plan, placed), indent=1))
+    found = document(plan, placed)
+    if file is not None:
+        from launcher.render.hosts import discovery_document
+
+        found["discovery"] = discovery_document(file.discovery)
+    print_text(json.dumps(found, indent=1))
     for line in [*_warnings(plan, placing), *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
 
-def _show_tree(plan: Plan, placing: Placing | None = None) -> None:
+def _show_tree(plan: Plan, placing: Placing | None = None, file: HostsFile | None = None) -> None:
     from launcher.engine.output.stdout import wants_colour
     from launcher.render.command_line import ParameterFiles
     from launcher.render.plan_tree import plan_tree
@@ -180,7 +206,12 @@ def _show_tree(plan: Plan, placing: Placing | None = None) -> None:
 
     placed = () if placing is None else placing.placed
     tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
-    print_text("\n".join([tree, *_warnings(plan, placing)]))
+    lines = [tree, *_warnings(plan, placing)]
+    if file is not None and file.discovery.mode is not None:
+        from launcher.render.hosts import discovery_line
+
+        lines.append(discovery_line(file.discovery))
+    print_text("\n".join(lines))
 
 
 def _warnings(plan: Plan, placing: Placing | None) -> list[str]:

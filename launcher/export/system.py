@@ -20,6 +20,7 @@ from launcher.export.places import Places
 from launcher.export.words import Command
 from launcher.hosts.model import Discovery, Host
 from launcher.hosts.order import order_for
+from launcher.hosts.unit import stem_of
 from launcher.language.ros.generated_files import plain
 from launcher.model.record import replace
 from launcher.model.spec import Limits, ProcessSpec
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from launcher.planner import Plan, PlannedProcess
 
 HostOf = Callable[[ProcessSpec], Host | None]
-_LAUNCH_FILE = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".py", ".xml", ".yaml")
 
 
 def system_of(
@@ -69,13 +69,6 @@ def system_of(
         command=command,
         gaps=merged(gaps),
     )
-
-
-def stem_of(path: str) -> str:
-    """`system` for `launch/system.launch.py`."""
-    name = os.path.basename(path)
-    suffix = next((one for one in _LAUNCH_FILE if name.endswith(one)), "")
-    return name.removesuffix(suffix) or "system"
 
 
 def merged(gaps: Iterable[Gap]) -> tuple[Gap, ...]:

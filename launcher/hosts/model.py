@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping
 
-from launcher.model.record import Record
+from launcher.model.record import Record, replace
 
 DEFAULT_PYTHON = "python3"
 LOCAL = "local"  # the name of the machine on which the launcher runs, in rules of placement
@@ -108,6 +108,10 @@ class Discovery(Record):
     backup: str | None = None
     port: int | None = None
     where: str = ""
+
+    def by(self, mode: str | None) -> Discovery:
+        """In this way, if one is given."""
+        return self if mode is None else replace(self, mode=DiscoveryMode(mode))
 
 
 class HostsFile(Record):

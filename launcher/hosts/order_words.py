@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 from launcher.hosts import order_json
+from launcher.hosts.model import DEFAULT_PYTHON
 from launcher.hosts.order import Order
 from launcher.hosts.references import (
     Executable,
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from launcher.hosts.model import Host
 
 ORDER_FILE = "order.json"  # of an order that the host has to resolve
+PYTHON = "<python>"  # stands for what `hosts sync` has made there, else the usual Python
 FILES = "<files>"  # stands for the folder on the host with the files that are sent
 
 
@@ -99,9 +101,14 @@ def files_of(order: Order) -> Mapping[str, bytes]:
 def words_there(host: Host, order: Order) -> tuple[str, ...]:
     """The command line on the host; what the host finds itself stands in `<...>`."""
     if is_simple(order):
-        return as_words(order, python=host.python, folder=FILES)
+        return as_words(order, python=_python_there(host), folder=FILES)
     words = tuple("".join(text_there(part, host) for part in word) for word in order.words)
     return ("sh", "-c", " ".join(words)) if order.shell else words
+
+
+def _python_there(host: Host) -> str:
+    """Which one `hosts sync` has made is known only there."""
+    return PYTHON if host.python == DEFAULT_PYTHON else host.python
 
 
 def text_there(part: Part, host: Host) -> str:
@@ -115,7 +122,7 @@ def text_there(part: Part, host: Host) -> str:
         case SentFile():
             return f"{FILES}/{part.name}"
         case Interpreter():
-            return host.python
+            return _python_there(host)
         case Inherited():
             return f"<{part.variable}>"
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import re
 import string
 
@@ -25,6 +26,7 @@ OLDEST = 249  # the oldest version that is supported
 # Characters of a unit's name with its suffix. Systemd allows 255, but the journal loses all output
 # of a unit with so many, and files beside its own (`NAME.service.new`) need some more.
 MAX_NAME = 230
+_LAUNCH_FILE = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".py", ".xml", ".yaml")
 _IN_NAMES = frozenset(string.ascii_letters + string.digits + ":_.")
 _VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 # Signals after which systemd takes an exit for a success, and does not restart on failure.
@@ -53,6 +55,18 @@ def unit_name(*parts: str, suffix: str = "service") -> str:
     """
     stem = "-".join(["launcher", *(_escaped(part, dash=True) for part in parts)])
     return _shortened(stem, suffix)
+
+
+def installed_name(path: str) -> str:
+    """Of what `--enable` installs for a launch file: `launcher-system`."""
+    return f"launcher-{stem_of(path)}"
+
+
+def stem_of(path: str) -> str:
+    """`system` for `launch/system.launch.py`."""
+    name = os.path.basename(path)
+    suffix = next((one for one in _LAUNCH_FILE if name.endswith(one)), "")
+    return name.removesuffix(suffix) or "system"
 
 
 def slice_name(*parts: str) -> str:

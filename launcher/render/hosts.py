@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from launcher.hosts.model import LOCAL, Host
+from launcher.hosts.discovery import BACKUP_NAME, SERVER_NAME
+from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host
 from launcher.hosts.order import Order
 from launcher.hosts.order_words import FILES, folder_there, text_there, words_there
 from launcher.hosts.references import Word
@@ -105,3 +106,34 @@ def document_there(
             "files": [{"name": n, "bytes": len(data)} for n, data in order.files.items()],
         },
     }
+
+
+# ---- discovery
+
+
+def discovery_line(discovery: Discovery) -> str:
+    """How the nodes find each other, and what is started for it."""
+    match discovery.mode:
+        case None:
+            return ""
+        case DiscoveryMode.MULTICAST:
+            how = "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"
+        case DiscoveryMode.PEERS:
+            how = "ROS_STATIC_PEERS has the addresses of this machine and of the hosts"
+        case DiscoveryMode.SERVER:
+            servers = _servers(discovery)
+            how = ", ".join(f"{name} on {host}" for name, host in servers.items())
+    return f"discovery by {discovery.mode.value}: {how}"
+
+
+def discovery_document(discovery: Discovery) -> dict[str, Any] | None:
+    if discovery.mode is None:
+        return None
+    servers = _servers(discovery) if discovery.mode is DiscoveryMode.SERVER else {}
+    return {"mode": discovery.mode.value, "servers": servers}
+
+
+def _servers(discovery: Discovery) -> dict[str, str]:
+    """Host by name of the process."""
+    backup = {} if discovery.backup is None else {BACKUP_NAME: discovery.backup}
+    return {SERVER_NAME: discovery.server, **backup}

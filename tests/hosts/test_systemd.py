@@ -499,6 +499,9 @@ def test_enabled_processes_start_at_boot_and_are_removed(
         assert "s3" not in systemctl(robot, user, "cat", unit)
         robot.power_off()
         robot.power_on()
+    with RemoteRun(lab, tmp_path / "screen", *launch) as run:
+        run.wait_for("bot1: launcher-boots.target is installed there")
+        run.interrupt()
     disabled = lab.operator.launcher(*launch, "--disable", cwd=tmp_path)
     assert disabled.returncode == 0, disabled.stderr
     assert systemctl(robot, user, "list-units", "--all", "--no-legend", "launcher-boots*") == ""

@@ -82,7 +82,7 @@ def main(words: Sequence[str]) -> int:
     if parsed.print_plan:
         from launcher.commands import plan
 
-        return plan.show(request, hosts=options.hosts)
+        return plan.show(request, hosts=options.hosts, discovery=options.discovery)
     if parsed.enable or parsed.disable:
         from launcher.commands import enable
 

@@ -20,7 +20,7 @@ from launcher.hosts.file import read
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
 from launcher.hosts.placement import Placement
 from launcher.model.options import RunOptions
-from launcher.model.record import Record, replace
+from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.planner import make_plan
 from launcher.stdio import silence
@@ -39,15 +39,15 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
     LauncherError for a mistake in the file, before anything is started.
     """
     if options.hosts is None:
-        wiring = _wire(Discovery(), options, ())
+        wiring = _wire(Discovery().by(options.discovery), ())
         return Preparation(services=_services(wiring))
     file = read(options.hosts)
     placement = Placement(file)
-    wanted = _discovery(file.discovery, options)
+    wanted = file.discovery.by(options.discovery)
     specs = _planned(request, file)
     _warn_of_many(wanted, placement, specs)
     needed = _needed(file, wanted, placement, specs)
-    wiring = _wire(wanted, options, needed)
+    wiring = _wire(wanted, needed)
     environments = {host.name: wiring.environment_of(host.name) for host in needed}
     servers = {one.name: file.hosts.get(one.host) for one in wiring.servers}
 
@@ -90,13 +90,6 @@ def _warn_of_many(wanted: Discovery, placement: Placement, specs: Iterable[Proce
             )
 
 
-def _discovery(found: Discovery, options: RunOptions) -> Discovery:
-    """Of the hosts file, with the mode of the command line."""
-    if options.discovery is None:
-        return found
-    return replace(found, mode=DiscoveryMode(options.discovery))
-
-
 def _needed(
     file: HostsFile, wanted: Discovery, placement: Placement, specs: Iterable[ProcessSpec]
 ) -> tuple[Host, ...]:
@@ -106,10 +99,10 @@ def _needed(
     return tuple({host.name: host for host in found if host is not None}.values())
 
 
-def _wire(wanted: Discovery, options: RunOptions, hosts: tuple[Host, ...]) -> discovery.Wiring:
+def _wire(wanted: Discovery, hosts: tuple[Host, ...]) -> discovery.Wiring:
     """The variables for discovery on each host; those of this machine are set."""
     domain = os.environ.get("ROS_DOMAIN_ID", "")
-    wiring = discovery.wire(_discovery(wanted, options), hosts, domain=domain)
+    wiring = discovery.wire(wanted, hosts, domain=domain)
     os.environ.update(wiring.environment_of())
     return wiring
 

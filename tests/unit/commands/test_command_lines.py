@@ -45,12 +45,16 @@ def launched(monkeypatch) -> Any:
         seen.append(("args", request.path, request.time_limit.wall_s))
         return 0
 
-    def planned(request: Any, *, as_json: bool = False, hosts: str | None = None) -> int:
+    def planned(
+        request: Any, *, as_json: bool = False, hosts: str | None, discovery: str | None
+    ) -> int:
         note("plan", request)
         if as_json:
             seen[-1][2].add("json")
         if hosts is not None:
             seen[-1][2].add(f"hosts={hosts}")
+        if discovery is not None:
+            seen[-1][2].add(f"discovery={discovery}")
         return 0
 
     monkeypatch.setattr(launch, "launch", lambda request, options: note("launch", request, options))
@@ -143,7 +147,10 @@ def test_a_launch_may_show_the_plan(launched, word):
         (f"--json {F} --lenient a:=1", {"--json", "--lenient"}),
         (f"{F} --debug a:=1 -d", set()),
         (f"{F} --json -- a:=1", {"--json"}),
-        (f"{F} a:=1 --hosts h.yaml", {"--hosts=h.yaml"}),
+        (
+            f"{F} a:=1 --hosts h.yaml --discovery peers",
+            {"--hosts=h.yaml", "--discovery=peers"},
+        ),
     ],
 )
 def test_words_of_a_plan(launched, line, flags):

@@ -192,11 +192,13 @@ def test_facts():
     text = (
         "uid 1000\nuser me\nhome /home/me\nruntime /run/user/1000\nversion 254.5-1\n"
         "state degraded\nboot_id x\nuptime_s 5.5\n"
+        "installed launcher-a\ninstalled launcher-b c\n"
         'entry {"__CURSOR":"c9"}\npython ./p\nlauncher yes\n'
     )
     found = facts.read_facts(text)
 
     assert (found.version, found.cursor, found.has_launcher) == (254, "c9", True)
+    assert found.installed == ("launcher-a", "launcher-b c")
     assert not found.lingers
     assert facts.why_unusable(found) == ""
     with pytest.raises(KeyError):

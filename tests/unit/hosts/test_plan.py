@@ -43,10 +43,11 @@ def plan(
     """(exit code, output, errors) of `plan --hosts` with these actions and rules."""
     monkeypatch.chdir(tmp_path)
 
-    def run(actions: str, rules: str, *words: str) -> tuple[int, str, str]:
+    def run(actions: str, rules: str, *words: str, more: str = "") -> tuple[int, str, str]:
         body = textwrap.indent(textwrap.dedent(actions), "        ")
         Path("a.launch.py").write_text(f"{HEAD}{body}\n    ])\n")
-        Path("hosts.yaml").write_text(HOSTS + textwrap.indent(textwrap.dedent(rules), "  "))
+        places = textwrap.indent(textwrap.dedent(rules), "  ")
+        Path("hosts.yaml").write_text(f"{HOSTS}{places}\n{more}")
         code = main(["plan", "a.launch.py", "--hosts", "hosts.yaml", *words])
         output, errors = capfd.readouterr()
         return code, output, errors
@@ -73,7 +74,7 @@ def test_each_process_shows_its_host_and_what_runs_there(plan: Plan):
         "$ .venv/bin/python -m launcher run group_gp1 robot_1 --ros-args -r __node:=one"
     ]
     assert lines_with("__node:=two", output) == [
-        "$ . /opt/ros/jazzy/setup.sh && python3 -m launcher run group_gp1 robot_1 --ros-args "
+        "$ . /opt/ros/jazzy/setup.sh && <python> -m launcher run group_gp1 robot_1 --ros-args "
         "-r __node:=two --params-file <files>/params.yaml"
     ]
     assert lines_with("speed", output) == ["speed: 2"]
@@ -106,9 +107,31 @@ def test_the_document_has_the_host_of_each_process(plan: Plan):
     assert (one["host"], one["on_host"]) == ("local", None)
     assert two["host"] == "bot2"
     there = two["on_host"]
-    assert there["cmd"][:4] == ["python3", "-m", "launcher", "run"]
+    assert there["cmd"][:4] == ["<python>", "-m", "launcher", "run"]
     assert there["setup"] == ["/opt/ros/jazzy/setup.sh"]
     assert "PLAIN" in there["env_names"]
+
+
+SERVER = "discovery: {mode: server, server: bot1, backup: local}"
+
+
+@pytest.mark.parametrize(
+    ("more", "words", "mode", "text"),
+    [
+        (SERVER, (), "server", "discovery-server on bot1, discovery-backup on local"),
+        ("", ("--discovery", "server"), "server", "discovery-server on local"),
+        (SERVER, ("--discovery", "peers"), "peers", "ROS_STATIC_PEERS"),
+        (SERVER, ("--discovery=multicast",), "multicast", "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET"),
+    ],
+)
+def test_discovery_is_shown(plan: Plan, more: str, words: tuple[str, ...], mode: str, text: str):
+    _, output, _ = plan('node("one"),', "one: bot1", *words, more=more)
+    (line,) = lines_with("discovery by", output)
+    assert f"discovery by {mode}" in line
+    assert text in line
+
+    _, output, _ = plan('node("one"),', "one: bot1", *words, "--json", more=more)
+    assert json.loads(output)["discovery"]["mode"] == mode
 
 
 def test_without_hosts_the_document_has_no_hosts(

@@ -30,6 +30,7 @@ class Facts(Record):
     cursor: str | None
     has_launcher: bool  # whether the host's Python finds it
     python: str  # that Python: what `hosts sync` brought, else that of the hosts file
+    installed: tuple[str, ...] = ()  # what `--enable` has installed for this user
 
     @property
     def is_user(self) -> bool:
@@ -52,6 +53,12 @@ read -r boot </proc/sys/kernel/random/boot_id
 echo "boot_id $boot"
 read -r up _ </proc/uptime
 echo "uptime_s $up"
+base=$HOME/.config
+[ "$uid" = 0 ] && base=/etc
+for one in "$base"/launcher/*/installed; do
+  one=${one%/installed}
+  [ -d "$one" ] && echo "installed ${one##*/}"
+done
 echo "entry $(journalctl --quiet --lines=1 --output=json --output-fields=_BOOT_ID 2>/dev/null)"
 """
 
@@ -69,7 +76,8 @@ def hello(host: Host) -> str:
 
 def read_facts(text: str) -> Facts:
     """ValueError if this is no answer of HELLO."""
-    found = dict(line.partition(" ")[::2] for line in text.splitlines())
+    pairs = [line.partition(" ")[::2] for line in text.splitlines()]
+    found = dict(pairs)
     entry = found.get("entry", "")
     state = found.get("state", "")
     uid = int(found["uid"])
@@ -87,6 +95,7 @@ def read_facts(text: str) -> Facts:
         cursor=json.loads(entry)["__CURSOR"] if entry.startswith("{") else None,
         has_launcher=found.get("launcher", "") == "yes",
         python=found["python"],
+        installed=tuple(value for key, value in pairs if key == "installed"),
     )
 
 

@@ -226,8 +226,17 @@ class SystemdLink:
                 f"processes of {facts.user} end some seconds after the connection does; to keep"
                 f" them, run there as root: loginctl enable-linger {facts.user}"
             )
-            self._reactor.call_later(0, lambda: self._listener.warn(self._host.name, text))
+            self._warn_later(text)
+        name = unit.installed_name(self._context.title.partition(" ")[0])
+        if self._attached is None and name in facts.installed:
+            self._warn_later(
+                f"{name}.target is installed there (--enable): what it starts runs beside this run;"
+                " --disable removes it"
+            )
         return ""
+
+    def _warn_later(self, text: str) -> None:
+        self._reactor.call_later(0, lambda: self._listener.warn(self._host.name, text))
 
     def _know(self, facts: Facts) -> None:
         self._facts = facts
