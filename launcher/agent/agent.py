@@ -133,7 +133,8 @@ class Agent:
             self._say(reason)
         _say_to(os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC))
         if self._workload is None or self._is_finished:
-            self._exit_code = ExitCode.OK if self._is_finished else ExitCode.PROCESS_FAILED
+            if not self._is_finished:
+                self._exit_code = ExitCode.PROCESS_FAILED
             self._reactor.stop()
             return
         self._leave_session()

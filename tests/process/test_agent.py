@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import shlex
@@ -402,6 +403,22 @@ def test_malformed_requests_end_the_agent_with_a_message(data: bytes):
     assert found.stdout.startswith(PREAMBLE)
     assert b"Traceback" not in found.stderr
     assert b"s3cr3t" not in found.stderr + found.stdout
+
+
+def test_a_malformed_request_is_in_the_exit_code_if_nobody_reads_the_message():
+    ours, full = os.pipe()
+    os.set_blocking(full, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(full, b"x" * 4096)
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    try:
+        data = MALFORMED["no signal"]
+        found = subprocess.run(AGENT, input=data, stdout=full, timeout=60, env=env, check=False)
+    finally:
+        os.close(ours)
+        os.close(full)
+    assert found.returncode == 1
 
 
 def test_input_that_ends_before_the_first_frame_ends_the_agent():

@@ -173,7 +173,7 @@ def test_a_command_is_shown_as_it_is_there(bench: HostsBench):
     with bench.launch('py("import time; time.sleep(1000)", name="bot1_a")') as run:
         wait_until(lambda: is_running(run, "bot1_a"), "a running process")
         info = run.ask_text("info", "bot1_a")
-        assert "command    python3 -c import time" in info
+        assert "command    <python> -c import time" in info
         assert "folder     the home on bot1" in info
         (found,) = json.loads(run.shell("runs", "--json").stdout)["runs"]
         unit = run.row("bot1_a")["unit"]
@@ -182,7 +182,7 @@ def test_a_command_is_shown_as_it_is_there(bench: HostsBench):
         assert ".log (on this machine)" in info
         os.kill(run.row("bot1_a")["pid"], signal.SIGKILL)
         run.exit_code()
-        assert "cmd 'python3 -c import time" in run.screen
+        assert "cmd '<python> -c import time" in run.screen
 
 
 def test_a_time_limit_stops_all_hosts(bench: HostsBench):
