@@ -13,6 +13,7 @@ from launcher.export.command import (
     after,
     in_container,
 )
+from launcher.export.expansion import literal
 from launcher.export.model import Output, Process, System
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document, documents
@@ -123,12 +124,14 @@ class Kubernetes:
         return spec
 
     def _container(self, process: Process) -> Object:
+        variables = list(self._variables(process))
+        known = [one["name"] for one in variables]
         container: Object = {
             "name": process.name,
             "image": self._image,
             "imagePullPolicy": "IfNotPresent",
-            "command": after(process.delay_s, in_container(process, process.limits)),
-            "env": list(self._variables(process)),
+            "command": [literal(word, known) for word in _command(process)],
+            "env": variables,
         }
         if process.cwd is not None:
             container["workingDir"] = process.cwd
@@ -143,9 +146,10 @@ class Kubernetes:
         return container
 
     def _variables(self, process: Process) -> Iterator[Object]:
-        for name, value in container_variables(process, self._shared_memory).items():
-            # `$(` would refer to another variable.
-            yield {"name": name, "value": value.replace("$(", "$$(")}
+        values = container_variables(process, self._shared_memory)
+        for place, (name, value) in enumerate(values.items()):
+            before = [*values][:place]  # to others a value cannot refer
+            yield {"name": name, "value": literal(value, before)}
         for name in process.private:
             reference = {"name": secret_of(process), "key": name}
             yield {"name": name, "valueFrom": {"secretKeyRef": reference}}
@@ -167,6 +171,17 @@ def secret_of(process: Process) -> str:
 def container_variables(process: Process, shared_memory: bool) -> dict[str, str]:
     """Variables of a container: with a /dev/shm of its own, its node must not use shared memory."""
     return {**({} if shared_memory else UDP_ONLY), **process.environment}
+
+
+def _command(process: Process) -> list[str]:
+    return after(process.delay_s, in_container(process, process.limits))
+
+
+def _is_escaped(process: Process) -> bool:
+    """Whether a text has other dollars in the manifest than in the launch file."""
+    known = {*UDP_ONLY, *process.environment, *process.private}
+    texts = [*_command(process), *process.environment.values()]
+    return any(literal(text, known) != text for text in texts)
 
 
 def _selector(process: Process) -> Object:
@@ -213,6 +228,9 @@ def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
             yield "restart delay", text, True
     if process.delay_s and runs_on(process):
         yield "delayed start", "it is delayed before each restart as well", True
+    if _is_escaped(process):
+        text = "`podman kube play` passes on the dollars that Kubernetes removes: two for one"
+        yield "dollars", text, True
     if process.stop.steps[0][0].name != "SIGINT":
         text = f"the image's signal is sent, SIGINT, instead of {process.stop.steps[0][0].name}"
         yield "stop", text, False

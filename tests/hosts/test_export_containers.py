@@ -82,6 +82,35 @@ def test_kube_play_gives_a_node_its_parameters(lab: Lab, podman: Podman, tmp_pat
         podman.run("kube", "down", file)
 
 
+def test_kube_play_passes_on_what_the_launch_file_says(podman: Podman, tmp_path: Path):
+    file = exported_dollars("kubernetes", tmp_path) / "manifests" / "dollars.yaml"
+    podman.run("kube", "play", file)
+    try:
+        told = ["100% a$b ${c} $(d) sub $(X)"]
+        wait_until(lambda: podman.logs("dollars").splitlines() == told, "the words are printed")
+    finally:
+        podman.run("kube", "down", file)
+
+
+def exported_dollars(engine: str, folder: Path) -> Path:
+    """The export of a program that prints words and a variable with dollars."""
+    (folder / "dollars.launch.py").write_text(DOLLARS)
+    export_here(engine, folder / "out", "--image", IMAGE, target=folder / "dollars.launch.py")
+    return folder / "out"
+
+
+DOLLARS = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def generate_launch_description():
+    script = "echo 100% \\"$VALUE\\" $(echo sub) \\"$1\\"; exec sleep 600"
+    return LaunchDescription([
+        ExecuteProcess(cmd=["sh", "-c", script, "sh", "$(X)"], name="dollars",
+                       additional_env={"VALUE": "a$b ${c} $(d)"}),
+    ])
+"""
+
 PARAMETERS = """
 from launch import LaunchDescription
 from launch_ros.actions import Node

@@ -157,6 +157,31 @@ def test_a_program_without_restart_is_a_pod(exported: Export):
     assert pod["spec"]["shareProcessNamespace"] is True
 
 
+DOLLARS = "echo $$ $(GREETING) $$(date) $(date) ${X:-y} 100%"
+
+
+def test_kubernetes_replaces_nothing_in_commands_and_values(exported: Export):
+    cmd = f"cmd=['sh', '-c', '{DOLLARS}'], additional_env={{'GREETING': 'a$$b ${{c}} $(d)'}}"
+    system = exported(f"ExecuteProcess({cmd}, name='e', respawn=True)")
+    found = container(system, "e")
+    assert found["command"][2] == "echo $$$$ $$(GREETING) $$$$(date) $(date) ${X:-y} 100%"
+    assert {"name": "GREETING", "value": "a$$$$b ${c} $(d)"} in found["env"]
+    (gap,) = (one for one in Kubernetes(system, image="x").output().gaps if one.what == "dollars")
+    assert gap.is_note
+
+
+def test_the_words_before_a_command_stay_what_they_are(exported: Export):
+    node = "ExecuteProcess(cmd=['echo', '$$'], name='e', respawn=True)"
+    limits = Limits(nice=5, cpus=(0,), rlimits=(("nofile", 256, 256),))
+    system = exported(
+        f"TimerAction(period=2.0, actions=[{node}])",
+        adapt=lambda spec: replace(spec, limits=limits),
+    )
+    command = container(system, "e")["command"]
+    assert command[2] == "trap 'exit 0' INT TERM; sleep 2 & wait $! && exec \"$@\""
+    assert command[-2:] == ["echo", "$$$$"]
+
+
 def test_where_a_pod_runs(exported: Export):
     labelled = replace(BOT, node_selector={"role": "robot"})
     for host, selector in (
