@@ -18,7 +18,7 @@ from launcher.commands.launch.target import (
     SYNOPSIS,
     LaunchRequest,
 )
-from launcher.errors import ExitCode, LauncherError, LaunchFileError
+from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 from launcher.program import program
 from launcher.text import count
 
@@ -81,6 +81,7 @@ The same launch file gives the same files. Functions and commands of the launch 
 def main(words: Sequence[str]) -> int:
     """Export the launch file that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
+    _check_prefix(parsed.prefix)
     request = LaunchRequest.of(parsed)
     system = _system(parsed, request, run_options(parsed))
     output = _output(parsed, system)
@@ -93,6 +94,16 @@ def main(words: Sequence[str]) -> int:
     _write(folder, output)
     print(f"{count(len(system.processes), 'process')} exported to {folder}, see README.md there")
     return ExitCode.OK
+
+
+def _check_prefix(prefix: str) -> None:
+    from launcher.export.names import is_prefix
+
+    if not is_prefix(prefix):
+        raise UsageError(
+            f"--prefix: names cannot begin with '{prefix}'",
+            hint="it begins with one of A-Z and a-z, and may have digits, '_', '.' and '-' as well",
+        )
 
 
 def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> System:

@@ -27,11 +27,19 @@ wpa_supplicant
 _OF_THE_SYSTEM = frozenset(_UNITS.split())
 
 
+_PREFIX = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+
+
 class Name(Record):
     """`unit` as in `robot_1.service`, `label` as in `deploy/robot-1`."""
 
     unit: str
     label: str
+
+
+def is_prefix(text: str) -> bool:
+    """Whether names can begin with the text as it is; in DNS labels it is written like the rest."""
+    return not text or _PREFIX.fullmatch(text) is not None
 
 
 def names_of(specs: Sequence[ProcessSpec], prefix: str = "") -> list[Name]:

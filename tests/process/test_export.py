@@ -118,6 +118,10 @@ def test_strict_writes_nothing_if_something_is_lost(tmp_path: Path):
         (["systemd"], "the launch file is missing"),
         (["systemd", "demo.launch.py", "speed:=1"], "speed"),
         (["systemd", "demo.launch.py", "--hosts", "none.yaml"], "none.yaml"),
+        (
+            ["systemd", "demo.launch.py", "--prefix", "a b"],
+            "--prefix: names cannot begin with 'a b'",
+        ),
         (["systemd", "demo.launch.py", "--out", "."], "not of an export"),
         (["systemd", "demo.launch.py", "--out", "own.yaml"], "is not a folder"),
     ],

@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher.export.names import MAX_DNS_LABEL, dns_label, file_name, names_of, unit_name
+from launcher.export.names import (
+    MAX_DNS_LABEL,
+    dns_label,
+    file_name,
+    is_prefix,
+    names_of,
+    unit_name,
+)
 from launcher.model.spec import ProcessSpec, RosIdentity
 
 LABEL = re.compile(r"[a-z]([a-z0-9-]*[a-z0-9])?")
@@ -47,6 +54,17 @@ def test_units_of_the_system_are_not_replaced(name: str):
 def test_a_prefix_comes_first():
     (name,) = names_of([spec("x", "robot_1")], "fleet-")
     assert (name.unit, name.label) == ("fleet-robot_1", "fleet-robot-1")
+
+
+@pytest.mark.parametrize("prefix", ["", "fleet-", "f", "F_2.x"])
+def test_a_prefix_is_kept(prefix: str):
+    assert is_prefix(prefix)
+    assert unit_name(f"{prefix}robot_1") == f"{prefix}robot_1"
+
+
+@pytest.mark.parametrize("prefix", ["ü-", "a b", "-a", "2-", ".a", "../", "a/b", "%i-", "a\n"])
+def test_a_prefix_that_would_be_changed_is_none(prefix: str):
+    assert not is_prefix(prefix)
 
 
 def test_a_prefix_leads_out_of_no_folder():
