@@ -50,7 +50,7 @@ class Compose:
         variables = container_variables(process, self._shared_memory)
         service: dict[str, Any] = {
             "image": self._image,
-            "profiles": [process.host_name] if process.host else None,
+            "profiles": [process.host_name] if self._system.has_hosts else None,
             "network_mode": "host",
             "ipc": "host" if self._shared_memory else None,
             "init": None if process.is_node else True,

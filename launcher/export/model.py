@@ -106,9 +106,14 @@ class System(Record):
             found.setdefault(process.host_name, []).append(process)
         return found
 
+    @property
+    def has_hosts(self) -> bool:
+        """Whether a process is placed on a host; the others are then those of NO_HOST."""
+        return any(process.host is not None for process in self.processes)
+
     def path_of(self, host: str, name: str) -> str:
         """A file of a host: in a folder of its own, unless there is no host."""
-        return name if [*self.hosts] == [NO_HOST] else f"{host}/{name}"
+        return f"{host}/{name}" if self.has_hosts else name
 
 
 class Output(Record):

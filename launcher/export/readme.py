@@ -45,6 +45,8 @@ Until the ROS graph shows its node a pod is not ready; later a process counts as
 it runs. The image's STOPSIGNAL must be SIGINT.
 """,
     "compose": """\
+`podman-compose` takes the same words as `docker compose`.
+
 All services have the network of their machine, since DDS needs it. They have a /dev/shm of their
 own and must not use shared memory: a node with the same address and another /dev/shm loses all
 messages.
@@ -162,18 +164,22 @@ def _kubernetes(system: System, python: str) -> Iterator[str]:
 
 
 def _compose(system: System, python: str) -> Iterator[str]:
-    names = {one.host.name: one.host.name for one in system.processes if one.host}
-    commands = ["docker compose", *(f"docker compose --profile {name}" for name in names)]
-    if names and not any(one.host is None for one in system.processes):
-        commands = commands[1:]
-    for command in commands:
-        profile = command.rpartition("--profile ")[2] if "--profile" in command else ""
-        first = next(
-            one for one in system.processes if (one.host.name if one.host else "") == profile
-        )
-        lines = [f"{command} up --detach", f"{command} logs -f {first.name}", f"{command} down"]
-        title = f"On {names[profile]}" if profile else "Start and stop"
-        yield _block(title, lines, "" if profile else "`podman-compose` takes the same words.")
+    if system.has_hosts:
+        yield _PROFILES
+    for host, processes in system.hosts.items():
+        command = f"docker compose --profile {host}" if system.has_hosts else "docker compose"
+        lines = [
+            f"{command} up --detach",
+            f"{command} logs -f {processes[0].name}",
+            f"{command} down",
+        ]
+        yield _block(_title(host) if system.has_hosts else "Start and stop", lines)
+
+
+_PROFILES = f"""\
+The services of a host have its name as their profile, `{NO_HOST}` where the hosts file names none:
+each machine starts those of its profile, and without a profile nothing is started.
+"""
 
 
 def _podman(system: System, python: str) -> Iterator[str]:

@@ -157,7 +157,7 @@ def test_compose_starts_only_the_services_of_a_profile(lab: Lab, podman: Podman,
     compose = tool("podman-compose")
     (tmp_path / "hosts.yaml").write_text(
         "hosts: {bot1: {address: 10.0.0.2}, bot2: {address: 10.0.0.3}}\n"
-        "place: {robot_1: bot1, '*': bot2}\n"
+        "place: {robot_1: bot1, robot_2: bot2}\n"
     )
     export_here("compose", tmp_path / "out", "--hosts", str(tmp_path / "hosts.yaml"))
     command = [compose, "--podman-path", str(podman.command), "--profile", "bot1"]

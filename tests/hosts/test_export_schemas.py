@@ -11,6 +11,7 @@ import pytest
 import yaml
 from jsonschema import Draft7Validator
 
+from launcher.export.names import dns_label
 from tests.support.exports import COMPOSE_SCHEMA, export, tool
 from tests.support.hosts.requirements import program
 
@@ -90,17 +91,34 @@ def test_the_compose_file_agrees_with_its_schema(words: dict[str, Any], tmp_path
     out = exported("compose", tmp_path / "out", words)
     document = yaml.safe_load((out / "compose.yaml").read_text())
     assert [error.message for error in Draft7Validator(schema).iter_errors(document)] == []
-    profiles = [one.get("profiles") for one in document["services"].values()]
-    assert len(profiles) == len(document["services"])
 
 
-def test_podman_compose_reads_the_compose_file(words: dict[str, Any], tmp_path: Path):
+PROFILES = {
+    "bot.1": {"always"},
+    "bot2": {"late-one"},
+    "local": {"dd-one-1", dns_label("n" * 80)},
+}
+
+
+def services(out: Path, *options: str) -> set[str]:
+    """Those that podman-compose starts with these options."""
     if program("podman") is None:
         pytest.skip("not installed: podman")
-    command = [tool("podman-compose"), "config"]
-    out = exported("compose", tmp_path / "out", words)
     for host in ("bot.1", "local"):
         (out / f"{host}.env").write_text("TOKEN=x\nAPI_KEY=y\n")
+    command = [tool("podman-compose"), *options, "config", "--services"]
     done = subprocess.run(command, cwd=out, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
-    assert yaml.safe_load(done.stdout)["services"].keys()
+    return {*done.stdout.split()}
+
+
+def test_podman_compose_reads_the_compose_file(tmp_path: Path):
+    out = exported("compose", tmp_path / "out", {"words": ()})
+    assert services(out) == {"dispatcher", "monitor", "robot-1", "robot-2", "robot-3"}
+
+
+@pytest.mark.parametrize("words", ["odd"], indirect=True)
+def test_podman_compose_starts_on_each_host_only_its_own(words: dict[str, Any], tmp_path: Path):
+    out = exported("compose", tmp_path / "out", words)
+    assert {host: services(out, "--profile", host) for host in PROFILES} == PROFILES
+    assert services(out) == set()

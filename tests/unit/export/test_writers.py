@@ -243,16 +243,33 @@ def compose(system: System, **settings: Any) -> dict[str, Any]:
     return dict(document["services"])
 
 
-def test_services_of_a_host_have_its_profile(exported: Export):
-    def host_of(spec: ProcessSpec) -> Host | None:
-        return BOT if spec.ros and spec.ros.node_name == "a" else None
+def first_on_bot(spec: ProcessSpec) -> Host | None:
+    return BOT if spec.ros and spec.ros.node_name == "a" else None
 
-    services = compose(exported("node('a'), node('b')", host_of=host_of))
+
+def test_services_of_a_host_have_its_profile(exported: Export):
+    services = compose(exported("node('a'), node('b')", host_of=first_on_bot))
     assert services["a"]["profiles"] == ["bot1"]
-    assert "profiles" not in services["b"]
+    assert services["b"]["profiles"] == ["local"]
     assert services["a"]["env_file"] == ["bot1.env"]
     assert services["b"]["network_mode"] == "host"
     assert services["b"]["stop_signal"] == "SIGINT"
+
+
+def test_compose_has_no_profiles_without_hosts(exported: Export):
+    system = exported("node('a')")
+    assert "profiles" not in compose(system)["a"]
+    assert "--profile" not in export("compose", system, Settings()).files["README.md"]
+
+
+def test_the_readme_starts_each_profile(exported: Export):
+    system = exported("node('a'), node('b')", host_of=first_on_bot)
+    text = export("compose", system, Settings()).files["README.md"]
+    assert re.findall(r"^docker compose (.*) up --detach$", text, re.MULTILINE) == [
+        "--profile bot1",
+        "--profile local",
+    ]
+    assert "docker compose --profile local logs -f b\n" in text
 
 
 def test_compose_variables_are_not_replaced(exported: Export):
