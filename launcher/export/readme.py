@@ -22,9 +22,9 @@ def readme(
     sections = [
         f"# {system.unit} for {engine}\n\nMade by `{system.command}`.\n",
         _processes(system, engine),
-        *_WRITERS[engine](system, python),
         *([_image(image)] if image is not None else []),
         *_private(system, engine),
+        *_WRITERS[engine](system, python),
         *_gaps(gaps),
         f"## In general\n\n{_GENERAL[engine]}",
     ]
@@ -97,6 +97,7 @@ def _block(title: str, lines: Iterable[str], text: str = "") -> str:
 
 
 def _systemd(system: System, python: str) -> Iterator[str]:
+    yield f"## The launcher\n\n{_needed(system, python)}\n"
     for host, processes in system.hosts.items():
         units = [name for one in processes for name in _units_of(one)]
         enabled = [
@@ -112,7 +113,6 @@ def _systemd(system: System, python: str) -> Iterator[str]:
             f"systemctl stop {shlex.quote(target)}",
         ]
         yield _block(_title(host), lines, _where(system, host))
-    yield f"{_needed(system, python)}\n"
 
 
 def _needed(system: System, python: str) -> str:
@@ -177,6 +177,8 @@ def _compose(system: System, python: str) -> Iterator[str]:
 
 
 _PROFILES = f"""\
+## Profiles
+
 The services of a host have its name as their profile, `{NO_HOST}` where the hosts file names none:
 each machine starts those of its profile, and without a profile nothing is started.
 """
@@ -235,7 +237,8 @@ def _private(system: System, engine: str) -> Iterator[str]:
         lines = list(_secret_commands(having))
     else:
         lines = sorted({_example_command(process, system, engine) for process in having})
-    yield _block("Private variables", lines, f"{text} First set them:")
+    where = "" if engine == "kubernetes" else ", in the folder of this file"
+    yield _block("Private variables", lines, f"{text} Set them before the start{where}:")
 
 
 def _secret_commands(having: Sequence[Process]) -> Iterator[str]:

@@ -337,6 +337,25 @@ def test_what_an_engine_cannot_do_is_told(
     assert re.search(rf"\* demo.launch.py:\d+: {what} \(a\): ", output.files["README.md"])
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_readme_sets_up_what_its_commands_use(exported: Export, engine: str):
+    system = exported("node('a'), node('b')", host_of=first_on_bot)
+    text = export(engine, system, Settings()).files["README.md"]
+    steps = {
+        "systemd": (
+            "editor bot1/demo.env\n",
+            "must be installed",
+            "install -D",
+            "systemctl enable",
+        ),
+        "kubernetes": ("podman build", "kubectl create secret", "kubectl apply", "kube play"),
+        "compose": ("podman build", "editor bot1.env\n", "up --detach"),
+        "podman": ("podman build", "editor bot1/demo.env\n", "install -D", "systemctl enable"),
+    }[engine]
+    places = [text.index(step) for step in steps]
+    assert places == sorted(places)
+
+
 def test_the_readme_has_the_commands(exported: Export):
     system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
     text = export("systemd", system, Settings()).files["README.md"]
