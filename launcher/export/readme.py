@@ -66,13 +66,19 @@ def _processes(system: System, engine: str) -> str:
     for one in system.processes:
         start = f"after {one.delay_s:g} s" if one.delay_s else "at once"
         name = one.unit if is_unit else one.name
-        host = "" if one.host is None else _cell(one.host.name)
+        host = _cell(one.host_name) if system.has_hosts else ""
         rows.append(f"| {_cell(one.label)} | `{name}` | {host} | {start} |")
+    if system.has_hosts and NO_HOST in system.hosts:
+        rows += ["", _LOCAL + (_IN_CLUSTER if engine == "kubernetes" else "")]
     return "\n".join([*rows, ""])
 
 
-def _on(host: str) -> str:
-    return "on the machine" if host == NO_HOST else f"on {host}"
+_LOCAL = f"`{NO_HOST}` is the machine that is none of the hosts of the hosts file."
+_IN_CLUSTER = " In a cluster its processes run on any node."
+
+
+def _on(system: System, host: str) -> str:
+    return f"on {host}" if system.has_hosts else "on the machine"
 
 
 def _where(system: System, host: str) -> str:
@@ -80,8 +86,8 @@ def _where(system: System, host: str) -> str:
     return f"As root, in the folder `{folder.rstrip('/')}`:" if folder else "As root:"
 
 
-def _title(host: str) -> str:
-    return f"O{_on(host)[1:]}"
+def _title(system: System, host: str) -> str:
+    return f"O{_on(system, host)[1:]}"
 
 
 def _cell(text: str) -> str:
@@ -112,7 +118,7 @@ def _systemd(system: System, python: str) -> Iterator[str]:
             f"journalctl -f -u {shlex.quote(processes[0].unit)}",
             f"systemctl stop {shlex.quote(target)}",
         ]
-        yield _block(_title(host), lines, _where(system, host))
+        yield _block(_title(system, host), lines, _where(system, host))
 
 
 def _needed(system: System, python: str) -> str:
@@ -121,7 +127,7 @@ def _needed(system: System, python: str) -> str:
     brought = [name for name, path in hosts.items() if path.endswith(SYNCED_PYTHON)]
     others = [f"`{path}` on {name}" for name, path in hosts.items() if name not in brought]
     if any(one.host is None for one in system.processes):
-        others.append(f"`{python}` on the machine without a name")
+        others.append(f"`{python}` {_on(system, NO_HOST)}")
     texts = []
     if brought:
         texts.append(
@@ -160,7 +166,7 @@ def _kubernetes(system: System, python: str) -> Iterator[str]:
             f"podman pod logs -f $(podman pod ps --quiet --filter name={processes[0].name})",
             f"for file in {files}; do podman kube down $file; done",
         ]
-        yield _block(f"With podman, {_on(host)}", play)
+        yield _block(f"With podman, {_on(system, host)}", play)
 
 
 def _compose(system: System, python: str) -> Iterator[str]:
@@ -173,14 +179,14 @@ def _compose(system: System, python: str) -> Iterator[str]:
             f"{command} logs -f {processes[0].name}",
             f"{command} down",
         ]
-        yield _block(_title(host) if system.has_hosts else "Start and stop", lines)
+        yield _block(_title(system, host) if system.has_hosts else "Start and stop", lines)
 
 
-_PROFILES = f"""\
+_PROFILES = """\
 ## Profiles
 
-The services of a host have its name as their profile, `{NO_HOST}` where the hosts file names none:
-each machine starts those of its profile, and without a profile nothing is started.
+The services of a host have its name as their profile: each machine starts those of its profile, and
+without a profile nothing is started.
 """
 
 
@@ -198,7 +204,7 @@ def _podman(system: System, python: str) -> Iterator[str]:
             f"journalctl -f -u {shlex.quote(processes[0].unit)}",
             f"systemctl stop {shlex.quote(target)}",
         ]
-        yield _block(_title(host), lines, _where(system, host))
+        yield _block(_title(system, host), lines, _where(system, host))
 
 
 _WRITERS = {

@@ -356,6 +356,29 @@ def test_the_readme_sets_up_what_its_commands_use(exported: Export, engine: str)
     assert places == sorted(places)
 
 
+def test_the_readme_calls_the_machine_of_no_host_local(exported: Export):
+    system = exported("node('a'), node('b')", host_of=first_on_bot)
+    text = export("systemd", system, Settings()).files["README.md"]
+    assert "| `b` | local | at once |\n" in text
+    assert "\n`local` is the machine that is none of the hosts of the hosts file.\n" in text
+    assert "`.venv/bin/python` on bot1, `python3` on local.\n" in text
+    assert re.findall("^## On .*", text, re.MULTILINE) == ["## On bot1", "## On local"]
+
+
+def test_in_a_cluster_processes_of_no_host_run_anywhere(exported: Export):
+    system = exported("node('a'), node('b')", host_of=first_on_bot)
+    output = export("kubernetes", system, Settings())
+    assert "In a cluster its processes run on any node.\n" in output.files["README.md"]
+    (found,) = manifests(output, "b")
+    assert "nodeSelector" not in found["spec"]["template"]["spec"]
+
+
+def test_the_readme_names_no_machine_if_there_is_only_one(exported: Export):
+    text = export("systemd", exported("node('a')"), Settings()).files["README.md"]
+    assert "for `python3` on the machine.\n" in text
+    assert "local" not in text
+
+
 def test_the_readme_has_the_commands(exported: Export):
     system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
     text = export("systemd", system, Settings()).files["README.md"]
