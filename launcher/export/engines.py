@@ -16,7 +16,7 @@ from launcher.export.readme import readme
 from launcher.export.system import gaps_of_each, merged
 from launcher.export.systemd import Systemd
 from launcher.hosts.order import MAX_FILE_BYTES
-from launcher.model.record import Record
+from launcher.model.record import Record, replace
 
 if TYPE_CHECKING:
     from launcher.export.image import Image
@@ -45,28 +45,25 @@ class Settings(Record):
 
 def export(engine: str, system: System, settings: Settings) -> Output:
     """All files of an export, README and image recipe included, and everything that is lost."""
-    image = None if engine == "systemd" else _image(system, settings)
-    output = _output(engine, system, settings, image)
-    found = gaps_of_each(system.processes, lambda one: _of_containers(one, settings))
-    of_containers = [] if image is None else [*_of_image(image), *found]
-    gaps = merged([*system.gaps, *of_containers, *output.gaps])
+    if engine == "systemd":
+        output, image = Systemd(system, user=settings.user, python=settings.python).output(), None
+    else:
+        output, image = _in_containers(engine, system, settings)
+    of_image = [] if image is None else _of_image(image)
+    gaps = merged([*system.gaps, *of_image, *output.gaps])
     text = readme(engine, system, image, gaps, python=settings.python)
-    with_recipe = image is not None and settings.image is None
-    recipe = image_files(image) if with_recipe and image is not None else {}
+    recipe = {} if image is None else image_files(image)
     return Output(files={"README.md": text, **output.files, **recipe}, gaps=gaps)
 
 
-def _output(engine: str, system: System, settings: Settings, image: Image | None) -> Output:
-    if image is None:
-        return Systemd(system, user=settings.user, python=settings.python).output()
+def _in_containers(engine: str, system: System, settings: Settings) -> tuple[Output, Image | None]:
+    """The files, and the image for which a recipe is written; None if the user has one."""
+    name = settings.image or f"localhost/{system.name}:latest"
     writer = _IN_CONTAINERS[engine]
-    return writer(system, image=image.name, shared_memory=settings.shared_memory).output()
-
-
-def _image(system: System, settings: Settings) -> Image:
-    return image_of(
-        settings.image or f"localhost/{system.name}:latest", system.packages, os.environ
-    )
+    output = writer(system, image=name, shared_memory=settings.shared_memory).output()
+    found = gaps_of_each(system.processes, lambda one: _of_containers(one, settings))
+    image = None if settings.image else image_of(name, system.packages, os.environ)
+    return replace(output, gaps=(*found, *output.gaps)), image
 
 
 def _of_containers(process: Process, settings: Settings) -> Iterator[tuple[str, str, bool]]:

@@ -22,7 +22,7 @@ def readme(
     sections = [
         f"# {system.unit} for {engine}\n\nMade by `{system.command}`.\n",
         _processes(system, engine),
-        *([_image(image)] if image is not None else []),
+        *_image(engine, image),
         *_private(system, engine),
         *_WRITERS[engine](system, python),
         *_gaps(gaps),
@@ -218,7 +218,23 @@ _WRITERS = {
 # ---- image, variables, gaps
 
 
-def _image(image: Image) -> str:
+_OWN_IMAGE = """\
+## The image
+
+The containers are of an image of your own, which must have the launcher and the packages, for its
+`python3`.
+"""
+
+
+def _image(engine: str, image: Image | None) -> Iterator[str]:
+    """How to build the image of the recipe; None is one of the user."""
+    if image is not None:
+        yield _recipe(image)
+    elif engine != "systemd":
+        yield _OWN_IMAGE
+
+
+def _recipe(image: Image) -> str:
     from launcher.export.image import build_commands
 
     text = (

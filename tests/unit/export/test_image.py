@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from launcher.commands.export import ENGINES
+from launcher.export.engines import Settings, export
 from launcher.export.image import build_commands, files, image_of
+from launcher.export.model import System
+from launcher.model.record import replace
 from launcher.packages.sources import MARKERS
 from tests.support.node_process import REPOSITORY
 
@@ -58,3 +63,22 @@ def test_a_package_of_a_workspace_becomes_a_wheel(tmp_path: Path):
 @pytest.mark.parametrize("package", ["no_such_package"])
 def test_what_is_not_known_is_missing(package: str):
     assert image_of("x", [package], {}).missing == (package,)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_image_of_the_user_needs_no_recipe(exported: Callable[..., System], engine: str):
+    system = exported("node('a')")
+    (process,) = system.processes
+    system = replace(system, processes=(replace(process, package="no_such_package"),))
+    is_lacking = "package no_such_package"
+
+    with_recipe = export(engine, system, Settings())
+    in_containers = engine != "systemd"
+    assert ("image/Containerfile" in with_recipe.files) is in_containers
+    assert (is_lacking in [gap.what for gap in with_recipe.gaps]) is in_containers
+
+    own = export(engine, system, Settings(image="own:1"))
+    assert not [name for name in own.files if name.startswith("image/")]
+    assert is_lacking not in [gap.what for gap in own.gaps]
+    assert "podman build" not in own.files["README.md"]
+    assert ("an image of your own" in own.files["README.md"]) is in_containers
