@@ -97,12 +97,13 @@ def main(words: Sequence[str]) -> int:
 
 
 def _check_prefix(prefix: str) -> None:
-    from launcher.export.names import is_prefix
+    from launcher.export.names import MAX_PREFIX, is_prefix
 
     if not is_prefix(prefix):
         raise UsageError(
             f"--prefix: names cannot begin with '{prefix}'",
-            hint="it begins with one of A-Z and a-z, and may have digits, '_', '.' and '-' as well",
+            hint="it begins with one of A-Z and a-z, may have digits, '_', '.' and '-' as well, "
+            f"and has at most {MAX_PREFIX} characters",
         )
 
 

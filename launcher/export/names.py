@@ -25,8 +25,7 @@ swap sysinit syslog time-set time-sync timers tuned udev udisks2 ufw umount upow
 wpa_supplicant
 """
 _OF_THE_SYSTEM = frozenset(_UNITS.split())
-
-
+MAX_PREFIX = 32  # so that of long names something is left after it
 _PREFIX = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
 
 
@@ -39,7 +38,7 @@ class Name(Record):
 
 def is_prefix(text: str) -> bool:
     """Whether names can begin with the text as it is; in DNS labels it is written like the rest."""
-    return not text or _PREFIX.fullmatch(text) is not None
+    return not text or (len(text) <= MAX_PREFIX and _PREFIX.fullmatch(text) is not None)
 
 
 def names_of(specs: Sequence[ProcessSpec], prefix: str = "") -> list[Name]:

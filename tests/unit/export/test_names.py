@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from launcher.export.names import (
     MAX_DNS_LABEL,
+    MAX_PREFIX,
     dns_label,
     file_name,
     is_prefix,
@@ -65,6 +66,13 @@ def test_a_prefix_is_kept(prefix: str):
 @pytest.mark.parametrize("prefix", ["ü-", "a b", "-a", "2-", ".a", "../", "a/b", "%i-", "a\n"])
 def test_a_prefix_that_would_be_changed_is_none(prefix: str):
     assert not is_prefix(prefix)
+
+
+def test_a_prefix_leaves_something_of_long_names():
+    longest = "f" * MAX_PREFIX
+    assert is_prefix(longest) and not is_prefix(f"{longest}f")
+    (name,) = names_of([spec("x", "robot_" * 20)], longest)
+    assert name.unit.startswith(f"{longest}robot_")
 
 
 def test_a_prefix_leads_out_of_no_folder():
