@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import threading
 import time
@@ -11,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from launcher.errors import LauncherError
 from launcher.hosts import discovery
 from launcher.hosts.check.facts import Finding, Level, Needs, Survey
-from launcher.hosts.check.host_judges import SHM, check_member
+from launcher.hosts.check.host_judges import SHM, check_member, problem
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.check.probe import SETTINGS
@@ -23,6 +22,7 @@ from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFil
 from launcher.model.record import Record
 
 _ORDER = (Level.PROBLEM, Level.NOTE)
+_WITH_ADDRESSES = (DiscoveryMode.PEERS, DiscoveryMode.SERVER)
 
 
 class Examination(Record):
@@ -45,7 +45,7 @@ def examine(
 ) -> Examination:
     """Ask all hosts of the file; UsageError for a discovery server on none of them."""
     begin_s = time.monotonic()
-    found = _addresses(file.hosts.values(), timeout_s / 2)
+    found, mistakes = _addresses(file.hosts.values(), timeout_s / 2)
     sessions = [ProbeSession(LOCAL, None, "127.0.0.1", Needs())]
     for host in file.hosts.values():
         address, _ = found.get(host.name, (host.address, ""))
@@ -58,19 +58,25 @@ def examine(
     mode = found_discovery.mode
     findings = [one for member in result.members.values() for one in check_member(member)]
     findings += check_pairs(result, mode)
+    findings += _unresolved(result, mistakes, mode)
     findings += missing_secrets(result.members.values(), os.environ)
     findings.sort(key=lambda finding: _ORDER.index(finding.level))
     return Examination(survey=result, findings=tuple(findings), mode=mode)
 
 
-def _addresses(hosts: Iterable[Host], timeout_s: float) -> dict[str, tuple[str, str]]:
-    """(address, that of this machine as the host sees it) of those whose names are resolved."""
+def _addresses(
+    hosts: Iterable[Host], timeout_s: float
+) -> tuple[dict[str, tuple[str, str]], dict[str, LauncherError]]:
+    """(address, that of this machine as the host sees it) by host; why others have none."""
     found: dict[str, tuple[str, str]] = {}
+    mistakes: dict[str, LauncherError] = {}
 
     def resolve(host: Host) -> None:
-        with contextlib.suppress(LauncherError):  # ssh says why it cannot be reached
+        try:
             address = discovery.address_of(host)
             found[host.name] = (address, discovery.own_address(address))
+        except LauncherError as error:
+            mistakes[host.name] = error
 
     threads = [threading.Thread(target=resolve, args=(host,), daemon=True) for host in hosts]
     for thread in threads:
@@ -78,16 +84,28 @@ def _addresses(hosts: Iterable[Host], timeout_s: float) -> dict[str, tuple[str, 
     deadline_s = time.monotonic() + timeout_s
     for thread in threads:
         thread.join(max(0.0, deadline_s - time.monotonic()))
-    return dict(found)
+    return dict(found), dict(mistakes)
+
+
+def _unresolved(
+    result: Survey, mistakes: Mapping[str, LauncherError], mode: DiscoveryMode | None
+) -> list[Finding]:
+    """Hosts that ssh reaches, but of which nodes would not know the address."""
+    if mode not in _WITH_ADDRESSES:
+        return []
+    return [
+        problem("discovery", member, error.message, error.hint or "correct `address:`")
+        for name, error in mistakes.items()
+        if (member := result.members[name]).error is None
+    ]
 
 
 def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:
     passed_on = environment_of(SETTINGS, os.environ)
-    environments = {LOCAL: wiring.environment_of()}
+    environments = {LOCAL: _wired(wiring, LOCAL)}
     folders: dict[str, Sequence[str]] = {LOCAL: [log_folder(os.environ)]}
     for host in file.hosts.values():
-        wired = wiring.environment_of(host.name)
-        environments[host.name] = {**passed_on, **wired, **_plain(host)}
+        environments[host.name] = {**passed_on, **_wired(wiring, host.name), **_plain(host)}
         folders[host.name] = [host.workspace, log_folder({}), SHM]
     return Question(
         domain=domain,
@@ -95,6 +113,12 @@ def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:
         folders=folders,
         server_ports={server.host: server.port for server in wiring.servers},
     )
+
+
+def _wired(wiring: Wiring, name: str) -> Mapping[str, str]:
+    """Nothing where the addresses are not known, which is told."""
+    is_known = name in wiring.addresses or (name == LOCAL and bool(wiring.addresses))
+    return wiring.environment_of(name) if is_known or wiring.mode not in _WITH_ADDRESSES else {}
 
 
 def _plain(host: Host) -> dict[str, str]:
