@@ -12,6 +12,7 @@ from launcher.hosts.model import Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 
 SSH_FAILED = 255  # the exit code of ssh for errors of its own
+NOT_FOUND = 127  # that of a shell for a program that is not there
 
 
 class Problem(enum.Enum):
@@ -95,7 +96,7 @@ def problem_of(stderr: str, returncode: int | None, host: Host) -> Problem:
     for problem, pattern in _PATTERNS:
         if re.search(pattern, stderr, re.MULTILINE):
             return problem
-    if returncode in (126, 127) or f"{host_python(host)}: not found" in stderr:
+    if returncode in (126, NOT_FOUND) or f"{host_python(host)}: not found" in stderr:
         return Problem.NO_PYTHON
     if _missing_setup(stderr, host) is not None:
         return Problem.NO_SETUP

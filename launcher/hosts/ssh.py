@@ -20,7 +20,8 @@ CONNECT_TIMEOUT_S = 10
 ALIVE_INTERVAL_S = 5
 ALIVE_COUNT = 6
 SYNCED_PYTHON = "current/bin/python"  # in the workspace of a host
-MADE_WITH = ".python"  # beside it: the interpreter with which `hosts sync` has made it
+# Beside it: the interpreter with which `hosts sync` has made it, and the one that was named then.
+MADE_WITH = ".python"
 _MAX_SOCKET = 107 - 17  # of the address of a Unix socket; ssh adds 17 characters for a while
 
 # Ours in any case: nobody can answer a question, and forwarding is of no use.
@@ -116,7 +117,8 @@ def python_script(host: Host, words: Sequence[str]) -> str:
 def set_python(host: Host) -> str:
     """Sets `python`, in the home: that which `hosts sync` brought, else that of the hosts file.
 
-    One that the hosts file names wins if it is there, and the other was not made with it.
+    One that the hosts file names wins if the other was not made with it, and it is there, or has
+    been named since.
     """
     own = shlex.quote(host_python(host))
     synced = in_home(f"{host.workspace.rstrip('/')}/{SYNCED_PYTHON}")
@@ -125,8 +127,10 @@ def set_python(host: Host) -> str:
         return script
     made_with = shlex.quote(posixpath.join(posixpath.dirname(synced), MADE_WITH))
     return (
-        f"{script}{{ IFS= read -r made < {made_with}; }} 2>/dev/null || made=; "
-        f'test "$made" = {own} || ! command -v {own} >/dev/null || python={own}; '
+        f"{script}made=; named=; "
+        f"{{ {{ IFS= read -r made; IFS= read -r named; }} < {made_with}; }} 2>/dev/null; "
+        f'test "$made" = {own} || {{ ! command -v {own} >/dev/null && '
+        f'{{ test -z "$named" || test "$named" = {own}; }}; }} || python={own}; '
     )
 
 

@@ -21,6 +21,7 @@ from launcher.commands.hosts_sync import _joined
 from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import Host
+from launcher.hosts.ssh import host_python
 from launcher.hosts.sync.fleet_sync import FleetSync
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.on_host import wire
@@ -327,6 +328,7 @@ def test_a_host_without_the_python_of_the_hosts_file_is_synchronized(tmp_path: P
 
     assert site.run("-c", "print(1)") == "1\n"
     assert site.messages[0] == f"there is no Python '{python}', so python3 is used"
+    assert (site.current / "bin/.python").read_text() == f"python3\n{host_python(site.host)}\n"
     assert not again.is_changed
 
 

@@ -164,7 +164,8 @@ class HostSync:
             if self._key
             else release_python.of_host(word, self._facts["python"])
         )
-        return release.with_entries([program, release_python.made_with(word)])
+        note = release_python.made_with(word, host_python(self._host))
+        return release.with_entries([program, note])
 
     # ---- files
 

@@ -38,9 +38,9 @@ def of_host(word: str, executable: str) -> Entry:
     return _entry(f"exec {shlex.quote(executable if '/' in word else word)}")
 
 
-def made_with(word: str) -> Entry:
-    """Notes the interpreter of the host, for `ssh.set_python`."""
-    content = f"{word}\n".encode("utf-8", "surrogateescape")
+def made_with(word: str, named: str) -> Entry:
+    """Notes the interpreter of the host, and that of the hosts file, for `ssh.set_python`."""
+    content = f"{word}\n{named}\n".encode("utf-8", "surrogateescape")
     return Entry(path=posixpath.join(posixpath.dirname(PATH), MADE_WITH), content=content)
 
 

@@ -14,13 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from launcher.engine.hosts.systemd.facts import Facts, hello
+from launcher.engine.hosts.systemd.facts import Facts, hello, read_facts
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
 from launcher.hosts.references import SentFile
 from launcher.hosts.ssh import posix_shell, python_script
 from launcher.hosts.sync import release_python, sync_session
+from launcher.model.record import replace
 
 
 def facts(folder: Path, **fields: object) -> Facts:
@@ -39,6 +40,18 @@ def facts(folder: Path, **fields: object) -> Facts:
         "python": sys.executable,
     }
     return Facts(**{**known, **fields})  # type: ignore[arg-type]
+
+
+def test_a_python_that_is_not_there_is_told_apart_from_one_without_the_launcher(tmp_path: Path):
+    absent = Host(name="bot1", address="10.0.0.2", python="/opt/not/there/bin/python")
+    answers = [
+        shell(hello(host), tmp_path).stdout.decode()
+        for host in (absent, replace(absent, python="false"))
+    ]
+
+    assert [answer.splitlines()[-1] for answer in answers] == ["launcher no python", "launcher "]
+    assert read_facts(answers[0]).lacks_python
+    assert not read_facts(answers[1]).lacks_python
 
 
 def shell(script: str, folder: Path, **options: object) -> subprocess.CompletedProcess[bytes]:

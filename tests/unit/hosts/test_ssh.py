@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from launcher.errors import UsageError
+from launcher.hosts.failures import failure
 from launcher.hosts.model import Host
 from launcher.hosts.ssh import (
     MADE_WITH,
@@ -142,8 +143,15 @@ def test_setup_files_are_read_in_the_home_and_do_not_print_to_the_protocol(tmp_p
 
 def python_used(home: Path, one: Host) -> bytes:
     words = posix_shell(python_script(one, ["-m", "launcher"]))
-    env = {"HOME": str(home), "PATH": "/usr/bin:/bin"}
+    env = env_of(home)
     return subprocess.run(["sh", "-c", words], capture_output=True, check=False, env=env).stdout
+
+
+def env_of(home: Path) -> dict[str, str]:
+    return {"HOME": str(home), "PATH": "/usr/bin:/bin"}
+
+
+NAMED = "./my '$(touch injected) venv/bin/python"
 
 
 def program(path: Path, text: str) -> Path:
@@ -167,13 +175,15 @@ def test_the_python_that_was_synchronized_is_used_if_there_is_one(tmp_path: Path
     [
         (None, b"own\n"),
         ("python3", b"own\n"),
-        ("./my '$(touch injected) venv/bin/python", b"brought\n"),
+        (f"python3\n{NAMED}", b"own\n"),
+        (NAMED, b"brought\n"),
+        (f"{NAMED}\n{NAMED}", b"brought\n"),
     ],
 )
 def test_the_python_of_the_hosts_file_wins_unless_it_was_synchronized(
     tmp_path: Path, made_with: str | None, used: bytes
 ):
-    one = host(python="my '$(touch injected) venv/bin/python", workspace="ws")
+    one = host(python=NAMED.removeprefix("./"), workspace="ws")
     brought = program(tmp_path / "ws" / SYNCED_PYTHON, "brought")
     if made_with is not None:
         brought.with_name(MADE_WITH).write_text(f"{made_with}\n")
@@ -183,3 +193,18 @@ def test_the_python_of_the_hosts_file_wins_unless_it_was_synchronized(
 
     assert (before, python_used(tmp_path, one)) == (b"brought\n", used)
     assert not (tmp_path / "injected").exists()
+
+
+@pytest.mark.parametrize("named", ["python3", "./.venv/bin/python"])
+def test_a_python_that_was_named_after_the_last_sync_has_to_be_there(tmp_path: Path, named: str):
+    one = host(python="/opt/not/there/bin/python", workspace="ws")
+    brought = program(tmp_path / "ws" / SYNCED_PYTHON, "brought")
+    brought.with_name(MADE_WITH).write_text(f"python3\n{named}\n")
+    words = posix_shell(python_script(one, ["-m", "launcher"]))
+
+    env = env_of(tmp_path)
+    done = subprocess.run(["sh", "-c", words], capture_output=True, check=False, env=env)
+
+    error = failure(one, done.stderr.decode(), done.returncode)
+    assert done.stdout == b""
+    assert "there is no Python '/opt/not/there/bin/python'" in error.message

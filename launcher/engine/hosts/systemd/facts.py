@@ -31,6 +31,7 @@ class Facts(Record):
     has_launcher: bool  # whether the host's Python finds it
     python: str  # that Python: what `hosts sync` brought, else that of the hosts file
     installed: tuple[str, ...] = ()  # what `--enable` has installed for this user
+    lacks_python: bool = False  # it is not there
 
     @property
     def is_user(self) -> bool:
@@ -67,7 +68,8 @@ def hello(host: Host) -> str:
     """Asks for the facts."""
     code = "import launcher.hosts.run_order; print('yes')"
     chosen = set_python(host)
-    python = f'{setup_script(host)}{chosen}"$python" -c {shlex.quote(code)}'
+    look = 'command -v "$python" >/dev/null || echo no python; '
+    python = f'{setup_script(host)}{chosen}{look}"$python" -c {shlex.quote(code)}'
     return (
         f'{HELLO}echo "python $(cd && {chosen}printf %s "$python")"\n'
         f'echo "launcher $( ({python}) 2>/dev/null | tail -n 1)"'
@@ -96,6 +98,7 @@ def read_facts(text: str) -> Facts:
         has_launcher=found.get("launcher", "") == "yes",
         python=found["python"],
         installed=tuple(value for key, value in pairs if key == "installed"),
+        lacks_python=found.get("launcher", "") == "no python",
     )
 
 

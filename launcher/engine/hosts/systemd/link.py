@@ -18,6 +18,7 @@ from launcher.engine.hosts.systemd.timers import Timers
 from launcher.engine.hosts.systemd.unit_process import UnitProcess
 from launcher.engine.machine import Command
 from launcher.hosts import unit
+from launcher.hosts.failures import NOT_FOUND, failure
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -215,6 +216,8 @@ class SystemdLink:
             return None
         if why_not:
             return f"{why_not}, or set `engine: ssh` for it in the hosts file"
+        if facts.lacks_python:
+            return failure(self._host, "", NOT_FOUND).cause
         if not facts.has_launcher:
             return (
                 f"its Python '{self._host.python}' does not have the launcher; install it there"
