@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Mapping
 
 from launcher.errors import LauncherError
-from launcher.hosts.model import Host
+from launcher.hosts.model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 
 SSH_FAILED = 255  # the exit code of ssh for errors of its own
@@ -91,6 +91,10 @@ _PATTERNS: tuple[tuple[Problem, str], ...] = (
 )
 
 
+# Of a program that takes other options than Python.
+_FOREIGN_OPTION = re.compile(r"(invalid|unrecognized|illegal) option")
+
+
 def problem_of(stderr: str, returncode: int | None, host: Host) -> Problem:
     """What the messages of ssh, or of the shell there, mean."""
     for problem, pattern in _PATTERNS:
@@ -107,11 +111,25 @@ def failure(host: Host, stderr: str, returncode: int | None) -> HostError:
     """The error for a session that has failed, with its repair."""
     problem = problem_of(stderr, returncode, host)
     writer = _TEXTS.get(problem)
-    if writer is None:
-        how = "ssh failed" if returncode == SSH_FAILED else f"exit code {returncode}"
-        return HostError(host, problem, f"{last_line(stderr) or how}")
-    message, hint = writer(host, stderr)
-    return HostError(host, problem, message, hint=hint)
+    if writer is not None:
+        message, hint = writer(host, stderr)
+        return HostError(host, problem, message, hint=hint)
+    if returncode != SSH_FAILED and (not stderr.strip() or _FOREIGN_OPTION.search(stderr)):
+        return _no_answer(host, problem, stderr, returncode)
+    return HostError(host, problem, last_line(stderr) or "ssh failed")
+
+
+def _no_answer(host: Host, problem: Problem, stderr: str, returncode: int | None) -> HostError:
+    """What runs there does not do what Python does."""
+    how = last_line(stderr) or f"exit code {returncode}"
+    is_named = host.python != DEFAULT_PYTHON
+    if is_named and (returncode == 0 or stderr.strip()):
+        message = f"'{host.python}' there is not a Python: {how}"
+        return HostError(host, problem, message, hint="correct `python:` in the hosts file")
+    hint = f"can the user run commands there? Try: {_try(host)} true"
+    if is_named:
+        hint = f"is '{host.python}' there a Python? If so: {hint}"
+    return HostError(host, problem, f"Python does not answer there: {how}", hint=hint)
 
 
 def no_ssh(host: Host) -> HostError:
@@ -164,6 +182,12 @@ def _denied(host: Host, stderr: str) -> tuple[str, str]:
             f"chmod 600 {shlex.quote(unusable[1])}"
             if "permissions" in unusable[2]
             else "name the file of the private key in `ssh: {IdentityFile: ...}`",
+        )
+    missing = re.search(r"no such identity: (.+): No such file", stderr)
+    if missing:
+        return (
+            f"login was refused, and there is no key '{missing[1]}' on this machine",
+            "correct `ssh: {IdentityFile: ...}` in the hosts file, or ~/.ssh/config",
         )
     methods = re.search(r"Permission denied \(([^)]*)\)", stderr)
     offered = f" (the host accepts: {methods[1]})" if methods else ""

@@ -32,9 +32,14 @@ BAD_KEY = """\
 Load key "/home/ann/.ssh/fleet": bad permissions
 robot@10.0.0.2: Permission denied (publickey).
 """
+MISSING_KEY = """\
+no such identity: /home/ann/.ssh/fleet: No such file or directory
+robot@10.0.0.2: Permission denied (publickey).
+"""
 CASES = [
     (255, CHANGED, Problem.CHANGED_KEY, "ssh-keygen -f /home/ann/.ssh/known_hosts -R"),
     (255, UNKNOWN, Problem.UNKNOWN_KEY, "connect once"),
+    (255, MISSING_KEY, Problem.DENIED, "IdentityFile"),
     (255, BAD_KEY, Problem.DENIED, "chmod 600 /home/ann/.ssh/fleet"),
     (255, "robot@h: Permission denied (publickey,password).", Problem.DENIED, "ssh-copy-id"),
     (
@@ -86,6 +91,34 @@ def test_a_message_is_told_with_its_repair(
 def test_a_message_that_nobody_knows_is_shown():
     assert "something odd" in failure(HOST, "first\nsomething odd\n\n", 3).message
     assert "exit code 3" in failure(HOST, "", 3).message
+
+
+def test_a_key_that_is_missing_here_is_named():
+    message = failure(HOST, MISSING_KEY, 255).message
+
+    assert "there is no key '/home/ann/.ssh/fleet' on this machine" in message
+
+
+@pytest.mark.parametrize(
+    ("returncode", "stderr"),
+    [(0, ""), (2, "ls: invalid option -- 'c'\nTry 'ls --help' for more information.\n")],
+)
+def test_a_program_that_is_no_python_is_told(returncode: int, stderr: str):
+    error = failure(HOST, stderr, returncode)
+
+    assert "'.venv/bin/python' there is not a Python" in error.message
+    assert "`python:`" in str(error.hint)
+    assert error.problem.may_pass
+
+
+def test_a_shell_that_ends_without_a_message_may_be_the_reason():
+    plain = Host(name="bot1", address="10.0.0.2")
+    errors = [failure(host, "", 1) for host in (plain, HOST)]
+
+    message = "host 'bot1': Python does not answer there: exit code 1"
+    assert [error.message for error in errors] == [message] * 2
+    assert errors[0].hint == "can the user run commands there? Try: ssh 10.0.0.2 true"
+    assert str(errors[1].hint).startswith("is '.venv/bin/python' there a Python? If so: can the")
 
 
 def test_no_program_ssh_is_told():
