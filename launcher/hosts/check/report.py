@@ -77,8 +77,10 @@ def _row(result: Examination, member: Member) -> tuple[str, ...]:
 def _engine(member: Member) -> str:
     assert member.facts is not None
     engine = engine_of(member)
-    version = f" {member.facts['systemd']}" if engine is HostEngine.SYSTEMD else ""
-    return f"{engine.value}{version}"
+    if engine is not HostEngine.SYSTEMD:
+        return str(engine.value)
+    version = member.facts["systemd"]
+    return f"systemd {version}" if version else "no systemd"
 
 
 def _plan(member: Member) -> str:

@@ -201,6 +201,16 @@ def test_facts():
     assert found.installed == ("launcher-a", "launcher-b c")
     assert not found.lingers
     assert facts.why_unusable(found) == ""
+    root = text.replace("uid 1000", "uid 0")
+    why = [
+        facts.why_unusable(facts.read_facts(one.replace("state degraded", state)))
+        for one, state in ((text, "state offline"), (text, "state "), (root, "state "))
+    ]
+    assert why == [
+        "was not booted with systemd: make it the init there",
+        "its service manager of me does not answer: install libpam-systemd there",
+        "its service manager does not answer: look at systemctl status there",
+    ]
     with pytest.raises(KeyError):
         facts.read_facts("This account is not available.")
 

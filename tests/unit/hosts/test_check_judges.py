@@ -9,9 +9,11 @@ from typing import Any
 import pytest
 
 import launcher
+from launcher.hosts.check.examine import Examination
 from launcher.hosts.check.facts import Arrival, Clock, Finding, Level, Member, Needs, Survey
 from launcher.hosts.check.host_judges import check_member
 from launcher.hosts.check.pair_judges import check_pairs
+from launcher.hosts.check.report import as_text
 from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import LOCAL, DiscoveryMode, Host, HostEngine, Secret
@@ -179,6 +181,24 @@ def test_systemd_must_keep_the_processes_of_the_user(
 ):
     findings = check_member(member("bot", engine=engine, **facts))
     assert [words in finding.text for finding in findings] == ([] if words is None else [True])
+
+
+@pytest.mark.parametrize(
+    ("engine", "facts", "column"),
+    [
+        (HostEngine.SYSTEMD, {}, "no systemd"),
+        (HostEngine.SYSTEMD, {"systemd": "252"}, "systemd 252"),
+        (HostEngine.AUTO, {}, "ssh"),
+    ],
+)
+def test_the_column_of_the_engine(engine: HostEngine, facts: Mapping[str, Any], column: str):
+    one = member("bot", engine=engine, **facts)
+    found = survey(member(LOCAL), one)
+
+    text = as_text(Examination(survey=found, findings=(), mode=None))
+
+    row = next(line for line in text.splitlines() if line.startswith("bot"))
+    assert f"  {column}  " in row
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ class Facts(Record):
     python: str  # that Python: what `hosts sync` brought, else that of the hosts file
     installed: tuple[str, ...] = ()  # what `--enable` has installed for this user
     lacks_python: bool = False  # it is not there
+    is_booted: bool = True  # with systemd, as far as the service manager says so
 
     @property
     def is_user(self) -> bool:
@@ -39,6 +40,7 @@ class Facts(Record):
         return self.uid != 0
 
 
+_OFFLINE = "offline"  # what systemctl says where the machine was not booted with systemd
 HELLO = r"""
 uid=$(id -u)
 echo "uid $uid"
@@ -90,7 +92,7 @@ def read_facts(text: str) -> Facts:
         home=found["home"],
         runtime="/run" if uid == 0 else found["runtime"],
         version=int(version[0]) if version else 0,
-        state="" if state == "offline" else state,
+        state="" if state == _OFFLINE else state,
         lingers="lingers" in found,
         boot_id=found["boot_id"],
         uptime_s=float(found["uptime_s"]),
@@ -99,6 +101,7 @@ def read_facts(text: str) -> Facts:
         python=found["python"],
         installed=tuple(value for key, value in pairs if key == "installed"),
         lacks_python=found.get("launcher", "") == "no python",
+        is_booted=state != _OFFLINE,
     )
 
 
@@ -108,7 +111,10 @@ def why_unusable(facts: Facts) -> str:
         return "does not have systemd: install it"
     if facts.version < unit.OLDEST:
         return f"has systemd {facts.version}: install {unit.OLDEST} or newer"
+    if not facts.is_booted:
+        return "was not booted with systemd: make it the init there"
+    if not facts.state and not facts.is_user:
+        return "its service manager does not answer: look at systemctl status there"
     if not facts.state:
-        user = f" of {facts.user}" if facts.is_user else ""
-        return f"its service manager{user} does not answer: install libpam-systemd there"
+        return f"its service manager of {facts.user} does not answer: install libpam-systemd there"
     return ""
