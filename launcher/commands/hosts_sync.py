@@ -7,35 +7,33 @@ import sys
 
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.commands.hosts_file import HOSTS, hosts_file
-from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.text import count, did_you_mean, escape
+from launcher.commands.hosts_sync_report import Report
+from launcher.errors import UsageError
+from launcher.text import did_you_mean, escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from launcher.hosts.model import Host
-    from launcher.hosts.sync.fleet_sync import Result
-    from launcher.hosts.sync.host_sync import Options, Outcome
+    from launcher.hosts.sync.host_sync import Options
     from launcher.hosts.sync.packages import Brought
-
-_MOST_CHANGES = 40  # lines of a dry run for a host
 
 
 def _sync(parsed: Parsed) -> int:
     from launcher.hosts.sync.fleet_sync import FleetSync
 
     hosts = _hosts(parsed)
-    fleet = FleetSync(_options(parsed), _say)
-    if parsed.rollback:
-        return _report(fleet.roll_back(hosts), dry_run=parsed.dry_run)
-    brought = _brought(parsed)
+    report = Report(hosts, dry_run=parsed.dry_run)
+    fleet = FleetSync(_options(parsed), _say, done=report.add)
+    brought = None if parsed.rollback else _brought(parsed)
     try:
-        results = fleet.sync(hosts, brought)
+        if brought is None:
+            fleet.roll_back(hosts)
+        else:
+            fleet.sync(hosts, brought)
     except KeyboardInterrupt:
-        print("interrupted: hosts that are not done use what they used before", file=sys.stderr)
+        report.interrupt()
         raise
-    return _report(results, dry_run=parsed.dry_run)
+    return report.end()
 
 
 def _hosts(parsed: Parsed) -> list[Host]:
@@ -80,57 +78,6 @@ def _brought(parsed: Parsed) -> Brought:
 
 def _say(host: str, text: str) -> None:
     print(escape(f"{host}: {text}"), file=sys.stderr, flush=True)
-
-
-def _report(results: Sequence[Result], *, dry_run: bool) -> int:
-    errors = [result for result in results if isinstance(result, LauncherError)]
-    for error in _joined(errors):
-        print(error.render(), file=sys.stderr)
-    for result in results:
-        if not isinstance(result, LauncherError):
-            print(escape(_line(result, dry_run=dry_run)))
-            for change in result.changes[:_MOST_CHANGES]:
-                print(escape(f"  {change}", keep=""))
-            if len(result.changes) > _MOST_CHANGES:
-                print(f"  ... and {count(len(result.changes) - _MOST_CHANGES, 'change')} more")
-    return ExitCode.PROCESS_FAILED if errors else ExitCode.OK
-
-
-def _joined(errors: Sequence[LauncherError]) -> Iterator[LauncherError]:
-    """With one error for all hosts on which the same is wrong."""
-    from launcher.hosts.failures import HostError
-
-    alike: dict[str, list[LauncherError]] = {}
-    for error in errors:
-        key = error.cause if isinstance(error, HostError) else error.render()
-        alike.setdefault(key, []).append(error)
-    for first, *others in alike.values():
-        same = [one.host.name for one in (first, *others) if isinstance(one, HostError)]
-        if others and isinstance(first, HostError):
-            text = first.message.removeprefix(f"host '{same[0]}': ")
-            yield LauncherError(f"hosts {', '.join(same)}: {text}", hint=first.hint)
-        else:
-            yield first
-
-
-def _line(done: Outcome, *, dry_run: bool) -> str:
-    head = f"{done.host}: "
-    if done.before is not None:
-        would = "would go back" if dry_run else "went back"
-        return f"{head}{would} from {done.before} to {done.release}"
-    if not done.is_changed:
-        return f"{head}unchanged, {done.release} ({done.seconds:.1f} s)"
-    size = _size(done.sent_bytes)
-    if dry_run:
-        return f"{head}would send {count(done.sent_files, 'file')}, {size}"
-    parts = [f"{done.sent_files} of {count(done.files, 'file')} sent, {size}"]
-    if done.environment_s is not None:
-        parts.append(f"environment made in {done.environment_s:.0f} s")
-    return f"{head}{done.release}: {'; '.join(parts)} ({done.seconds:.1f} s)"
-
-
-def _size(number: int) -> str:
-    return f"{number / 1e6:.1f} MB" if number >= 100_000 else f"{number / 1e3:.1f} kB"
 
 
 SYNC = Command(

@@ -259,9 +259,10 @@ def test_ctrl_c_ends_it_and_the_receiver(command: Command, bot: Host, workspace:
     wait_until(lambda: received(bot) > 1_000_000, "it is received")
 
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+    _, err = process.communicate(timeout=60)
 
     assert process.returncode == 130
+    assert "interrupted: not done: bot1; what was used there before is used still\n" in err
     wait_until(lambda: not receivers(bot), "the receiver ends")
     assert not (bot.home / CURRENT).exists()
 

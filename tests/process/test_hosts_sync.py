@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from launcher import proc
-from launcher.commands.hosts_sync import _joined
+from launcher.commands.hosts_sync_report import Report, joined
 from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import Host
@@ -378,12 +378,43 @@ def test_the_same_error_of_several_hosts_is_told_once():
     errors = [HostError(host, Problem.OTHER, "no network", hint="do it") for host in hosts[:2]]
     other = HostError(hosts[2], Problem.OTHER, "its disk is full")
 
-    found = [*_joined([*errors, other])]
+    found = [*joined([*errors, other])]
 
     assert [(one.message, one.hint) for one in found] == [
         ("hosts a, b: no network", "do it"),
         ("host 'c': its disk is full", None),
     ]
+
+
+def test_a_host_is_told_when_it_is_done_and_those_that_are_not_at_ctrl_c(tmp_path: Path, capsys):
+    good, slow, bad = (Site(tmp_path / name) for name in ("good", "slow", "bad"))
+    (bad.home / ".local").write_text("")
+    slow.workspace.mkdir(parents=True)
+    sites = {site.host.name: site for site in (slow, good, bad)}
+    hosts = [site.host for site in sites.values()]
+    report = Report(hosts, dry_run=False)
+    told: list[str] = []
+
+    def add(host: Host, result: Outcome | LauncherError) -> None:
+        report.add(host, result)
+        told.append(host.name)
+        if len(told) == 2:
+            raise KeyboardInterrupt
+
+    fleet = FleetSync(Options(), lambda *_: None, lambda h, t: sites[h.name].words(h, t), add)
+    with open(slow.workspace / ".lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(KeyboardInterrupt):
+            fleet.sync(hosts, brought(a="1"))
+    report.interrupt()
+
+    assert {*told} == {"good", "bad"}
+    shown = capsys.readouterr()
+    assert shown.out.startswith("good: 000001-") and shown.out.count("\n") == 1
+    assert shown.err.startswith("bad: failed, see below\nerror: host 'bad': ")
+    last = "interrupted: not done: slow; what was used there before is used still\n"
+    assert shown.err.endswith(last)
+    assert (good.current / "a").exists() and not slow.current.exists()
 
 
 def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):

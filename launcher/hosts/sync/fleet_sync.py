@@ -7,7 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 
 from launcher.errors import LauncherError
 from launcher.hosts.failures import no_ssh
@@ -25,17 +25,22 @@ Result = Outcome | LauncherError
 
 
 class FleetSync:
-    """`words` makes the command that runs a script on a host: by ssh, unless a test says so."""
+    """`words` makes the command that runs a script on a host: by ssh, unless a test says so.
+
+    `done` is called, in the thread of the caller, when a host is done.
+    """
 
     def __init__(
         self,
         options: Options,
         say: Callable[[str, str], None],
         words: Callable[[Host, str], Sequence[str]] | None = None,
+        done: Callable[[Host, Result], None] = lambda *_: None,
     ) -> None:
         self._options = options
         self._say = say
         self._words = words or _by_ssh
+        self._done = done
         self._sessions: set[SyncSession] = set()
         self._guard = threading.Lock()
         self._is_stopped = False
@@ -52,12 +57,14 @@ class FleetSync:
 
     def _for_all(self, hosts: Sequence[Host], do: Callable[[HostSync], Outcome]) -> list[Result]:
         with ThreadPoolExecutor(min(len(hosts), _MOST_AT_ONCE) or 1) as pool:
-            futures = [pool.submit(self._for_one, host, do) for host in hosts]
+            futures = {pool.submit(self._for_one, host, do): host for host in hosts}
             try:
-                return [future.result() for future in futures]
+                for future in as_completed(futures):
+                    self._done(futures[future], future.result())
             except BaseException:
                 self._stop()
                 raise
+            return [future.result() for future in futures]
 
     def _for_one(self, host: Host, do: Callable[[HostSync], Outcome]) -> Result:
         begin = time.monotonic()
