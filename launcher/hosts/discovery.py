@@ -138,8 +138,7 @@ def _servers(
                 hint=f"hosts of the run: {known}",
                 where=discovery.where or None,
             )
-        taken = [one.port for one in found if one.host == host]
-        port = _port(discovery, usual, host, taken)
+        port = _port(discovery, usual, host)
         # Of a run on this machine only, no other machine shall reach it.
         listen = "0.0.0.0" if addresses else _LOOPBACK
         found.append(Server(name=name, host=host, index=index, port=port, listen=listen))
@@ -151,18 +150,17 @@ def usual_port(domain: str) -> int:
     return DEFAULT_PORT + (int(domain) if domain.isdecimal() and len(domain) < 4 else 0)
 
 
-def _port(discovery: Discovery, usual: int, host: str, taken: Sequence[int]) -> int:
+def _port(discovery: Discovery, usual: int, host: str) -> int:
     wished = discovery.port or usual
     if host != LOCAL or discovery.port is not None:
-        port = wished + len(taken)
-        if host == LOCAL and not _is_free(port):
+        if host == LOCAL and not _is_free(wished):
             raise UsageError(
-                f"port {port} for the discovery server is in use on this machine",
+                f"port {wished} for the discovery server is in use on this machine",
                 hint="another run may have a server there; use another `port`, or none",
             )
-        return port
+        return wished
     for port in range(wished, wished + _PORTS):
-        if port not in taken and _is_free(port):
+        if _is_free(port):
             return port
     raise UsageError(
         f"no port from {wished} to {wished + _PORTS - 1} is free for the discovery server",

@@ -34,6 +34,11 @@ def _parse(value: object) -> Discovery:
     for key in _OF_SERVER:
         if key in found and found.get("mode", DiscoveryMode.SERVER) is not DiscoveryMode.SERVER:
             errors.append(FieldError(f"'{key}' needs the mode 'server'", (key,), key=True))
+    backup = found.get("backup")
+    if not errors and backup is not None and backup == found.get("server", LOCAL):
+        message = f"'server' and 'backup' are on the same host, '{backup}', and would fail together"
+        hint = "name another host, or leave 'backup' out"
+        errors.append(FieldError(message, ("backup",), hint))
     raise_all(errors)
     return Discovery(**found)
 

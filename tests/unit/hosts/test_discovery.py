@@ -98,13 +98,6 @@ def test_a_backup_has_the_second_place_in_the_list():
     assert wiring.environment_of()["ROS_DISCOVERY_SERVER"] == servers
 
 
-def test_a_backup_on_the_same_host_has_another_port():
-    first, second = wired(DiscoveryMode.SERVER, server="bot1", backup="bot1", port=5000).servers
-    assert (first.port, second.port) == (5000, 5001)
-    first, second = wired(DiscoveryMode.SERVER, backup=LOCAL).servers
-    assert first.port != second.port
-
-
 def test_only_programs_that_read_the_graph_are_super_clients():
     wiring = wired(DiscoveryMode.SERVER)
     assert wiring.graph_environment() == {**wiring.environment_of(), "ROS_SUPER_CLIENT": "TRUE"}

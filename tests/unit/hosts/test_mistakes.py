@@ -186,6 +186,11 @@ OF_FILE = {
     f"{GOOD}discovery: {{mode: peers, port: 1}}": "2:26 'port' needs the mode 'server'",
     f"{GOOD}discovery: {{mode: server, server: bot3}}": "2:35 unknown host 'bot3' | "
     "did you mean 'bot1'?",
+    f"{GOOD}discovery: {{mode: server, server: bot1, backup: bot1}}": "2:49 'server' and 'backup' "
+    "are on the same host, 'bot1', and would fail together | "
+    "name another host, or leave 'backup' out",
+    f"{GOOD}discovery: {{mode: server, backup: local}}": "2:35 'server' and 'backup' are on the "
+    "same host, 'local', and would fail together | name another host, or leave 'backup' out",
     f"{GOOD}discovery: {{mode: server, port: 99999}}": "2:33 this is not a port: "
     "expected 1 to 65535",
 }  # fmt: skip
