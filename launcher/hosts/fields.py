@@ -21,28 +21,49 @@ _HOST_NAME = re.compile(rf"{_LABEL}(?:\.{_LABEL})*\.?")
 _USER = r"[A-Za-z_][A-Za-z0-9_.-]*\$?"
 _VARIABLE = r"[A-Za-z_][A-Za-z0-9_]*"
 _MAX_HOST_NAME = 253
+_URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://")
 
 
 def _address(value: object) -> str:
     if not isinstance(value, str) or not value:
         raise FieldError("expected an address, as in 10.0.0.2, robot.local or fd00::2")
-    user, at, rest = value.rpartition("@")
-    if at:
-        hint = f"write 'user: {user}' and 'address: {rest}'"
-        raise FieldError(f"'{value}' has a user in the address", hint=hint)
+    url = _URL.match(value)
+    rest = value[url.end() :].partition("/")[0] if url else value
+    user, at, rest = rest.rpartition("@")
+    name, colon, port = _split_port(rest)
+    if url or at or colon:
+        what = "has a user in the address" if at else "has a port in the address"
+        if url:
+            what = "is a URL: only the name or the address stands here"
+        raise _too_much(f"'{value}' {what}", name, user, port)
     if value.startswith("["):
         raise FieldError(f"'{value}' has brackets: an IPv6 address stands without them here")
     if value.count(":") > 1:
         return _ip_address(value, ipaddress.IPv6Address)
-    name, colon, port = value.partition(":")
-    if colon:
-        hint = f"write 'address: {name}' and 'ssh: {{Port: {port}}}'"
-        raise FieldError(f"'{value}' has a port in the address", hint=hint)
     if re.fullmatch(r"[0-9.]+", value):
         return _ip_address(value, ipaddress.IPv4Address)
     if len(value) > _MAX_HOST_NAME or _HOST_NAME.fullmatch(value) is None:
         raise FieldError(f"'{value}' is not a host name or an IP address")
     return value
+
+
+def _split_port(text: str) -> tuple[str, str, str]:
+    """(name, `:` or nothing, port); an IPv6 address has a port only behind brackets."""
+    in_brackets = re.fullmatch(r"\[(.*)\](:?)(.*)", text)
+    if in_brackets:
+        return in_brackets[1], in_brackets[2], in_brackets[3]
+    return text.partition(":") if text.count(":") == 1 else (text, "", "")
+
+
+def _too_much(message: str, name: str, user: str, port: str) -> FieldError:
+    """The mistake of an address with entries that have keys of their own."""
+    user = user.partition(":")[0]  # without a password
+    entries = [f"'address: {name or '...'}'"]
+    entries += [f"'user: {user}'"] if user else []
+    entries += [f"'ssh: {{Port: {port}}}'"] if port.isdecimal() else []
+    known = "" if user or port else "; `user` and `ssh: {Port: ...}` are keys of their own"
+    hint = f"write {', '.join(entries[:-1])}{' and ' if entries[1:] else ''}{entries[-1]}{known}"
+    return FieldError(message, hint=hint)
 
 
 def _ip_address(value: str, kind: Callable[[str], object]) -> str:

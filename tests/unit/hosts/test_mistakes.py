@@ -132,7 +132,18 @@ ADDRESSES = {
     "Octet 300 (> 255) not permitted in '10.0.0.300'",
     "10.0": "'10.0' is not an IP address: Expected 4 octets in '10.0'",
     "robot@bot1": "'robot@bot1' has a user in the address | "
-    "write 'user: robot' and 'address: bot1'",
+    "write 'address: bot1' and 'user: robot'",
+    "robot@bot1:22": "'robot@bot1:22' has a user in the address | "
+    "write 'address: bot1', 'user: robot' and 'ssh: {Port: 22}'",
+    "'[fd00::1]:22'": "'[fd00::1]:22' has a port in the address | "
+    "write 'address: fd00::1' and 'ssh: {Port: 22}'",
+    "'@'": "'@' has a user in the address | "
+    "write 'address: ...'; `user` and `ssh: {Port: ...}` are keys of their own",
+    "ssh://bot1": "'ssh://bot1' is a URL: only the name or the address stands here | "
+    "write 'address: bot1'; `user` and `ssh: {Port: ...}` are keys of their own",
+    "ssh://robot:password@10.0.0.2:2222/": "'ssh://robot:password@10.0.0.2:2222/' is a URL: only "
+    "the name or the address stands here | "
+    "write 'address: 10.0.0.2', 'user: robot' and 'ssh: {Port: 2222}'",
     "bot1:22": "'bot1:22' has a port in the address | write 'address: bot1' and 'ssh: {Port: 22}'",
     "'[fd00::1]'": "'[fd00::1]' has brackets: an IPv6 address stands without them here",
     "fd00::1::2": "'fd00::1::2' is not an IP address: At most one '::' permitted in 'fd00::1::2'",
