@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -15,6 +16,9 @@ from launcher.text import suggest
 QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
 BAD: Any = object()  # what `parsed` returns instead of an invalid value
 _MAX_DEPTH = 100
+_NEWLINE = b"\n"
+# What no YAML may contain: control characters and half characters.
+_UNPRINTABLE = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -27,7 +31,12 @@ def text_of(path: str, what: str) -> str:
     except OSError as error:
         raise LaunchFileError(f"cannot read {what}: {error.strerror}", where=path) from None
     except UnicodeDecodeError as error:
-        raise LaunchFileError(f"not UTF-8: {error.reason}", where=path) from None
+        wrong, before = error.object[error.start], error.object[: error.start]
+        raise LaunchFileError(
+            f"the byte 0x{wrong:02x} is not UTF-8",
+            hint="save the file as UTF-8",
+            where=f"{path}:{len(before.split(_NEWLINE))}",
+        ) from None
     except ValueError as error:  # a path with a NUL
         raise LaunchFileError(f"cannot read {what}: {error}") from None
 
@@ -63,6 +72,7 @@ class DocumentReader:
 
         LauncherError if it is not YAML.
         """
+        self._refuse_controls()
         try:
             self._refuse_depth()
             loader = self._loader(self.text)
@@ -83,6 +93,21 @@ class DocumentReader:
             self.wrong((), f"{self._what} must be a mapping", self._hint)
             return None
         return document
+
+    def _refuse_controls(self) -> None:
+        """Characters of which YAML's reader does not tell the line."""
+        found = _UNPRINTABLE.search(self.text)
+        if found is None:
+            return
+        before = self.text[: found.start()].split("\n")
+        rest = self.text[found.start() :].partition("\n")[0]
+        raise LaunchFileError(
+            f"invalid YAML: the character U+{ord(found[0]):04X} is not allowed",
+            hint="remove it; is this file a text in UTF-8?",
+            where=f"{self.path}:{len(before)}",
+            source_line=before[-1] + rest,
+            column=len(before[-1]) + 1,
+        )
 
     def _refuse_depth(self) -> None:
         """The C library reads nested entries recursively, and crashes if they are too deep."""

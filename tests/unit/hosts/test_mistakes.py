@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given
@@ -176,6 +177,10 @@ OF_FILE = {
     "hosts: {a: {address: b, address: c}}": "1:25 duplicate key 'address'",
     "hosts:\n\ta: b": "2:1 invalid YAML: found character that cannot start any token | "
     "indent YAML with spaces, not with tabs",
+    f"{GOOD}# caf\xe9 \0": "2:8 invalid YAML: the character U+0000 is not allowed | "
+    "remove it; is this file a text in UTF-8?",
+    f"{GOOD}# \x85\n\ud800": "3:1 invalid YAML: the character U+D800 is not allowed | "
+    "remove it; is this file a text in UTF-8?",
     f"{GOOD}palce: {{x: bot1}}": "2:1 unknown key 'palce' of a hosts file | "
     "did you mean 'place'?",
     f"{GOOD}defaults: [a]": "2:1 'defaults' must be a mapping | as in {user: robot}",
@@ -212,6 +217,23 @@ def test_mistakes_in_the_file(text: str):
     (found,) = mistakes(text)
 
     assert found == OF_FILE[text]
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "byte"),
+    [(b"hosts:\n  a: b\n# caf\xe9\n", 3, "0xe9"), ("hosts: {}".encode("utf-16"), 1, "0xff")],
+)
+def test_a_file_that_is_not_utf_8_is_told_with_the_line(
+    tmp_path: Path, content: bytes, line: int, byte: str
+):
+    path = tmp_path / "hosts.yaml"
+    path.write_bytes(content)
+
+    with pytest.raises(LauncherError, match=f"the byte {byte} is not UTF-8") as caught:
+        file.read(str(path))
+
+    assert (caught.value.where, caught.value.exit_code) == (f"{path}:{line}", 2)
+    assert caught.value.hint == "save the file as UTF-8"
 
 
 PATTERNS = {
