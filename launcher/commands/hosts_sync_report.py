@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from launcher.hosts.model import Host
     from launcher.hosts.sync.fleet_sync import Result
-    from launcher.hosts.sync.host_sync import Outcome
+    from launcher.hosts.sync.host_sync import EnvironmentPlan, Outcome
 
 _MOST_CHANGES = 40  # lines of a dry run for a host
 
@@ -52,6 +52,8 @@ class Report:
 
     def _print(self, done: Outcome) -> None:
         lines = [escape(_line(done, dry_run=self._dry_run))]
+        if done.environment is not None:
+            lines.append(escape(f"  environment: {_planned(done.environment)}"))
         lines += [escape(f"  {change}", keep="") for change in done.changes[:_MOST_CHANGES]]
         if len(done.changes) > _MOST_CHANGES:
             lines.append(f"  ... and {count(len(done.changes) - _MOST_CHANGES, 'change')} more")
@@ -94,6 +96,15 @@ def _line(done: Outcome, *, dry_run: bool) -> str:
     if done.environment_s is not None:
         parts.append(f"environment made in {done.environment_s:.0f} s")
     return f"{head}{done.release}: {'; '.join(parts)} ({done.seconds:.1f} s)"
+
+
+def _planned(plan: EnvironmentPlan) -> str:
+    if plan.wheels is None:
+        return "would be made by pip there"
+    of = f"would be made of {count(plan.wheels, 'wheel')}, {plan.sent} of them sent"
+    if not plan.missing:
+        return f"{of}, {_size(plan.sent_bytes)}"
+    return f"{of}, after the download of {plan.missing} into {plan.folder}"
 
 
 def _size(number: int) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.commands.hosts_sync_report import Report
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel
 
 
@@ -68,6 +69,55 @@ def test_a_missing_wheel_is_told_before_anything_is_sent(site_with_venv: Site, t
     assert "has no wheel of tiny_of_nobody==1.0 for Python 3." in error.message
     assert "there is only tiny_of_nobody-1.0-cp38-cp38-manylinux_2_99_riscv64.whl" in error.message
     assert list(site_with_venv.home.iterdir()) == []
+
+
+def dry_run(site: Site, capsys, **options: object) -> list[str]:
+    """What a dry run prints; it writes nothing."""
+    before = sorted(site.home.parent.rglob("*"))
+    done = site.sync(brought(a="1"), dry_run=True, **options)
+    assert sorted(site.home.parent.rglob("*")) == before
+    Report([site.host], dry_run=True).add(site.host, done)
+    return capsys.readouterr().out.splitlines()
+
+
+def test_a_dry_run_tells_of_the_environment_and_downloads_nothing(
+    site_with_venv: Site, tmp_path: Path, capsys
+):
+    site, house = site_with_venv, tmp_path / "house"
+    listed = {"requirements": pinned("tiny==1.0", "tiny-of-nobody==1.0")}
+    in_house = {**listed, "wheelhouse": str(house)}
+
+    by_pip = dry_run(site, capsys, **listed)
+    from_nothing = dry_run(site, capsys, **in_house)
+    tiny_wheel(house, "tiny", "1.0")
+    half = dry_run(site, capsys, **in_house)
+    size = tiny_wheel(house, "tiny_of_nobody", "1.0").stat().st_size
+    whole = dry_run(site, capsys, **in_house)
+
+    assert by_pip[0].startswith("bot: would send 3 files, ")
+    assert by_pip[1] == "  environment: would be made by pip there"
+    made = "  environment: would be made of 2 wheels, 2 of them sent"
+    assert from_nothing[1].startswith(f"{made}, after the download of tiny==1.0, tiny_of_nobody==")
+    assert half[1] == f"{made}, after the download of tiny_of_nobody==1.0 into {house}"
+    both = size + (house / "tiny-1.0-py3-none-any.whl").stat().st_size
+    assert whole[1] == f"{made}, {both / 1e3:.1f} kB"
+
+    site.sync(brought(a="0"), **in_house)
+    assert [line.strip() for line in dry_run(site, capsys, **in_house)[1:]] == ["~ a"]
+    forced = dry_run(site, capsys, **in_house, force=True)
+    assert forced[0].startswith("bot: would send 3 files, ")
+    assert forced[1].startswith("  environment: would be made of 2 wheels, 0 of them sent")
+
+
+def test_wheels_are_not_needed_where_the_environment_is_there(site_with_venv: Site, tmp_path: Path):
+    site, house = site_with_venv, tmp_path / "house"
+    wheel = tiny_wheel(house, "tiny_of_nobody", "1.0")
+    options = {"requirements": pinned("tiny-of-nobody==1.0"), "wheelhouse": str(house)}
+    site.sync(brought(a="1"), **options)
+    wheel.unlink()
+
+    assert site.sync(brought(a="2"), **options).is_changed
+    assert list(house.iterdir()) == []
 
 
 def test_a_broken_wheel_leaves_the_old_release(site_with_venv: Site, tmp_path: Path):

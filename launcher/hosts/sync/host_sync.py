@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import getpass
 import hashlib
 import os
 import socket
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from launcher.errors import LauncherError
@@ -16,7 +17,7 @@ from launcher.hosts.model import Host
 from launcher.hosts.ssh import host_python
 from launcher.hosts.sync import natives, release_python, requirements, wheels
 from launcher.hosts.sync.natives import Native
-from launcher.hosts.sync.requirements import PinnedList
+from launcher.hosts.sync.requirements import Pin, PinnedList
 from launcher.hosts.sync.sync_session import SyncSession, blocks_of
 from launcher.hosts.sync.tree import Release
 from launcher.model.record import Record
@@ -31,10 +32,21 @@ class Options(Record):
     force: bool = False
 
 
+class EnvironmentPlan(Record):
+    """How an environment would be made; `wheels` None: by pip there. `missing` are names."""
+
+    wheels: int | None = None
+    sent: int = 0
+    sent_bytes: int = 0
+    folder: str = ""
+    missing: str = ""
+
+
 class Outcome(Record):
     """What became of one host; bytes are those that went over the network.
 
-    `changes` are lines `+ PATH`, `~ PATH`, `- PATH` of a dry run.
+    Of a dry run, `changes` are lines `+ PATH`, `~ PATH`, `- PATH`, and `environment` tells of the
+    one that would be made.
     """
 
     host: str
@@ -48,6 +60,7 @@ class Outcome(Record):
     before: str | None = None
     removed: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
+    environment: EnvironmentPlan | None = None
 
 
 class HostSync:
@@ -70,25 +83,25 @@ class HostSync:
         self._facts: dict[str, Any] = {}
         self._sent_bytes = 0
         self._environment_s: float | None = None
+        self._files: list[str] | None = None  # the wheels, once they were chosen
 
     def run(self, release: Release, compiled: Sequence[Native]) -> Outcome:
         self._ask_facts()
-        target = wheels.target_of(self._facts)
-        try:
-            natives.check(compiled, target)
-            files = self._wheels(target)
-        except LauncherError as error:
-            raise self._named(error) from None
-        venv = self._environment(only_look=True, files=files)
-        whole = self._with_python(release, venv or self._key)
+        with self._naming_the_host():
+            natives.check(compiled, self._target)
         force = self._options.force
-        if whole.id == self._facts["id"] and (venv or not self._key) and not force:
+        venv = self._environment_there()
+        is_needed = bool(self._key) and (force or not venv)
+        whole = self._with_python(release, venv or self._key)
+        if whole.id == self._facts["id"] and not is_needed and not force:
             return self._unchanged(whole)
         if self._options.dry_run:
-            return self._compared(whole)
+            return self._compared(whole, self._environment_plan() if is_needed else None)
+        if is_needed:
+            self._wheels()  # what is missing is told before anything is sent
         answer = self._ask("lock", who=_who(), say=True)
         if self._key:
-            venv = self._environment(only_look=False, files=files)
+            venv = self._environment()
             whole = self._with_python(release, venv)
         if whole.id == answer["id"] and not force:
             return self._unchanged(whole)
@@ -123,30 +136,62 @@ class HostSync:
         words = [listed.digest, facts["python"], *map(str, facts["version"]), *facts["libc"]]
         return hashlib.sha256("\n".join(words).encode()).hexdigest()[:12]
 
-    def _wheels(self, target: wheels.Target) -> list[str] | None:
-        """The wheels of the host; None if pip downloads there."""
-        listed, folder = self._options.requirements, self._options.wheelhouse
-        if not self._key or listed is None or folder is None:
-            return None
-        pins = requirements.pins(listed, target.markers)
-        return wheels.chosen(folder, pins, target, self._say)
+    @property
+    def _target(self) -> wheels.Target:
+        return wheels.target_of(self._facts)
 
-    def _environment(self, *, only_look: bool, files: Sequence[str] | None) -> str:
+    def _pins(self) -> list[Pin]:
+        listed = self._options.requirements
+        return requirements.pins(listed, self._target.markers) if listed is not None else []
+
+    def _wheels(self) -> list[str] | None:
+        """The wheels of the host; None if pip downloads there."""
+        folder = self._options.wheelhouse
+        if self._files is None and folder is not None:
+            with self._naming_the_host():
+                self._files = wheels.chosen(folder, self._pins(), self._target, self._say)
+        return self._files
+
+    def _environment_there(self) -> str:
         """The name of the environment there; empty if there is none, or none is needed."""
-        listed, key = self._options.requirements, self._key
-        if not key or listed is None:
-            return ""
-        force = self._options.force and not only_look
-        request: dict[str, Any] = {"key": key, "requirements": listed.text, "wheels": files}
-        found = self._ask("environment", only_look=True, force=force, **request)["name"]
-        if found or only_look:
-            return str(found)
+        return self._ask_environment(only_look=True, force=False) if self._key else ""
+
+    def _environment(self) -> str:
+        """The name of the environment there, which is made if it has to be."""
+        force = self._options.force
+        if not force and (found := self._environment_there()):
+            return found
         begin = time.monotonic()
+        files = self._wheels()
         if files is not None:
             self._send_wheels(files)
-        made = self._ask("environment", only_look=False, force=force, say=True, **request)["name"]
+        made = self._ask_environment(only_look=False, force=force, files=files)
         self._environment_s = time.monotonic() - begin
-        return str(made)
+        return made
+
+    def _ask_environment(
+        self, *, only_look: bool, force: bool, files: Sequence[str] | None = None
+    ) -> str:
+        listed = self._options.requirements
+        request = {"key": self._key, "requirements": listed.text if listed else ""}
+        how = {"only_look": only_look, "force": force, "wheels": files}
+        return str(self._ask("environment", say=not only_look, **request, **how)["name"])
+
+    def _environment_plan(self) -> EnvironmentPlan:
+        """What `_environment` would do; nothing is downloaded."""
+        folder = self._options.wheelhouse
+        if folder is None:
+            return EnvironmentPlan()
+        with self._naming_the_host():
+            found = wheels.present(folder, self._pins(), self._target)
+        sent = self._ask("wheels", names=found.files)["missing"]
+        return EnvironmentPlan(
+            wheels=len(found.files) + len(found.missing),
+            sent=len(sent) + len(found.missing),
+            sent_bytes=sum(os.path.getsize(os.path.join(folder, name)) for name in sent),
+            folder=folder,
+            missing=requirements.names(found.missing) if found.missing else "",
+        )
 
     def _send_wheels(self, files: Sequence[str]) -> None:
         missing = self._ask("wheels", names=list(files))["missing"]
@@ -197,22 +242,27 @@ class HostSync:
         quiet = lambda _: None  # noqa: E731
         return self._session.ask({"do": what, **request}, self._say if say else quiet)
 
-    def _named(self, error: LauncherError) -> LauncherError:
-        """The error with the name of the host."""
-        return HostError(self._host, Problem.OTHER, error.message, hint=error.hint)
+    @contextlib.contextmanager
+    def _naming_the_host(self) -> Iterator[None]:
+        """Errors get the name of the host."""
+        try:
+            yield
+        except LauncherError as error:
+            text = error.message if error.where is None else f"{error.where}: {error.message}"
+            raise HostError(self._host, Problem.OTHER, text, hint=error.hint) from None
 
-    def _compared(self, release: Release) -> Outcome:
+    def _compared(self, release: Release, environment: EnvironmentPlan | None) -> Outcome:
         found = self._ask("compare", entries=release.rows, sizes=release.sizes)
         changes = [
             f"{sign} {path}"
             for sign, kind in (("+", "new"), ("~", "changed"), ("-", "gone"))
             for path in found[kind]
         ]
-        self._sent_bytes = sum(release.sizes[digest] for digest in found["missing"])
+        missing = [*release.sizes] if self._options.force else found["missing"]
+        self._sent_bytes = sum(release.sizes[digest] for digest in missing)
+        more = {"changes": tuple(changes), "environment": environment}
         name = self._facts["current"] or ""
-        return self._outcome(
-            name, release, len(found["missing"]), is_changed=True, changes=tuple(changes)
-        )
+        return self._outcome(name, release, len(missing), is_changed=True, **more)
 
     def _unchanged(self, release: Release) -> Outcome:
         return self._outcome(self._facts["current"] or "", release, 0)

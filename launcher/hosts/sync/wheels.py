@@ -60,6 +60,24 @@ def target_of(facts: Mapping[str, Any]) -> Target:
     return Target(version=version, machine=facts["machine"], glibc=glibc, markers=facts["markers"])
 
 
+class Choice(Record):
+    """The wheels of a folder that a host needs, and what the folder lacks."""
+
+    files: tuple[str, ...] = ()
+    missing: tuple[Pin, ...] = ()
+
+
+def present(folder: str, pins: Sequence[Pin], target: Target) -> Choice:
+    """What is there already; nothing is downloaded."""
+    if not os.path.isdir(folder):
+        return Choice(missing=tuple(pins))
+    found = {pin: _best(folder, pin, target) for pin in pins}
+    return Choice(
+        files=tuple(file for file in found.values() if file is not None),
+        missing=tuple(pin for pin, file in found.items() if file is None),
+    )
+
+
 def chosen(
     folder: str,
     pins: Sequence[Pin],
@@ -67,23 +85,22 @@ def chosen(
     say: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
     """The file of each pin, after what is missing was downloaded; LauncherError."""
+    problem = ""
     with _filling:
         _require_folder(folder)
-        found = {pin: _best(folder, pin, target) for pin in pins}
-        missing = [pin for pin, file in found.items() if file is None]
-        if missing:
-            say(f"downloads {count(len(missing), 'wheel')} for {target} into {folder}")
-        problem = _download(folder, missing, target) if missing else ""
-        found = {pin: file or _best(folder, pin, target) for pin, file in found.items()}
-    missing = [pin for pin, file in found.items() if file is None]
-    if missing:
-        others = [file for file in _wheels(folder) if _is_of(file, missing[0])]
+        found = present(folder, pins, target)
+        if found.missing:
+            say(f"downloads {count(len(found.missing), 'wheel')} for {target} into {folder}")
+            problem = _download(folder, found.missing, target)
+            found = present(folder, pins, target)
+    if found.missing:
+        others = [file for file in _wheels(folder) if _is_of(file, found.missing[0])]
         has = f"; of it there is only {others[0]}" if others else ""
         raise LauncherError(
-            f"{folder} has no wheel of {names(missing)} for {target}{has}",
+            f"{folder} has no wheel of {names(found.missing)} for {target}{has}",
             hint=f"pip download failed: {problem}" if problem else None,
         )
-    return [file for file in found.values() if file is not None]
+    return [*found.files]
 
 
 def _require_folder(folder: str) -> None:
