@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import socket
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from launcher.commands.hosts_sync_report import Report
+from launcher.hosts.sync import wheels
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel
 
 
@@ -69,6 +75,52 @@ def test_a_missing_wheel_is_told_before_anything_is_sent(site_with_venv: Site, t
     assert "has no wheel of tiny_of_nobody==1.0 for Python 3." in error.message
     assert "there is only tiny_of_nobody-1.0-cp38-cp38-manylinux_2_99_riscv64.whl" in error.message
     assert list(site_with_venv.home.iterdir()) == []
+
+
+@pytest.fixture
+def only_index(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Makes an address the only place from which pip takes packages."""
+    for name in [name for name in os.environ if name.startswith("PIP_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
+    monkeypatch.setenv("NO_PROXY", "*")
+    monkeypatch.setattr(wheels, "_is_offline", False)
+    return lambda address: monkeypatch.setenv("PIP_INDEX_URL", f"{address}/simple")
+
+
+def test_an_operator_without_a_network_is_told_what_to_do(
+    site_with_venv: Site, tmp_path: Path, only_index: Callable[[str], None]
+):
+    house = tmp_path / "house"
+    options = {"requirements": pinned("tiny==1.0"), "wheelhouse": str(house)}
+    only_index("http://127.0.0.1:9")  # nobody listens there
+
+    error = fails(site_with_venv, brought(a="1"), **options)
+
+    assert "lacks tiny==1.0, and pip reaches no index of packages from here" in error.message
+    assert (error.hint or "").startswith("repeat it with a network; or run it on a machine that")
+    assert list(site_with_venv.home.iterdir()) == []
+
+
+def test_an_index_with_which_no_connection_is_made_is_not_told_as_a_missing_package(
+    site_with_venv: Site, tmp_path: Path, only_index: Callable[[str], None]
+):
+    options = {"requirements": pinned("tiny==1.0"), "wheelhouse": str(tmp_path / "house")}
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=_answer_without_tls, args=(server,), daemon=True).start()
+        only_index(f"https://127.0.0.1:{server.getsockname()[1]}")
+        error = fails(site_with_venv, brought(a="1"), **options)
+
+    assert (error.hint or "").startswith("pip download failed: SSLError(")
+
+
+def _answer_without_tls(server: socket.socket) -> None:
+    with contextlib.suppress(OSError):  # the test has closed it
+        while True:
+            connection, _ = server.accept()
+            with connection, contextlib.suppress(OSError):
+                connection.recv(1000)
+                connection.sendall(b"this is not TLS\n")
 
 
 def dry_run(site: Site, capsys, **options: object) -> list[str]:

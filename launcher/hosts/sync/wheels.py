@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,7 @@ from launcher.text import count
 _OLDEST_MINOR = {"x86_64": 5, "i686": 5}  # of glibc 2, for which manylinux has a name
 _LEGACY = {17: "manylinux2014", 12: "manylinux2010", 5: "manylinux1"}
 _MOST_SOURCES = 8  # packages without a wheel for which pip is asked again
+_BROKEN = re.compile(r"connection broken by '(.*)':")  # in a warning of pip
 _filling = threading.Lock()
 _is_offline = False  # once it is known, no other host has to wait for it
 
@@ -189,7 +191,8 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
     if _is_offline:
         raise _offline(pins)
     command = [sys.executable, "-m", "pip", *words, "--no-deps", "--quiet"]
-    command += ["--disable-pip-version-check", "--retries=0", "--timeout=10"]
+    # Without a second try pip does not tell that it reached nothing.
+    command += ["--disable-pip-version-check", "--retries=1", "--timeout=10"]
     with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as file:
         # Markers are those of the host, which have been evaluated.
         file.writelines(f"{_without_marker(pin)}\n" for pin in pins)
@@ -202,17 +205,29 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
             errors="replace",
             check=False,
         )
-    if done.returncode and wire.is_offline(done.stderr):
+    if done.returncode == 0:
+        return ""
+    if wire.is_offline(done.stderr):
         _is_offline = True
         raise _offline(pins)
-    lines = [line for line in done.stderr.strip().splitlines() if line.startswith("ERROR")]
-    return "" if done.returncode == 0 else (lines or ["?"])[-1].removeprefix("ERROR: ")
+    return _reason(done.stderr)
+
+
+def _reason(text: str) -> str:
+    """Why pip has failed, from its messages; a broken connection is told as a missing package."""
+    broken = _BROKEN.search(text)
+    if broken:
+        return broken[1]
+    lines = text.strip().splitlines() or ["?"]
+    errors = [line for line in lines if line.startswith("ERROR")]
+    return (errors or lines)[-1].removeprefix("ERROR: ")
 
 
 def _offline(pins: Sequence[Pin]) -> LauncherError:
     return LauncherError(
         f"the wheelhouse lacks {names(pins)}, and pip reaches no index of packages from here",
-        hint="repeat it with a network, or fill the wheelhouse on a machine that has one",
+        hint="repeat it with a network; or run it on a machine that has one, and copy the folder "
+        "from there: what is in it is not downloaded again",
     )
 
 

@@ -31,6 +31,7 @@ _WORTH = 0.9  # of its size
 
 _OFFLINE = (
     *("NewConnectionError", "NameResolutionError", "ConnectTimeout", "Failed to establish"),
+    *("ProxyError", "ReadTimeout"),
     *("Temporary failure in name resolution", "Name or service not known"),
     *("Network is unreachable", "No route to host"),
 )
