@@ -55,13 +55,23 @@ def _options(parsed: Parsed) -> Options:
     if not parsed.no_venv and not parsed.rollback:
         path = parsed.requirements
         listed = requirements.default() if path is None else requirements.read(path)
-    folder = parsed.wheelhouse
     return Options(
         requirements=listed,
-        wheelhouse=None if folder is None else os.path.abspath(os.path.expanduser(folder)),
+        wheelhouse=_folder(parsed.wheelhouse),
         dry_run=parsed.dry_run,
         force=parsed.force,
     )
+
+
+def _folder(given: str | None) -> str | None:
+    """The folder that --wheelhouse names, which may be a new one; UsageError."""
+    if given is None:
+        return None
+    path = os.path.abspath(os.path.expanduser(given))
+    if os.path.lexists(path) and not os.path.isdir(path):
+        hint = "name the folder of the wheels, or a new one: it is filled"
+        raise UsageError(f"--wheelhouse: {given} is not a folder", hint=hint)
+    return path
 
 
 def _brought(parsed: Parsed) -> Brought:
@@ -112,7 +122,12 @@ environment, gets no environment.""",
         option("--force", "send all files and make the environment again"),
         DEBUG,
     ),
-    exclusive=(("rollback", "force"), ("no_venv", "requirements"), ("no_venv", "wheelhouse")),
+    exclusive=(
+        *(("rollback", name) for name in ("force", "package", "requirements", "wheelhouse")),
+        ("rollback", "no_venv"),
+        ("no_venv", "requirements"),
+        ("no_venv", "wheelhouse"),
+    ),
     epilog="exit codes: 0 all hosts are done, 1 one is not, 2 bad command line or hosts file",
     run=_sync,
 )

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from launcher.commands import hosts
 from launcher.commands.hosts_sync_report import Report
+from launcher.errors import UsageError
 from launcher.hosts.sync import wheels
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel
 
@@ -63,6 +65,20 @@ def test_an_unfinished_environment_is_made_again(site_with_venv: Site, tmp_path:
 
     assert done.environment_s is not None
     assert site.run("-c", "import tiny; print(tiny.VERSION)") == "1.0\n"
+
+
+def test_a_wheelhouse_that_is_a_file_is_refused(tmp_path: Path):
+    file = tmp_path / "wheels.zip"
+    file.touch()
+    hosts_file = tmp_path / "hosts.yaml"
+    hosts_file.write_text("hosts: {bot: 10.0.0.2}\n")
+
+    with pytest.raises(UsageError, match=r"--wheelhouse: .*wheels\.zip is not a folder") as caught:
+        hosts.main(["sync", f"--hosts={hosts_file}", f"--wheelhouse={file}"])
+    with pytest.raises(UsageError, match="--rollback and --wheelhouse"):
+        hosts.main(["sync", f"--hosts={hosts_file}", "--rollback", f"--wheelhouse={tmp_path}"])
+
+    assert caught.value.hint == "name the folder of the wheels, or a new one: it is filled"
 
 
 def test_a_missing_wheel_is_told_before_anything_is_sent(site_with_venv: Site, tmp_path: Path):
@@ -189,7 +205,10 @@ def test_a_host_with_an_installation_of_ros_gets_no_environment(tmp_path: Path):
     site = Site(tmp_path / "bot", python="python3", setup=("setup of ros.sh",))
     (site.home / "setup of ros.sh").touch()
 
-    site.sync(brought(a="1"), requirements=pinned("tiny==1.0"))
+    house = tmp_path / "house"
+    site.sync(brought(a="1"), requirements=pinned("tiny==1.0"), wheelhouse=str(house))
 
+    unused = "it has `setup`, so no environment is made, and --wheelhouse is not used"
+    assert (site.messages, house.exists()) == ([unused], False)
     assert "exec python3 " in (site.current / "bin/python").read_text()
     assert list((site.workspace / "venvs").iterdir()) == []

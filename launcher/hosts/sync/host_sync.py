@@ -87,6 +87,7 @@ class HostSync:
 
     def run(self, release: Release, compiled: Sequence[Native]) -> Outcome:
         self._ask_facts()
+        self._tell_unused()
         with self._naming_the_host():
             natives.check(compiled, self._target)
         force = self._options.force
@@ -143,6 +144,11 @@ class HostSync:
     def _pins(self) -> list[Pin]:
         listed = self._options.requirements
         return requirements.pins(listed, self._target.markers) if listed is not None else []
+
+    def _tell_unused(self) -> None:
+        if self._options.wheelhouse is not None and not self._key:
+            why = "it has `setup`" if self._host.setup else "its Python is that of an environment"
+            self._say(f"{why}, so no environment is made, and --wheelhouse is not used")
 
     def _wheels(self) -> list[str] | None:
         """The wheels of the host; None if pip downloads there."""
