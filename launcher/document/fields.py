@@ -73,7 +73,8 @@ def choice(*words: str) -> FieldType:
 
     def parse(value: object) -> str:
         if value not in known:
-            raise FieldError(f"{value!r} is not one of {', '.join(known)}", hint=near(value, known))
+            hint = did_you_mean(str(value), known)
+            raise FieldError(f"{value!r} is not one of {', '.join(known)}", hint=hint)
         return str(value)
 
     return FieldType(parse, {"enum": known})

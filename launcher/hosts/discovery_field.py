@@ -7,6 +7,7 @@ from typing import Any
 
 from launcher.document.fields import FieldError, FieldType, near, nested, raise_all
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode
+from launcher.text import did_you_mean
 
 MODES = tuple(mode.value for mode in DiscoveryMode)
 _KEYS = ("mode", "server", "backup", "port")
@@ -46,7 +47,8 @@ def _parse(value: object) -> Discovery:
 def _mode(value: object) -> DiscoveryMode:
     if value not in MODES:
         shown = f"'{value}'" if isinstance(value, str) else "this"
-        raise FieldError(f"{shown} is not one of {', '.join(MODES)}", hint=near(value, MODES))
+        hint = did_you_mean(str(value), MODES)
+        raise FieldError(f"{shown} is not one of {', '.join(MODES)}", hint=hint)
     return DiscoveryMode(value)
 
 

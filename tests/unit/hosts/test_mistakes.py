@@ -40,7 +40,7 @@ OF_HOST = {
     "user: -l root": "7 '-l root' is not a user name: expected one such as robot",
     "user: [x]": "7 this is not a user name: expected one such as robot",
     "user: 'a;b'": "7 'a;b' is not a user name: expected one such as robot",
-    "engine: docker": "9 'docker' is not one of auto, ssh, systemd | known: auto, ssh, systemd",
+    "engine: docker": "9 'docker' is not one of auto, ssh, systemd",
     "engine: sytemd": "9 'sytemd' is not one of auto, ssh, systemd | did you mean 'systemd'?",
     "python: ''": "9 expected a path on the host",
     "python: -m": "9 '-m' is not a path that the host can use | "
@@ -197,6 +197,7 @@ OF_FILE = {
     "what begins with '*' needs quotes: \"*_1\"",
     f"{GOOD}discovery: peer": "2:12 'peer' is not one of multicast, peers, server | "
     "did you mean 'peers'?",
+    f"{GOOD}discovery: gossip": "2:12 'gossip' is not one of multicast, peers, server",
     f"{GOOD}discovery: {{server: bot1}}": "2:12 'discovery' needs 'mode' | "
     "one of multicast, peers, server",
     f"{GOOD}discovery: {{mode: peers, port: 1}}": "2:26 'port' needs the mode 'server'",
