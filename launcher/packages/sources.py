@@ -45,6 +45,8 @@ def distributions(name: str | None = None) -> list[Distribution]:
     # Takes 20 ms to import, and is needed only for packages outside of the index.
     from importlib import metadata
 
+    if name == "":  # for importlib, that is any
+        return []
     return list(metadata.distributions() if name is None else metadata.distributions(name=name))
 
 

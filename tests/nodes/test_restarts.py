@@ -24,6 +24,7 @@ def test_a_task_that_a_restarted_robot_does_again_is_counted_once(domain):
     for number in range(1, 9):
         assign(assignment(f"a-{number}"))
         domain.wait_until(lambda n=number: f"a-{n}" in done_ids(statuses), f"task {number} is done")
+    domain.wait_for_line(monitor, "robot_1: 8 tasks")  # which may have lost statuses until here
 
     robot.stop()
     again = start_fast_robot(domain)  # finds the last five in the backlog

@@ -26,6 +26,11 @@ def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "work"
 
 
+def test_an_empty_name_is_of_no_package():
+    with pytest.raises(PackageNotFoundError):
+        packages.share_directory("", os.environ)
+
+
 BROKEN = {
     "import numpi\n": "ModuleNotFoundError: No module named 'numpi' (line 1)",
     "import os\n\nsetup('bot'\n": "SyntaxError: '(' was never closed (line 3)",
