@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from launcher.engine.hosts.backlog import Backlog
 from launcher.engine.hosts.link import LinkState
 from launcher.engine.hosts.remote_host import RemoteChild, RemoteHost
 from launcher.engine.hosts.replica import STARTS, Replica
@@ -63,6 +64,7 @@ class HostsDriver(ProcessDriver):
         self._remote: dict[int, Process] = {}
         self._replicas: dict[int, Replica] = {}
         self._queued: dict[int, Command] = {}  # starts that are paced
+        self._backlog: Backlog | None = None
         reader.on_pause = fleet.pause
 
     # ---- commands
@@ -159,6 +161,7 @@ class HostsDriver(ProcessDriver):
         if host.is_gone or process.is_abandoned:
             return  # its end has been reported
         host.events += 1
+        self.show_past()
         self._announce(process, host, event, at_s, pid)
         self._carry_out(process, replica.follow(event, at_s, left_s), at_s)
         if event is Command.STARTED:
@@ -218,15 +221,36 @@ class HostsDriver(ProcessDriver):
         self._listener.idle()
 
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
-        process = self._remote[process_id]
-        assert process.host is not None
-        process.host.lines += data.count(b"\n")
-        self._reader.feed(process, stream, data, at_s)
+        host = self._remote[process_id].host
+        assert host is not None
+        host.lines += data.count(b"\n")
+        if self._backlog is not None and self._backlog.is_open:
+            self._backlog.add(process_id, stream, data, at_s)
+        else:
+            self._show(process_id, stream, data, at_s)
+
+    def _show(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
+        self._reader.feed(self._remote[process_id], stream, data, at_s)
+
+    def begin_with(self, lines: int, hosts: Iterable[str]) -> None:
+        """The run goes on: begin with so many of its last lines on these hosts."""
+        self._backlog = Backlog(lines, hosts, self._reactor, self._show)
+
+    def past_told(self, host: str) -> None:
+        if self._backlog is not None:
+            self._backlog.told(host)
+
+    def show_past(self) -> None:
+        """Show what was held back."""
+        if self._backlog is not None:
+            self._backlog.close()
 
     def dropped(self, host: str, lines: int) -> None:
         self._fleet.named(host).dropped += lines
 
     def link_changed(self, host: str, state: LinkState, reason: str) -> None:
+        if state is not LinkState.READY:
+            self.past_told(host)
         self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 
     def warn(self, host: str, text: str) -> None:

@@ -83,6 +83,9 @@ class Fleet:
         coloured = "1" if colour else "0"
         self._defaults = {"PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": coloured}
         self._driver = HostsDriver(self._reactor, reader, self._log, self._listener, self)
+        if self._plan.attached is not None:
+            names = [host.name for host in self._plan.needed]
+            self._driver.begin_with(self._plan.attached.lines, names)
         for host in self._plan.needed:
             self._add(host)
         return self._driver
@@ -250,6 +253,7 @@ class Fleet:
             except OSError as error:
                 raise LauncherError(f"cannot detach from {host.name}: {error}") from None
         left = [process for host in used for process in host.pending]
+        self._driver.show_past()
         for host in used:
             host.is_abandoned = True
             self._forget_timer(host.name)
@@ -338,6 +342,7 @@ class Fleet:
 
     def close(self, *, is_orderly: bool) -> None:
         """Release everything; after an exception the hosts are told to stop all at once."""
+        self._driver.show_past()
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()

@@ -112,6 +112,9 @@ class LinkListener(Protocol):
         self, process_id: int, state: ProcessState, pid: int, since_s: float, restarts: int
     ) -> None: ...
 
+    # A run that is attached to: its last lines have come, and what comes now is new.
+    def past_told(self, host: str) -> None: ...
+
     # A message of the host's engine for the user.
     def warn(self, host: str, text: str) -> None: ...
 

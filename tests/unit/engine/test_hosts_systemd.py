@@ -7,6 +7,8 @@ import subprocess
 
 import pytest
 
+from launcher.engine.hosts import backlog
+from launcher.engine.hosts.backlog import Backlog, last_lines
 from launcher.engine.hosts.systemd import facts, journal, journal_events, manifest, samples
 from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
@@ -139,8 +141,36 @@ def test_the_cursor_is_behind_whole_entries():
 
 def test_the_journal_is_followed_from_behind_the_cursor():
     assert "--after-cursor=c1" in journal.words("k3", "c1")
-    assert "--lines=5" in journal.words("k3", None, last=5)
+    assert "--cursor=c0" in journal.words("k3", None, first="c0")
+    assert "--after-cursor=c1" in journal.words("k3", "c1", first="c0")
     assert "--since=now" in journal.words("k3", None)
+
+
+def test_the_past_has_the_first_of_the_last_lines_and_the_records_before_it():
+    notes = [
+        entry(
+            SYSLOG_IDENTIFIER="launcher-k3-events",
+            MESSAGE=f"start 1 i{second} 7{second}",
+            __MONOTONIC_TIMESTAMP=f"{second}000000",
+        )
+        for second in (1, 3)
+    ]
+    first = entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE="x", __CURSOR="c5")
+    found, cursor = journal.read_past("k3", b"".join([*notes, first]).decode())
+
+    assert cursor == "c5"
+    assert [note.words[3] for note in found] == ["71"]
+    found, cursor = journal.read_past("k3", b"".join(notes).decode())
+    assert (len(found), cursor) == (2, None)
+    assert journal.read_past("k3", "") == ([], None)
+
+
+def test_the_past_is_asked_for_by_what_lines_are_and_not_by_all_entries():
+    records, output = journal.past("k3", 5, uid=1000).split("; ")
+
+    assert "SYSLOG_IDENTIFIER=launcher-k3-events _UID=1000" in records
+    assert "--lines=5 SYSLOG_IDENTIFIER=launcher-k3 " in output
+    assert "--lines=1 " in journal.past("k3", 0, uid=0)  # what new lines are behind
 
 
 def test_a_cursor_is_gone_if_another_entry_is_at_its_place():
@@ -262,6 +292,137 @@ def test_a_mark_comes_with_its_record_or_when_nothing_comes_any_more(monkeypatch
         assert came == ["a", "b"]
         assert reactor.now() >= until_s - 0.1  # the second was awaited
         events.close()
+
+
+class Unit:
+    """A process, as far as the journal has to do with it."""
+
+    def __init__(self, process_id: int) -> None:
+        self.process_id = process_id
+        self.order = Order(name="a-1", label="a", words=(("a",),), environment={}, merge=True)
+        self.starts: list[str] = []
+
+    def wrote(self, size: int) -> None:
+        pass
+
+    def noted_start(self, invocation: str, pid: int, at_s: float) -> None:
+        self.starts.append(invocation)
+
+
+class Heard:
+    """A listener, as far as lines go."""
+
+    def __init__(self) -> None:
+        self.lines: list[tuple[int, bytes, float]] = []
+        self.warnings: list[str] = []
+
+    def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
+        self.lines.append((process_id, data, at_s))
+
+    def warn(self, host: str, text: str) -> None:
+        self.warnings.append(text)
+
+
+def lone_line(pid: int, text: bytes, stream_id: str = "", at_s: float = 1.0) -> Line:
+    """One whose unit the journal does not know."""
+    return Line("", pid, 0, stream_id, "stdout", text, at_s)
+
+
+def attached(reactor: Reactor) -> tuple[JournalEvents, Unit, Heard]:
+    """At a run that was attached to at 5 s."""
+    heard, unit = Heard(), Unit(3)
+    events = JournalEvents("bot1", heard, reactor, {3: unit})  # type: ignore[arg-type, dict-item]
+    events.by_unit["u"] = 3
+    events.begin_s = 5.0
+    return events, unit, heard
+
+
+def test_lines_of_what_ran_before_it_was_attached_to_are_of_it():
+    with Reactor() as reactor:
+        events, unit, heard = attached(reactor)
+        events.feed(lone_line(70, b"early\n"), 1.0)  # the record of its start comes after it
+        events.feed(Note(("start", "3", "i1", "70"), 0, 1.5), 1.5)
+        events.feed(Note(("start", "3", "i2", "71"), 0, 2.0), 2.0)
+        events.started(3, 77)  # as systemd has said it
+        events.feed(lone_line(77, b"one\n", "s1"), 3.0)
+        events.feed(lone_line(78, b"of a child\n", "s1"), 4.0)
+        events.feed(lone_line(71, b"late\n"), 4.5)
+        events.close()
+
+    assert [line[1:] for line in heard.lines] == [
+        (b"early\n", 1.0),
+        (b"one\n", 3.0),
+        (b"of a child\n", 4.0),
+        (b"late\n", 4.5),
+    ]
+    assert unit.starts == []  # they are past
+    assert heard.warnings == []
+
+
+def test_lines_after_a_restart_of_what_was_attached_to_are_of_it():
+    with Reactor() as reactor:
+        events, unit, heard = attached(reactor)
+        events.started(3, 77)
+        events.feed(lone_line(78, b"new\n", "s2", 6.0), 6.0)
+        events.feed(Note(("start", "3", "i3", "78"), 0, 6.1), 6.1)
+        events.feed(lone_line(79, b"of its child\n", "s2", 6.2), 6.2)
+        events.close()
+
+    assert [data for _, data, _ in heard.lines] == [b"new\n", b"of its child\n"]
+    assert unit.starts == ["i3"]
+
+
+def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):
+    monkeypatch.setattr(journal_events, "LIMBO_S", 0.0)
+    with Reactor() as reactor:
+        events, _, heard = attached(reactor)
+        events.feed(lone_line(99, b"\x1b[0mred\x1b[31m\n"), 1.0)
+        while not heard.warnings:
+            reactor.turn()
+        events.close()
+
+    assert heard.warnings == ["output of an unknown process: red"]
+
+
+# ---- the last lines of a run that is attached to
+
+
+def test_the_last_lines_are_those_of_all_hosts():
+    held = [
+        (1, "both", b"a1\n", 1.0),
+        (1, "both", b"a3\n", 3.0),
+        (2, "both", b"b2\n", 2.0),
+        (2, "both", b"b4 ", 4.0),  # a long line in pieces
+        (2, "both", b"b4\n", 4.1),
+        (3, "both", b"unfinished", 5.0),
+    ]
+
+    assert [one[2] for one in last_lines(held, 3)] == [b"a3\n", b"b4 ", b"b4\n", b"unfinished"]
+    assert [one[2] for one in last_lines(held, 9)][:3] == [b"a1\n", b"b2\n", b"a3\n"]
+    assert last_lines(held, 0) == []
+
+
+def test_output_is_held_until_all_hosts_have_told_their_last_lines(monkeypatch):
+    monkeypatch.setattr(backlog, "WAIT_S", 0.1)
+    shown: list[bytes] = []
+    with Reactor() as reactor:
+
+        def begun(*hosts: str) -> Backlog:
+            return Backlog(2, hosts, reactor, lambda number, stream, data, at_s: shown.append(data))
+
+        one = begun("bot1", "bot2")
+        one.add(1, "both", b"x\n", 2.0)
+        one.told("bot1")
+        assert shown == []
+        one.told("bot2")
+        assert shown == [b"x\n"]
+        assert not one.is_open
+        slow = begun("bot1", "bot2")
+        slow.add(1, "both", b"y\n", 1.0)
+        while len(shown) < 2:
+            reactor.turn()
+
+    assert shown == [b"x\n", b"y\n"]
 
 
 def test_samples_come_from_proc():

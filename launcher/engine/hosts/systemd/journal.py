@@ -40,6 +40,7 @@ _FIELDS = (
 )
 # Priorities of systemd-cat for the streams of a process, where they are apart.
 STDOUT_PRIORITY, STDERR_PRIORITY = 6, 5
+_RECORDS = 200  # that are looked at for starts before the last lines
 
 
 def identifier(run: str) -> str:
@@ -51,20 +52,38 @@ def records_identifier(run: str) -> str:
     return f"launcher-{run}-events"
 
 
-def words(run: str, cursor: str | None, *, last: int | None = None) -> list[str]:
-    """The command line that follows the journal of a run, from behind the cursor.
-
-    `last`: begin with so many last entries instead.
+def words(run: str, cursor: str | None, *, first: str | None = None) -> list[str]:
+    """The command line that follows the journal of a run, from behind the cursor, or from `first`
+    on.
     """
-    start = ["--no-tail", "--since=now"] if cursor is None else []
-    start = start if cursor is None else ["--no-tail", f"--after-cursor={cursor}"]
-    start = start if last is None else [f"--lines={last}"]
+    start = "--since=now" if first is None else f"--cursor={first}"
+    start = start if cursor is None else f"--after-cursor={cursor}"
     return [
         *("journalctl", "--follow", "--quiet", "--output=json", "--all"),
         f"--output-fields={','.join(_FIELDS)}",
-        *start,
+        *("--no-tail", start),
         *matches(run),
     ]
+
+
+def past(run: str, lines: int, uid: int) -> str:
+    """A script that prints records of late, then the first of so many last lines of output."""
+    fields = "MESSAGE,SYSLOG_IDENTIFIER,_UID"
+    begin = ["journalctl", "--quiet", "--output=json", f"--output-fields={fields}"]
+    records = [f"--lines={_RECORDS}", f"SYSLOG_IDENTIFIER={records_identifier(run)}", f"_UID={uid}"]
+    output = [f"--lines={max(1, lines)}", f"SYSLOG_IDENTIFIER={identifier(run)}"]
+    both = (" ".join(map(shlex.quote, [*begin, *one])) for one in (records, output))
+    return "{} 2>/dev/null; {} 2>/dev/null | head -n 1".format(*both)
+
+
+def read_past(run: str, text: str) -> tuple[list[Note], str | None]:
+    """The records from before the last lines, and the cursor of the first of these, if any."""
+    reader = JournalReader(run)
+    entries = list(reader.feed(text.encode() + b"\n"))
+    lines = [one for one in entries if isinstance(one, Line)]
+    before_s = lines[0].monotonic_s if lines else float("inf")
+    notes = [one for one in entries if isinstance(one, Note) and one.monotonic_s <= before_s]
+    return notes, reader.cursor if lines else None
 
 
 def entry_at(cursor: str) -> str:

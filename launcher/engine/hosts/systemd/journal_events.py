@@ -7,6 +7,7 @@ from launcher.engine.hosts.systemd.exits import outcome_of_record
 from launcher.engine.hosts.systemd.journal import Line, Message, Note
 from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.timers import Timers
+from launcher.engine.output.lines import for_terminal, without_colour
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ MAY_LOSE = (
 class JournalEvents:
     """Passes entries on to `units` and to the listener.
 
-    `by_unit` are process ids by the names of units, `uid` is the user on the host. Of records and
-    messages from before `begin_s`, on the clock of the host, nothing is made.
+    `by_unit` are process ids by the names of units, `uid` is the user on the host. Records and
+    messages from before `begin_s`, on the clock of the host, only say whose output it is.
     """
 
     def __init__(
@@ -50,7 +51,7 @@ class JournalEvents:
         self.by_unit: dict[str, int] = {}
         self._marks: dict[str, Callable[[], None]] = {}
         self._owners = Owners()
-        self._limbo: list[Line] = []
+        self._limbo: list[tuple[Line, float]] = []
         self._timers = Timers(reactor)
         self._heard_s = 0.0
         self._flood = Flood()
@@ -87,11 +88,9 @@ class JournalEvents:
         elif isinstance(entry, Note) and entry.words[:1] == ("mark",):
             for token in entry.words[1:2]:
                 self._came(token)
-        elif entry.monotonic_s < self.begin_s:
-            return
         elif isinstance(entry, Note):
             self._note(entry, at_s)
-        else:
+        elif entry.monotonic_s >= self.begin_s:
             self._message(entry, at_s)
 
     def close(self) -> None:
@@ -113,7 +112,7 @@ class JournalEvents:
         process_id = self._owner(line)
         if process_id is None:
             if line.uid == self.uid:  # else of this run on another host, the same machine
-                self._limbo.append(line)
+                self._limbo.append((line, at_s))
                 self._timers.after("limbo", LIMBO_S, self._give_up_limbo)
             return
         one = self._units[process_id]
@@ -124,21 +123,29 @@ class JournalEvents:
             self._listener.warn(self._host, MAY_LOSE)
 
     def _give_up_limbo(self) -> None:
-        for line in self._limbo:
-            text = line.data.decode(errors="replace").rstrip("\n")
+        for line, _ in self._limbo:
+            text = without_colour(for_terminal(line.data)).decode(errors="replace").rstrip("\n")
             self._listener.warn(self._host, f"output of an unknown process: {text}")
         self._limbo.clear()
+
+    def started(self, process_id: int, pid: int) -> None:
+        """Output of this pid, and what came of it before this was known, is of the process."""
+        self._owners.started(process_id, pid)
+        limbo, self._limbo = self._limbo, []
+        for line, at_s in limbo:
+            self._line(line, at_s)
 
     # ---- events
 
     def _note(self, note: Note, at_s: float) -> None:
+        is_past = note.monotonic_s < self.begin_s
         match note.words:
             case ("start", number, invocation, pid) if one := self._numbered(number):
-                self._owners.started(one.process_id, int(pid))
-                one.noted_start(invocation, int(pid), at_s)
-                limbo, self._limbo = self._limbo, []
-                for line in limbo:
-                    self._line(line, at_s)
+                if not is_past:
+                    one.noted_start(invocation, int(pid), at_s)
+                self.started(one.process_id, int(pid))
+            case _ if is_past:
+                return
             case ("exit", number, invocation, result, code, status):
                 exited = self._numbered(number)
                 if exited is not None and result != "exec-condition" and code != "-":

@@ -9,6 +9,7 @@ from collections import deque
 
 from launcher.engine.hosts.link import LinkState
 from launcher.engine.hosts.systemd import manifest, samples
+from launcher.engine.hosts.systemd.adoption import Adoption
 from launcher.engine.hosts.systemd.facts import why_unusable
 from launcher.engine.hosts.systemd.journal_events import JournalEvents
 from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
@@ -61,8 +62,15 @@ class SystemdLink:
         self._calls: deque[Callable[[], None]] = deque()
         self._events = JournalEvents(self._host.name, self._listener, self._reactor, self._units)
         if self._attached is not None:
-            # Before the processes are adopted, only lines count.
-            self._events.begin_s = float("inf")
+            self._adoption = Adoption(
+                self._attached,
+                self._sessions,
+                self._events,
+                self._units,
+                self._listener,
+                self._reactor,
+                self._follows,
+            )
         self._tokens = itertools.count()
         self._timers = Timers(self._reactor)
         self._orders: dict[int, Order] = {}
@@ -98,7 +106,8 @@ class SystemdLink:
 
     def command(self, process_id: int, command: Command) -> None:
         if self._attached is not None and command is Command.START:
-            self._timers.after("adopt", 0, lambda: self._call(self._adopt))
+            adopt = functools.partial(self._call, self._adopt)
+            self._timers.after("adopt", 0, adopt)  # with those that are prepared together
             return
         self._call(lambda: self._units[process_id].command(command))
 
@@ -254,8 +263,8 @@ class SystemdLink:
             return False
         self._know(facts)
         lost = [one.order.name for one in self._units.values() if one.machine.is_pending]
-        names = f": {', '.join(lost)}" if lost else ""
-        self._listener.warn(self._host.name, f"was restarted; its processes are lost{names}")
+        fate = f"; its processes are lost: {', '.join(lost)}" if lost else ""
+        self._listener.warn(self._host.name, f"was restarted{fate}")
         now = self._reactor.now()
         self._sessions.reader.cursor = facts.cursor
         for one in self._units.values():
@@ -277,8 +286,7 @@ class SystemdLink:
             self._timers.every("look", LOOK_S, self._look)
             if self._attached is None:
                 self._request(Request(self._scripts.prepare(), self._check_answer))
-            self._request(Request(self._scripts.mark("first"), lasts=False))
-            self._timers.after("readable", READABLE_S, self._check_readable)
+                self._await_first()
         for one in self._units.values():
             if state is LinkState.READY:
                 one.resume_timers()
@@ -286,6 +294,10 @@ class SystemdLink:
                 one.suspend_timers()
         self._listener.link_changed(self._host.name, state, reason)
         self._reactor.call_later(0, self._serve)
+
+    def _await_first(self) -> None:
+        self._request(Request(self._scripts.mark("first"), lasts=False))
+        self._timers.after("readable", READABLE_S, self._check_readable)
 
     def _check_readable(self) -> None:
         if not self._journal_works and self.state is LinkState.READY:
@@ -318,23 +330,11 @@ class SystemdLink:
     # ---- attaching
 
     def _adopt(self) -> None:
-        """Take the processes as they are."""
-        script = self._scripts.show(one.order.name for one in self._units.values())
-        self._request(Request(script, self._adopt_answered))
+        self._adoption.begin(self._scripts, self._facts)
 
-    def _adopt_answered(self, answer: Answer) -> None:
-        now = self._reactor.now()
-        self._events.begin_s = self._sessions.clock.there(now)
-        for found in read_properties(answer.text):
-            process_id = self._events.by_unit.get(found.get("Id", ""))
-            if process_id is None:
-                continue
-            since_s = int(found.get("ExecMainStartTimestampMonotonic") or 0) / 1e6
-            state = self._units[process_id].adopt(found, self._sessions.clock.here(since_s, now))
-            one = self._units[process_id]
-            self._listener.adopted(
-                process_id, state, one.pid, one.machine.running_since, one.machine.restarts
-            )
+    def _follows(self) -> None:
+        self._await_first()
+        self._when_marked(lambda: self._listener.past_told(self._host.name))
 
     # ---- looking
 

@@ -82,6 +82,8 @@ class Sessions:
         self._marks = 0
         self._has_met = False
         self._is_paused = False
+        self._is_following = False  # of a run that is attached to, not from the beginning
+        self._first: str | None = None
 
     @property
     def silent_s(self) -> float:
@@ -131,15 +133,16 @@ class Sessions:
                 return
             self._has_met = True
             if self._context.attached is None:
-                self.reader.cursor = facts.cursor
-            self._follow()
+                self.follow(behind=facts.cursor)
             self._timers.after("watch", 1.0, self._check_silence)
             self._change(LinkState.READY, "")
         else:
             is_same = self._listener.met_again(facts)
             if self._shell is None:
                 return
-            if is_same:
+            if is_same and not self._is_following:
+                self._caught_up()
+            elif is_same:
                 self._check_cursor()
                 self._follow()
                 self._catch_up()
@@ -246,11 +249,15 @@ class Sessions:
 
     # ---- the journal
 
+    def follow(self, *, behind: str | None = None, first: str | None = None) -> None:
+        """Follow the journal from behind an entry, or from one on; once, while READY."""
+        self._is_following = True
+        self.reader.cursor, self._first = behind, first
+        self._follow()
+
     def _follow(self) -> None:
         self.reader.restart()
-        attached = self._context.attached
-        last = attached.lines if attached is not None and self.reader.cursor is None else None
-        words = quoted(journal.words(self._run, self.reader.cursor, last=last))
+        words = quoted(journal.words(self._run, self.reader.cursor, first=self._first))
         # It ends with its input, so that none stays behind a connection that broke.
         leash = '{ cat <&3 >/dev/null 2>&1; kill "$$"; } >/dev/null 2>&1 &'
         self._journal = Channel(

@@ -1,0 +1,77 @@
+"""Attaching to a run: its processes are taken as they are, its journal from the last lines on."""
+
+from __future__ import annotations
+
+from launcher.engine.hosts.systemd import journal
+from launcher.engine.hosts.systemd.scripts import read_properties
+from launcher.engine.hosts.systemd.shell import Answer, Request
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from launcher.engine.hosts.link import Attached, LinkListener
+    from launcher.engine.hosts.systemd.facts import Facts
+    from launcher.engine.hosts.systemd.journal_events import JournalEvents
+    from launcher.engine.hosts.systemd.scripts import Scripts
+    from launcher.engine.hosts.systemd.sessions import Sessions
+    from launcher.engine.hosts.systemd.unit_process import UnitProcess
+    from launcher.engine.posix.reactor import Reactor
+
+
+class Adoption:
+    """The journal is followed only when it is known whose lines may come; then `follows`."""
+
+    def __init__(
+        self,
+        attached: Attached,
+        sessions: Sessions,
+        events: JournalEvents,
+        units: Mapping[int, UnitProcess],
+        listener: LinkListener,
+        reactor: Reactor,
+        follows: Callable[[], None],
+    ) -> None:
+        self._attached = attached
+        self._sessions = sessions
+        self._events = events
+        self._units = units
+        self._listener = listener
+        self._reactor = reactor
+        self._follows = follows
+
+    def begin(self, scripts: Scripts, facts: Facts) -> None:
+        """Ask the host; the processes are prepared."""
+        self._latest = facts.cursor
+        states = scripts.show(one.order.name for one in self._units.values())
+        past = journal.past(self._attached.run, self._attached.lines, facts.uid)
+        self._sessions.request(Request(states, self._adopt))
+        self._sessions.request(Request(past, self._follow))
+
+    def _adopt(self, answer: Answer) -> None:
+        now = self._reactor.now()
+        clock = self._sessions.clock
+        self._events.begin_s = clock.there(now)
+        for found in read_properties(answer.text):
+            process_id = self._events.by_unit.get(found.get("Id", ""))
+            if process_id is None:
+                continue
+            one = self._units[process_id]
+            since_s = int(found.get("ExecMainStartTimestampMonotonic") or 0) / 1e6
+            state = one.adopt(found, clock.here(since_s, now))
+            self._listener.adopted(
+                process_id, state, one.pid, one.machine.running_since, one.machine.restarts
+            )
+
+    def _follow(self, answer: Answer) -> None:
+        notes, first = journal.read_past(self._attached.run, answer.text)
+        for note in notes:
+            self._events.feed(note, self._reactor.now())
+        for process_id, one in self._units.items():
+            if one.pid > 0:
+                self._events.started(process_id, one.pid)
+        if first is None or self._attached.lines > 0:
+            self._sessions.follow(behind=self._latest if first is None else None, first=first)
+        else:
+            self._sessions.follow(behind=first)
+        self._follows()

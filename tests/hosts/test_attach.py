@@ -1,0 +1,89 @@
+"""Returning to a run on several robots with systemd."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.hosts import Lab, Robot, needs_robots
+from tests.support.hosts.remote_run import RemoteRun
+
+APART = "output={'stdout': 'screen', 'stderr': 'log'}"
+LAUNCH_FILE = f"""
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def sh(name, script, **more):
+    return ExecuteProcess(cmd=["/bin/sh", "-c", script], name=name, **more)
+
+def generate_launch_description():
+    return LaunchDescription([
+        sh("many", "seq 20; exec sleep 1000", output="screen"),
+        sh("few", "read go; echo 1; echo 2; echo 3; exec sleep 1000", respawn=True, {APART}),
+        sh("mad", "read go; echo mad; exit 1", output="screen", respawn=True, respawn_delay=900.0),
+    ])
+"""
+LAST = ["[many-1] 19", "[many-1] 20", "[few-2] 1", "[few-2] 2", "[few-2] 3", "[mad-3] mad"]
+
+
+@pytest.fixture(scope="module")
+def robots(lab: Lab) -> list[Robot]:
+    needs_robots()
+    return [lab.robot(name) for name in ("bot1", "bot2")]
+
+
+@pytest.fixture
+def left(lab: Lab, robots: list[Robot], tmp_path: Path) -> Iterator[Path]:
+    """The folder of a run that was left on both robots."""
+    hosts = {robot: {"user": "root", "engine": "systemd"} for robot in robots}
+    lab.hosts_file(tmp_path / "hosts.yaml", hosts, {"many": "bot1", "few": "bot2", "mad": "bot2"})
+    (tmp_path / "t.launch.py").write_text(LAUNCH_FILE, encoding="utf-8")
+    with RemoteRun(lab, tmp_path / "screen", "t.launch.py", "--hosts", "hosts.yaml") as run:
+        run.wait_for(r"^\[many-1\] 20$")
+        send(lab, "few")
+        run.wait_for(r"^\[few-2\] 3$")
+        send(lab, "mad")
+        run.wait_for("restart 1 in 900 s")
+        assert lab.operator.launcher("detach").returncode == 0
+        assert run.wait() == 0
+    yield tmp_path
+    lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
+
+
+def attach(lab: Lab, folder: Path, *words: str) -> RemoteRun:
+    screen = folder / f"attached{len(list(folder.glob('attached*')))}"
+    return RemoteRun(lab, screen, "attach", "--hosts", "hosts.yaml", *words)
+
+
+def send(lab: Lab, name: str) -> None:
+    assert lab.operator.launcher("send", name, "go").returncode == 0
+
+
+def lines_of_processes(run: RemoteRun) -> list[str]:
+    return re.findall(r"^\[[a-z]+-\d\] .*$", run.text, re.MULTILINE)
+
+
+def test_it_begins_with_the_last_lines_of_the_run(lab: Lab, left: Path):
+    for _ in range(3):  # what the launcher itself has written to the journal does not count
+        with attach(lab, left, "-n", "6") as run:
+            run.wait_for(r"^\[mad-3\] mad$")
+            assert lab.operator.launcher("detach").returncode == 0
+            assert run.wait() == 0
+        assert lines_of_processes(run) == LAST
+        assert "unknown process" not in run.text
+
+
+def test_lines_go_on_after_a_restart(lab: Lab, left: Path):
+    with attach(lab, left, "-n", "0") as run:
+        run.wait_for("runs on bot. with pid", 2)
+        assert lab.operator.launcher("restart", "few").returncode == 0
+        send(lab, "few")
+        run.wait_for(r"^\[few-2\] 3$")
+        assert lab.operator.launcher("start", "mad").returncode == 0
+        send(lab, "mad")
+        run.wait_for(r"^\[mad-3\] mad$")
+        assert lines_of_processes(run) == LAST[2:]
+        assert run.interrupt() in (0, 130)
