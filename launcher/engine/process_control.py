@@ -68,6 +68,7 @@ class Kind(enum.Enum):
     UNREACHABLE = enum.auto()  # nothing was requested
     STOP_WAITS = enum.auto()  # until the host can be reached
     LINK_LOST = enum.auto()  # after it was requested
+    HOST_LOST = enum.auto()  # for ever: it cannot be started; host
 
 
 class Result(Record):
@@ -222,6 +223,9 @@ class ProcessControl:
             if ended.kind in (Kind.STUCK, Kind.LINK_LOST):
                 done(ended)
                 return
+            if refusal := _unreachable(process):
+                done(refusal)
+                return
             stopped = self._stopped(process, began_s)
             if self._shutdown.has_begun:
                 done(Result(process.name, Kind.RUN_STOPPING, done=False, stopped=stopped))
@@ -354,6 +358,8 @@ class ProcessControl:
 def _unreachable(process: Process, kind: Kind = Kind.UNREACHABLE) -> Result | None:
     """The answer for a process on a host that cannot be reached; None if it can."""
     host = process.host
+    if host is not None and host.is_gone and kind is Kind.UNREACHABLE:
+        return Result(process.name, Kind.HOST_LOST, done=False, host=host.name)
     if host is None or host.unreachable_s is None:
         return None
     is_accepted = kind is Kind.STOP_WAITS
