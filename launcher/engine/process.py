@@ -28,13 +28,14 @@ class History:
     """What the summary at the end tells of all lives of a process.
 
     `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
-    outcome of the first. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
+    outcome of the first. `refusals` are starts that failed. `run_s` is the sum of all lives,
+    `peak_uss` the largest sample in bytes.
     """
 
-    __slots__ = ("deaths", "first_death", "first_error", "peak_uss", "run_s", "starts")
+    __slots__ = ("deaths", "first_death", "first_error", "peak_uss", "refusals", "run_s", "starts")
 
     def __init__(self) -> None:
-        self.starts = 0
+        self.starts = self.refusals = 0
         self.deaths = 0
         self.first_death: Outcome | None = None
         self.first_error = ""
@@ -52,7 +53,7 @@ class Process:
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
     that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
     runs (None: on this machine), `words_there` and `folder_there` what it runs there;
-    `is_abandoned`: that could not be reached at the end of the run.
+    `is_abandoned`: the run has ended without it.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -96,6 +97,12 @@ class Process:
         if self.host is not None:  # one that waits for its restart may be started meanwhile
             return self.machine.is_pending and not self.is_abandoned
         return self.machine.state.is_alive
+
+    def abandon(self, now: float) -> None:
+        """The run ends without it."""
+        self.is_abandoned = True
+        if self.child is not None:
+            self.history.run_s += now - self.machine.running_since
 
     @property
     def is_halted(self) -> bool:

@@ -275,8 +275,10 @@ class ProcessDriver:
     def _add_to_history(self, process: Process, end: Ended, at_s: float) -> None:
         history = process.history
         began_s = process.machine.running_since
-        if end.outcome.returncode is not None:
-            history.run_s += at_s - began_s
+        if end.outcome.returncode is None:
+            history.refusals += 1
+            return
+        history.run_s += at_s - began_s
         if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
             return
         history.deaths += 1

@@ -211,9 +211,9 @@ class HostsDriver(ProcessDriver):
         process = self._remote[process_id]
         assert process.host is not None
         self._replicas[process_id].adopt(state, since_s, restarts)
+        process.history.starts = restarts + 1
         if pid > 0:
             process.child = RemoteChild(pid, process_id, process.host)
-            process.history.starts += 1
         age_s = self._reactor.now() - since_s
         line = messages.adopted(state, pid, process.host_name, age_s, restarts)
         self._log.report(process, line)

@@ -258,7 +258,7 @@ class Fleet:
             host.is_abandoned = True
             self._forget_timer(host.name)
         for process in left:
-            process.is_abandoned = True
+            process.abandon(self._reactor.now())
         return left
 
     def stopping(self) -> None:
@@ -294,7 +294,7 @@ class Fleet:
         host.is_abandoned = True
         names = ", ".join(process.name for process in host.pending)
         for process in host.pending:
-            process.is_abandoned = True
+            process.abandon(self._reactor.now())
         who = f"{host.name} ({names})" if names else host.name
         after = f"; {host.policy()}" if names else ""
         self._log.log("ERROR", "launch", f"could not be reached: {who}{after}")

@@ -100,7 +100,8 @@ def write(
 
 def is_well(process: Process) -> bool:
     """Whether it ended as expected, and never had to be restarted."""
-    return not (process.history.deaths or process.machine.had_to_be_killed)
+    history = process.history
+    return not (history.deaths or history.refusals or process.machine.had_to_be_killed)
 
 
 def all_well(processes: Collection[Process]) -> str:
@@ -191,13 +192,14 @@ def _how_it_ended(process: Process) -> str:
     if process.machine.is_stuck:
         return "still exists after SIGKILL"
     if end is None:
-        return "not started"
+        return "had ended before" if history.starts else "not started"
     text = str(end.outcome)
     if process.machine.had_to_be_killed:
         text = f"had to be killed ({text})"
     elif end.asked:
         text = f"stopped ({text})"
-    if history.deaths < 2 and not (history.deaths and end.asked):
+    is_only_one = history.deaths < 2 and not end.asked and end.outcome.returncode is not None
+    if not history.deaths or is_only_one:
         return text
     how, died = str(history.first_death), f"died {history.deaths}x"
     return f"{died}: {how}" if how == text else f"{died} ({how}), then {text}"

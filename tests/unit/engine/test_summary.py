@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from launcher.engine.hosts.remote_host import RemoteHost
 from launcher.engine.logs import summary
 from launcher.engine.machine import Command, Ended
+from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
 from launcher.hosts.model import Host
 from launcher.model.events import Outcome
@@ -70,6 +73,28 @@ def test_processes_that_were_left_on_other_hosts_have_not_ended():
     assert text.startswith("exit code 0: 1 process left on other hosts")
     (_, table), _ = written([process("a-1", DIED, deaths=1), left], code=1).screen
     assert "robot-3  left on bot1" in table
+
+
+def test_a_start_that_failed_is_no_death():
+    refused = Ended(Outcome(spawn_errno=2, spawn_what="x"), asked=False, retry_in_s=None)
+    one, two = process("a-1", refused, deaths=1), process("b-2", refused)
+    one.history.refusals, two.history.refusals = 2, 3
+    (_, table), _ = written([one, two], code=1).screen
+    row, other = table.splitlines()[2:]
+    assert "died 1x (exit code 3), then could not be started: x: No such file" in row
+    assert "  could not be started: x: No such file" in other
+
+
+def test_what_had_ended_before_its_run_was_attached_to_was_started():
+    (_, table), _ = written([process("a-1", None, starts=3), process("b-2", DIED, deaths=1)]).screen
+    assert re.search(r"a-1 +had ended before +2 ", table)
+
+
+def test_the_time_of_a_process_that_runs_on_counts():
+    left = process("robot-3", None)
+    left.child, left.machine.running_since = Child(7, {}, -1, -1, -1), 5.0
+    left.abandon(9.0)
+    assert (left.is_abandoned, left.history.run_s) == (True, pytest.approx(12.34 + 4))
 
 
 def test_a_cause_that_ended_the_run_is_told_once():
