@@ -159,7 +159,7 @@ class AttachedCore:
 
 
 def spec_of(order: Order) -> ProcessSpec:
-    """What is known of the process here; all of its output is shown."""
+    """What is known of the process here, not its environment; all of its output is shown."""
     words = ("".join(map(_shown, word)) for word in order.words)
     return ProcessSpec(
         name=order.name,

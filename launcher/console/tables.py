@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import filters, folder, log_file, unreachable
+from launcher.control.format import filters, folder, log_file, unreachable, variables
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -75,11 +75,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "open files", _text(one["fds"])
     yield "shown", filters(one) or "all"
     yield "log", log_file(one)
-    unset = [f"{name} is not set" for name in one["environment_unset"]]
-    yield (
-        "environment",
-        [f"{k}={v}" for k, v in one["environment_set"].items()] + unset or "unchanged",
-    )
+    yield "environment", variables(one) or "unchanged"
 
 
 def _text(value: Any, form: Any = str) -> str:

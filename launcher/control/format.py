@@ -157,8 +157,15 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "log": log_file(row),
     }
     lines = [row["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]
-    lines += [f"  env        {name}={value}" for name, value in row["environment_set"].items()]
-    return lines + [f"  env        {name} is not set" for name in row["environment_unset"]]
+    return [*lines, *(f"  env        {text}" for text in variables(row))]
+
+
+def variables(row: Mapping[str, Any]) -> list[str]:
+    """How the environment differs from that of the launcher."""
+    if row["environment"] is None:
+        return ["not known here: the run was attached to"]
+    found = [f"{name}={value}" for name, value in row["environment_set"].items()]
+    return found + [f"{name} is not set" for name in row["environment_unset"]]
 
 
 def _is_elsewhere(row: Mapping[str, Any]) -> bool:

@@ -81,8 +81,12 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
 
 
 def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
-    """A process in `info`; `base` is the environment that its own is compared with."""
+    """A process in `info`; `base` is the environment that its own is compared with.
+
+    That is known only on the host if the run was attached to.
+    """
     spec, ros, logs = process.spec, process.spec.ros, control.log_dir
+    is_known = process.host is None or bool(spec.env)
     return {
         **row(control, process),
         "command": list(process.words_there or spec.argv),
@@ -90,9 +94,9 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "shell": spec.shell,
         "package": ros and ros.package,
         "executable": ros and ros.executable,
-        "environment": dict(spec.env),
+        "environment": dict(spec.env) if is_known else None,
         "environment_set": {k: v for k, v in spec.env.items() if base.get(k) != v},
-        "environment_unset": sorted(base.keys() - spec.env.keys()),
+        "environment_unset": sorted(base.keys() - spec.env.keys()) if is_known else [],
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
         "log_file": None if logs is None else f"{logs}/{spec.name}.log",

@@ -36,9 +36,24 @@ INFO: dict[str, Any] = {
     "threads": 1,
     "fds": 3,
     "log_file": None,
+    "environment": {},
     "environment_set": {},
     "environment_unset": [],
 }
+
+
+@pytest.mark.parametrize(
+    ("facts", "lines"),
+    [
+        ({}, []),
+        ({"environment_set": {"A": "1"}, "environment_unset": ["B"]}, ["A=1", "B is not set"]),
+        ({"environment": None}, ["not known here: the run was attached to"]),
+    ],
+)
+def test_info_tells_how_the_environment_differs(facts: dict[str, Any], lines: list[str]):
+    shown = info_lines({**ROW, **INFO, **facts})
+    prefix = "  env        "
+    assert [one.removeprefix(prefix) for one in shown if one.startswith(prefix)] == lines
 
 
 def test_a_request_is_an_event_of_one_line():
