@@ -88,7 +88,10 @@ def follows(call: Call) -> bool:
 
 
 def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
-    """Send the request, wait for the answer and return it, or the error, as text."""
+    """Send the request, wait for the answer and return it, or the error, as text.
+
+    Empty if the run itself writes it here, too.
+    """
     if call.verb.name == "help" and "topic" not in call.options:
         rows = [*((verb.usage, explained(verb)) for verb in VERBS), (CLEAR, CLEAR_HELP)]
         rows += [("", ""), *KEYS]
@@ -100,6 +103,8 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
         return problem(error, columns, colour=colour)
     if call.verb.name == "events":
         return "\n".join(map(event_line, reply.result["events"])) or NOTHING
+    if call.verb.name == "detach":
+        return ""
     if call.verb.name in AS_IT_IS:
         text = "\n".join(reply.text) or NOTHING
         return text if colour else without_colour(text)

@@ -255,7 +255,8 @@ class ConsoleSession:
         text = await in_thread(lambda: answer(self._run, call, columns, colour=colour))
         if self._feed is not None:
             self._feed.catch_up()  # show first what the launcher wrote before the answer
-        self._display.answer(text)
+        if text:
+            self._display.answer(text)
         await self._refresh()
 
     async def _follow(self, call: Call) -> None:

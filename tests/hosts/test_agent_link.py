@@ -54,6 +54,8 @@ def test_a_process_runs_there_and_ends_with_the_run(lab: Lab, bot: Host, tmp_pat
     with Run(lab, tmp_path, {bot: {}}, PLACE) as run:
         run.wait_for(r"process started with pid \[\d+\] on bot")
         is_counting(run)
+        refused = lab.operator.launcher("detach")
+        assert "cannot detach from bot: processes of `engine: ssh` cannot" in refused.stderr
         assert run.stop() == 0
         assert_complete(run)
         assert not run.ssh_pids()

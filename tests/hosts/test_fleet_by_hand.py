@@ -62,6 +62,7 @@ def test_three_robots_of_which_one_is_switched_off(
     assert run.exit_code() == 0, run.text
     run.wait_for("robot_2-4 (bot2, unreachable)")
     run.wait_for("stopped, since they run here: dispatcher-1, monitor-2")
+    assert sum("detached; these run on" in row for row in run.scrolled) == 1
 
     again = operator_types("attach", "--hosts", "hosts.yaml")
     again.wait_for("host 'bot2'", "[robot_1]: Task", "[robot_3]: Task")

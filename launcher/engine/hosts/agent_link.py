@@ -100,8 +100,7 @@ class AgentLink:
 
     def detach(self) -> None:
         raise OSError(
-            f"{self._host.name}: processes of `engine: ssh` cannot be left running on purpose;"
-            " use `engine: systemd`"
+            "processes of `engine: ssh` cannot be left running on purpose; use `engine: systemd`"
         )
 
     def close(self) -> None:

@@ -17,6 +17,7 @@ from launcher.console.feed import split
 from launcher.console.format import duration, memory
 from launcher.console.history import MAX_LINES, history_path, open_history
 from launcher.console.requests import SHELL_VERBS, answer, follows, read_call
+from launcher.control.client import Reply
 from launcher.control.verbs import VERBS
 from launcher.errors import UsageError
 from launcher.program import program
@@ -312,6 +313,32 @@ def test_every_verb_of_the_command_line_is_known_in_the_console():
     names = [verb.name for verb in VERBS]
     assert {*commands.VERBS, *commands.CONTROL_VERBS} <= {*names, *SHELL_VERBS}
     assert not set(names) & set(SHELL_VERBS)
+
+
+class Answering:
+    """A run that answers every request with this text."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def connect(self) -> Answering:
+        return self
+
+    def __enter__(self) -> Answering:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def ask(self, verb: str, names: list[str], **options: object) -> Reply:
+        return Reply(result={}, text=(self._text,))
+
+
+@pytest.mark.parametrize(("line", "shown"), [("detach", ""), ("quit", "done")])
+def test_what_the_run_itself_writes_is_not_answered(line: str, shown: str):
+    run = Answering("done")
+    text = answer(run, read_call(line), 80, colour=False)  # type: ignore[arg-type]
+    assert text.strip() == shown
 
 
 @pytest.mark.parametrize(("word", "verb"), [("exit", "quit"), ("q", "quit"), ("?", "help")])
