@@ -22,7 +22,7 @@ def sh(name, script, **more):
 def generate_launch_description():
     return LaunchDescription([
         sh("many", "seq 20; exec sleep 1000", output="screen"),
-        sh("few", "read go; echo 1; echo 2; echo 3; exec sleep 1000", respawn=True, {APART}),
+        sh("few", "read go; seq 3; exec sleep 1000", respawn=True, {APART}),
         sh("mad", "read go; echo mad; exit 1", output="screen", respawn=True, respawn_delay=900.0),
     ])
 """

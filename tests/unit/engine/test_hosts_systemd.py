@@ -146,31 +146,35 @@ def test_the_journal_is_followed_from_behind_the_cursor():
     assert "--since=now" in journal.words("k3", None)
 
 
-def test_the_past_has_the_first_of_the_last_lines_and_the_records_before_it():
-    notes = [
-        entry(
-            SYSLOG_IDENTIFIER="launcher-k3-events",
-            MESSAGE=f"start 1 i{second} 7{second}",
-            __MONOTONIC_TIMESTAMP=f"{second}000000",
+def test_the_past_has_the_first_of_the_last_lines_and_what_says_whose_they_are():
+    def note(second: int) -> bytes:
+        text, at = f"start 1 i{second} 7{second}", f"{second}000000"
+        return entry(SYSLOG_IDENTIFIER="launcher-k3-events", MESSAGE=text, __MONOTONIC_TIMESTAMP=at)
+
+    def line(text: str, cursor: str) -> bytes:
+        return entry(
+            SYSLOG_IDENTIFIER="launcher-k3", MESSAGE=text, __CURSOR=cursor, _STREAM_ID="s1"
         )
-        for second in (1, 3)
-    ]
-    first = entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE="x", __CURSOR="c5")
-    found, cursor = journal.read_past("k3", b"".join([*notes, first]).decode())
+
+    early = line(journal.announcement(1), "c3")
+    told = [note(1), note(3), early, line("of the same pid", "c4")]
+    found, cursor = journal.read_past("k3", b"".join([*told, line("x", "c5")]).decode())
 
     assert cursor == "c5"
-    assert [note.words[3] for note in found] == ["71"]
-    found, cursor = journal.read_past("k3", b"".join(notes).decode())
+    assert [one.words[3] for one in found if isinstance(one, Note)] == ["71"]
+    assert [journal.announced(one) for one in found if isinstance(one, Line)] == [1]
+    found, cursor = journal.read_past("k3", b"".join(told[:2]).decode())
     assert (len(found), cursor) == (2, None)
     assert journal.read_past("k3", "") == ([], None)
 
 
 def test_the_past_is_asked_for_by_what_lines_are_and_not_by_all_entries():
-    records, output = journal.past("k3", 5, uid=1000).split("; ")
+    _, records, stream, output = journal.past("k3", 5, 1000, [77]).splitlines()
 
-    assert "SYSLOG_IDENTIFIER=launcher-k3-events _UID=1000" in records
-    assert "--lines=5 SYSLOG_IDENTIFIER=launcher-k3 " in output
-    assert "--lines=1 " in journal.past("k3", 0, uid=0)  # what new lines are behind
+    assert records.endswith("SYSLOG_IDENTIFIER=launcher-k3-events _UID=1000")
+    assert stream.endswith("SYSLOG_IDENTIFIER=launcher-k3 _PID=77 | head -n 2")
+    assert "--lines=35 SYSLOG_IDENTIFIER=launcher-k3 " in output
+    assert "--lines=1 " in journal.past("k3", 0, 0, [])  # what new lines are behind
 
 
 def test_a_cursor_is_gone_if_another_entry_is_at_its_place():
@@ -370,6 +374,18 @@ def test_lines_after_a_restart_of_what_was_attached_to_are_of_it():
 
     assert [data for _, data, _ in heard.lines] == [b"new\n", b"of its child\n"]
     assert unit.starts == ["i3"]
+
+
+def test_a_stream_says_itself_whose_it_is():
+    text = f"{journal.announcement(3)}\n".encode()
+    with Reactor() as reactor:
+        events, _, heard = attached(reactor)
+        for one in (text, b"of a child that has ended\n", text):  # also told twice
+            events.feed(lone_line(79, one, "s3"), 6.0)
+        events.close()
+
+    assert [data for _, data, _ in heard.lines] == [b"of a child that has ended\n"]
+    assert journal.announced(lone_line(3, b"launcher: output of x\n", "s3")) == -1
 
 
 def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):

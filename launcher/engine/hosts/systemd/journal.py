@@ -8,13 +8,14 @@ accepts the stream, and a process that exits at once has none by then.
 from __future__ import annotations
 
 import json
+import re
 import shlex
 
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
     from typing import Any
 
 # Messages of systemd, by their id, see systemd's sd-messages.h.
@@ -40,6 +41,8 @@ _FIELDS = (
 )
 # Priorities of systemd-cat for the streams of a process, where they are apart.
 STDOUT_PRIORITY, STDERR_PRIORITY = 6, 5
+_ANNOUNCEMENT = re.compile(rb"launcher: output of ([0-9]+)\n")
+_ANNOUNCEMENTS = 20  # that may be among the last lines, and two with each of them
 _RECORDS = 200  # that are looked at for starts before the last lines
 
 
@@ -66,24 +69,45 @@ def words(run: str, cursor: str | None, *, first: str | None = None) -> list[str
     ]
 
 
-def past(run: str, lines: int, uid: int) -> str:
-    """A script that prints records of late, then the first of so many last lines of output."""
-    fields = "MESSAGE,SYSLOG_IDENTIFIER,_UID"
-    begin = ["journalctl", "--quiet", "--output=json", f"--output-fields={fields}"]
-    records = [f"--lines={_RECORDS}", f"SYSLOG_IDENTIFIER={records_identifier(run)}", f"_UID={uid}"]
-    output = [f"--lines={max(1, lines)}", f"SYSLOG_IDENTIFIER={identifier(run)}"]
-    both = (" ".join(map(shlex.quote, [*begin, *one])) for one in (records, output))
-    return "{} 2>/dev/null; {} 2>/dev/null | head -n 1".format(*both)
+def past(run: str, lines: int, uid: int, pids: Iterable[int]) -> str:
+    """A script that prints records of late, the announcements of these processes, and then the
+    first of so many last lines of output, or an earlier one, since announcements are among them.
+    """
+    output = f"SYSLOG_IDENTIFIER={identifier(run)}"
+    most = 3 * lines + _ANNOUNCEMENTS if lines else 1
+    fields = "MESSAGE,SYSLOG_IDENTIFIER,_STREAM_ID,_UID"
+    begin = f"journalctl --quiet --boot --output=json --output-fields={fields}"
+    return "\n".join(
+        [
+            "exec 2>/dev/null",
+            f"{begin} --lines={_RECORDS} SYSLOG_IDENTIFIER={records_identifier(run)} _UID={uid}",
+            *(f"{begin} {output} _PID={pid} | head -n 2" for pid in pids),
+            f"{begin} --lines={most} {output} | head -n 1",
+        ]
+    )
 
 
-def read_past(run: str, text: str) -> tuple[list[Note], str | None]:
-    """The records from before the last lines, and the cursor of the first of these, if any."""
+def read_past(run: str, text: str) -> tuple[list[Note | Line], str | None]:
+    """Records and announcements from before the last lines, the cursor of the first of these."""
     reader = JournalReader(run)
-    entries = list(reader.feed(text.encode() + b"\n"))
-    lines = [one for one in entries if isinstance(one, Line)]
-    before_s = lines[0].monotonic_s if lines else float("inf")
-    notes = [one for one in entries if isinstance(one, Note) and one.monotonic_s <= before_s]
-    return notes, reader.cursor if lines else None
+    found = list(reader.feed(text.encode() + b"\n"))
+    if not found or not isinstance(found[-1], Line):
+        return [one for one in found if isinstance(one, Note)], None
+    begin_s = found[-1].monotonic_s
+    notes = [one for one in found if isinstance(one, Note) and one.monotonic_s <= begin_s]
+    lines = [one for one in found[:-1] if isinstance(one, Line) and announced(one) >= 0]
+    return [*notes, *lines], reader.cursor
+
+
+def announcement(process_id: int) -> str:
+    """The first line of a stream whose unit the journal may not know."""
+    return f"launcher: output of {process_id}"
+
+
+def announced(line: Line) -> int:
+    """The process that it announces; -1 for other lines."""
+    found = _ANNOUNCEMENT.fullmatch(line.data)
+    return int(found[1]) if found and line.stream_id else -1
 
 
 def entry_at(cursor: str) -> str:

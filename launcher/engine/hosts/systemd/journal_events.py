@@ -109,6 +109,10 @@ class JournalEvents:
         return found
 
     def _line(self, line: Line, at_s: float) -> None:
+        announced = journal.announced(line)
+        if announced in self._units:
+            self._owners.add(line.stream_id, announced)
+            return
         process_id = self._owner(line)
         if process_id is None:
             if line.uid == self.uid:  # else of this run on another host, the same machine

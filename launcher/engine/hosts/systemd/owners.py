@@ -21,6 +21,8 @@ class Owners:
         return self._owners.get(key)
 
     def started(self, process_id: int, pid: int) -> None:
+        if self._owners.get(pid) == process_id:
+            return  # it is told twice
         starts = self._starts.setdefault(process_id, deque())
         starts.append(set())
         if len(starts) > GENERATIONS:

@@ -104,7 +104,7 @@ class Scripts:
         words = as_words(order, python=self._python, folder=folder)
         if not all(map(unit.is_variable, order.environment)):
             words = (self._python, "-ISc", _WITH_VARIABLES, f"{folder}/{_UNNAMEABLE}", *words)
-        lines.append(f"exec {quoted((*self._apart(order), *words))}")
+        lines.append(f"exec {quoted((*self._apart(process_id, order), *words))}")
         return "\n".join([*lines, ""]).encode("utf-8", "surrogateescape")
 
     @property
@@ -113,8 +113,11 @@ class Scripts:
         python = self._facts.python
         return f"{self._facts.home}/{python}" if python.startswith("./") else python
 
-    def _apart(self, order: Order) -> Sequence[str]:
-        """What gives each stream a priority, if somebody wants to tell them apart."""
+    def _apart(self, process_id: int, order: Order) -> Sequence[str]:
+        """What gives each stream a priority, if somebody wants to tell them apart.
+
+        The journal does not know the unit of such a stream, if a child writes that has ended.
+        """
         if order.merge:
             return ()
         return (
@@ -122,6 +125,7 @@ class Scripts:
             f"--priority={journal.STDOUT_PRIORITY}",
             f"--stderr-priority={journal.STDERR_PRIORITY}",
             "--level-prefix=false",
+            *("/bin/sh", "-c", _ANNOUNCED, journal.announcement(process_id)),
         )
 
     # ---- units
@@ -265,6 +269,8 @@ rm -rf {self._folder}
 rmdir {shlex.quote(f"{self._facts.runtime}/launcher")} 2>/dev/null
 exit 0"""
 
+
+_ANNOUNCED = 'echo "$0"; echo "$0" >&2; exec "$@"'
 
 # Variables whose names no shell takes, and the program of a Python that takes them.
 _UNNAMEABLE = "variables.json"
