@@ -28,8 +28,8 @@ class History:
     """What the summary at the end tells of all lives of a process.
 
     `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
-    outcome of the first. `refusals` are starts that failed. `run_s` is the sum of all lives,
-    `peak_uss` the largest sample in bytes.
+    outcome of the first. `refusals` are starts that failed, but for those of which a stop was
+    requested meanwhile. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
     """
 
     __slots__ = ("deaths", "first_death", "first_error", "peak_uss", "refusals", "run_s", "starts")

@@ -223,10 +223,11 @@ class ProcessControl:
             if ended.kind in (Kind.STUCK, Kind.LINK_LOST):
                 done(ended)
                 return
-            if refusal := _unreachable(process):
-                done(refusal)
-                return
             stopped = self._stopped(process, began_s)
+            if process.host is not None and process.host.is_gone:
+                lost = Result(process.name, Kind.HOST_LOST, done=False, host=process.host.name)
+                done(replace(lost, stopped=stopped))
+                return
             if self._shutdown.has_begun:
                 done(Result(process.name, Kind.RUN_STOPPING, done=False, stopped=stopped))
                 return

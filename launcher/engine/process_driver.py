@@ -276,7 +276,7 @@ class ProcessDriver:
         history = process.history
         began_s = process.machine.running_since
         if end.outcome.returncode is None:
-            history.refusals += 1
+            history.refusals += not end.asked
             return
         history.run_s += at_s - began_s
         if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
