@@ -55,6 +55,7 @@ def test_a_second_build_starts_nothing(root: Path):
     assert sorted((root / "log").iterdir()) == logs  # colcon makes one in each run
 
 
+@pytest.mark.thorough
 def test_a_workspace_stays_on_those_that_it_was_built_on(tmp_path: Path):
     low, high = (Workspace(str(tmp_path / name), str(tmp_path / name / "install")) for name in "lh")
     python_package(tmp_path / "l/src", "low")
@@ -280,6 +281,7 @@ def test_a_failed_package_does_not_hold_up_others(root: Path):
     assert build(root).summary.endswith("2 unchanged, 1 failed (bad), 1 not tried (behind)")
 
 
+@pytest.mark.thorough
 def test_a_package_that_only_colcon_selected_fails(root: Path):
     cmake_package(root / "src", "bad", 'message(FATAL_ERROR "no such luck")')
 
@@ -289,6 +291,7 @@ def test_a_package_that_only_colcon_selected_fails(root: Path):
     assert "no such luck" in done.err
 
 
+@pytest.mark.thorough
 def test_files_beside_src_do_not_hide_modules_of_python(root: Path):
     write(root / "json.py", "raise SystemExit('not the module of Python')\n")
 

@@ -48,6 +48,7 @@ def test_it_meets_its_expectations(workspace: BuiltWorkspace, tmp_path: Path):
     assert done.code == 0, done.out
 
 
+@pytest.mark.thorough
 def test_its_tests_pass_and_its_nodes_stop_in_order(fleet_workspace: BuiltWorkspace):
     done = launcher(fleet_workspace.root, "test", "fleet_nodes")
 

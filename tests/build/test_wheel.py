@@ -97,6 +97,7 @@ def test_wheels_need_nothing_but_pip(wheels, environment, tmp_path):
     assert environment.files() == before
 
 
+@pytest.mark.thorough
 def test_auditwheel_agrees(wheels):
     wheel = only(wheels, "fleet_interfaces")
     report = audit(wheel)

@@ -139,6 +139,7 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workspace: str) -> ob
     return launch_file
 
 
+@pytest.mark.thorough
 def test_nodes_are_loaded_though_answers_are_lost_and_containers_start_late_or_die(
     launched_system: Launch, write
 ):

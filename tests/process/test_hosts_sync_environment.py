@@ -37,6 +37,7 @@ def test_an_environment_is_made_from_wheels_and_shared_by_releases(site_with_ven
     assert not site.sync(brought(a="2"), **options).is_changed
 
 
+@pytest.mark.thorough
 def test_another_list_makes_another_environment_and_rollback_has_the_old_one(
     site_with_venv: Site, tmp_path: Path
 ):
@@ -52,6 +53,7 @@ def test_another_list_makes_another_environment_and_rollback_has_the_old_one(
     assert site.run("-c", "import tiny; print(tiny.VERSION)") == "1.0\n"
 
 
+@pytest.mark.thorough
 def test_an_unfinished_environment_is_made_again(site_with_venv: Site, tmp_path: Path):
     site, house = site_with_venv, tmp_path / "house"
     tiny_wheel(house, "tiny", "1.0")
@@ -118,6 +120,7 @@ def test_an_operator_without_a_network_is_told_what_to_do(
     assert list(site_with_venv.home.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_an_index_with_which_no_connection_is_made_is_not_told_as_a_missing_package(
     site_with_venv: Site, tmp_path: Path, only_index: Callable[[str], None]
 ):
@@ -177,6 +180,7 @@ def test_a_dry_run_tells_of_the_environment_and_downloads_nothing(
     assert forced[1].startswith("  environment: would be made of 2 wheels, 0 of them sent")
 
 
+@pytest.mark.thorough
 def test_wheels_are_not_needed_where_the_environment_is_there(site_with_venv: Site, tmp_path: Path):
     site, house = site_with_venv, tmp_path / "house"
     wheel = tiny_wheel(house, "tiny_of_nobody", "1.0")

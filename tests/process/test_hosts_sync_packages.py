@@ -52,6 +52,7 @@ def test_a_package_runs_that_is_used_from_its_source_folder(own: Path, site: Sit
     assert answer == "node: there is p.yaml: True ['a']\n"
 
 
+@pytest.mark.thorough
 def test_a_package_that_pip_has_installed_from_a_folder_runs(own: Path, tmp_path: Path, site: Site):
     env = environment_with_ros(tmp_path / "venv")
     words = ("--no-deps", "--no-build-isolation", "--quiet", "--disable-pip-version-check")

@@ -117,6 +117,7 @@ for name in ("shared_one", "shared_two", "shared_three"):
 """
 
 
+@pytest.mark.thorough
 def test_packages_that_name_a_script_alike_run_their_own(home: Home, tmp_path: Path):
     names = ("shared_one", "shared_two", "shared_three")
     for name, options in zip(names, [("--editable",), (), ("--editable",)], strict=True):

@@ -115,16 +115,21 @@ def test_packages_of_the_installation_and_those_that_were_brought_are_found(ros_
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("topic", "list"), "/fleet/report"),
-        (("topic", "info", "/fleet/report", "-v"), "Reliability: RELIABLE"),
         (("topic", "echo", "/fleet/report", "--once"), "data: 'Fleet report"),
-        (("topic", "type", "/fleet/report"), "std_msgs/msg/String"),
-        (("node", "info", "/monitor"), "/fleet/status: std_msgs/msg/String"),
-        (("service", "list", "-t"), "/monitor/list_parameters"),
-        (("param", "list", "/monitor"), "use_sim_time"),
         (("interface", "show", "geometry_msgs/msg/Twist"), "Vector3"),
-        (("graph",), "/monitor"),
-        (("doctor",), "ok"),
+        *(
+            pytest.param(words, expected, marks=pytest.mark.thorough)
+            for words, expected in [
+                (("topic", "list"), "/fleet/report"),
+                (("topic", "info", "/fleet/report", "-v"), "Reliability: RELIABLE"),
+                (("topic", "type", "/fleet/report"), "std_msgs/msg/String"),
+                (("node", "info", "/monitor"), "/fleet/status: std_msgs/msg/String"),
+                (("service", "list", "-t"), "/monitor/list_parameters"),
+                (("param", "list", "/monitor"), "use_sim_time"),
+                (("graph",), "/monitor"),
+                (("doctor",), "ok"),
+            ]
+        ),
     ],
 )
 def test_verbs_about_ros_work(ros_host: RosHost, words: tuple[str, ...], expected: str):

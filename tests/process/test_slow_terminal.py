@@ -12,6 +12,7 @@ from tests.support.screen_terminal import ScreenTerminal
 SLOW_BYTES_PER_S = 40_000
 LINES = 12_000  # 0.3 MB: more than the queue, or than the pipe to the console
 BURST = f'sh("for i in $(seq {LINES}); do echo burst $i; done; exit 4", name="big"),'
+OPTIONS = ["--console", pytest.param("--no-console", marks=pytest.mark.thorough)]
 FLOOD = 'sh("while :; do echo line line line line line; done", name="flood"),'
 
 
@@ -20,7 +21,7 @@ def slow(terminal: ScreenTerminal) -> ScreenTerminal:
     return terminal
 
 
-@pytest.mark.parametrize("option", ["--console", "--no-console"])
+@pytest.mark.parametrize("option", OPTIONS)
 def test_a_slow_terminal_gets_every_line_and_the_reason_of_the_failure(bench: Bench, option: str):
     options = [] if option == "--console" else [option]
     terminal = slow(bench.screen_terminal(BURST, *options))
@@ -33,7 +34,7 @@ def test_a_slow_terminal_gets_every_line_and_the_reason_of_the_failure(bench: Be
     assert re.search(rb"exit code 4.*exit code 1\b", end, re.DOTALL), end
 
 
-@pytest.mark.parametrize("option", ["--console", "--no-console"])
+@pytest.mark.parametrize("option", OPTIONS)
 def test_after_ctrl_c_a_slow_terminal_gets_the_summary_and_how_much_was_dropped(
     bench: Bench, option: str
 ):
