@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -13,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from launcher.errors import LauncherError, UsageError
-from launcher.hosts.sync.on_host import wire
+from launcher.hosts.sync.on_host import pip_messages
 from launcher.hosts.sync.requirements import Pin, names, packaging
 from launcher.model.record import Record
 from launcher.text import count
@@ -21,7 +20,6 @@ from launcher.text import count
 _OLDEST_MINOR = {"x86_64": 5, "i686": 5}  # of glibc 2, for which manylinux has a name
 _LEGACY = {17: "manylinux2014", 12: "manylinux2010", 5: "manylinux1"}
 _MOST_SOURCES = 8  # packages without a wheel for which pip is asked again
-_BROKEN = re.compile(r"connection broken by '(.*)':")  # in a warning of pip
 _filling = threading.Lock()
 _is_offline = False  # once it is known, no other host has to wait for it
 
@@ -176,8 +174,8 @@ def _download(folder: str, pins: Sequence[Pin], target: Target) -> str:
     words += [f"--platform={platform}" for platform in target.platforms]
     left, without = list(pins), list[Pin]()
     while left and (problem := _pip(words, left)):
-        name = problem.rpartition("No matching distribution found for ")[2].partition("==")[0]
-        missing = [pin for pin in left if pin.name == name.strip().lower().replace("-", "_")]
+        name = pip_messages.missing(problem).replace("-", "_")
+        missing = [pin for pin in left if pin.name == name]
         if not missing or len(without) >= _MOST_SOURCES:
             return problem
         without += missing
@@ -207,7 +205,7 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
         )
     if done.returncode == 0:
         return ""
-    if wire.is_offline(done.stderr):
+    if pip_messages.is_offline(done.stderr):
         _is_offline = True
         raise _offline(pins)
     return _reason(done.stderr)
@@ -215,11 +213,11 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
 
 def _reason(text: str) -> str:
     """Why pip has failed, from its messages; a broken connection is told as a missing package."""
-    broken = _BROKEN.search(text)
+    broken = pip_messages.broken(text)
     if broken:
-        return broken[1]
+        return broken
     lines = text.strip().splitlines() or ["?"]
-    errors = [line for line in lines if line.startswith("ERROR")]
+    errors = [line for line in lines if line.startswith("ERROR") and line != "ERROR: Exception:"]
     return (errors or lines)[-1].removeprefix("ERROR: ")
 
 

@@ -10,12 +10,21 @@ import pytest
 from launcher.errors import LauncherError, UsageError
 from launcher.hosts.sync import requirements, wheels
 from launcher.hosts.sync.natives import Native, check, natives
+from launcher.hosts.sync.on_host import pip_messages
 from launcher.hosts.sync.requirements import PinnedList
 from launcher.hosts.sync.tree import Entry
 from launcher.hosts.sync.wheels import Target
 
 MARKERS = {"python_version": "3.12", "python_full_version": "3.12.3", "sys_platform": "linux"}
 TARGET = Target(version=(3, 12), machine="x86_64", glibc=(2, 31), markers=MARKERS)
+
+NOT_FOUND = "ERROR: No matching distribution found for "
+
+
+def retry(why: str, package: str) -> str:
+    """The warning of pip before it tries again, with or without success."""
+    tries = "Retry(total=0, connect=None, read=None, redirect=None, status=None)"
+    return f"WARNING: Retrying ({tries}) after connection broken by '{why}': /simple/{package}/\n"
 
 
 def listed(*lines: str) -> PinnedList:
@@ -131,7 +140,7 @@ def test_a_machine_without_a_network_is_told_at_once_for_all_hosts(tmp_path: Pat
 
     def run(words: list[str], **_: object) -> subprocess.CompletedProcess[str]:
         asked.append(words)
-        text = "WARNING: Retrying: NameResolutionError\nERROR: No matching distribution found for a"
+        text = f"{retry('NewConnectionError(...)', 'a')}{NOT_FOUND}a==1.0"
         return subprocess.CompletedProcess(words, 1, "", text)
 
     monkeypatch.setattr(wheels.subprocess, "run", run)
@@ -144,6 +153,53 @@ def test_a_machine_without_a_network_is_told_at_once_for_all_hosts(tmp_path: Pat
 
     assert len(asked) == 1
     assert said[0].startswith("downloads 1 wheel for Python 3.12, x86_64")
+
+
+@pytest.mark.parametrize("why", ["ReadTimeoutError(...)", "NewConnectionError(...)"])
+def test_a_warning_about_another_page_does_not_keep_pip_from_building_a_wheel(
+    tmp_path: Path, monkeypatch, why: str
+):
+    """A try that was repeated, and a package that has no wheel for the host."""
+    asked: list[str] = []
+
+    def run(words: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(words[3])
+        if words[3] == "download":
+            text = f"{retry(why, 'b')}{NOT_FOUND}A.a==1.0"
+            return subprocess.CompletedProcess(words, 1, "", text)
+        house(tmp_path, "a_a-1.0-py3-none-any.whl")
+        return subprocess.CompletedProcess(words, 0, "", "")
+
+    monkeypatch.setattr(wheels.subprocess, "run", run)
+    monkeypatch.setattr(wheels, "_is_offline", False)
+    house(tmp_path, "b-1.0-py3-none-any.whl")
+    pins = requirements.pins(listed("a-a==1.0", "b==1.0"), {})
+
+    files = wheels.chosen(str(tmp_path), pins, TARGET)
+
+    assert files == ["a_a-1.0-py3-none-any.whl", "b-1.0-py3-none-any.whl"]
+    assert asked == ["download", "wheel"]
+    assert not wheels._is_offline
+
+
+@pytest.mark.parametrize(
+    ("text", "is_offline"),
+    [
+        (f"{retry('ReadTimeoutError(...)', 'a')}{NOT_FOUND}a==1.0 (from versions: none)", True),
+        (f"{retry('NameResolutionError(...)', 'A.b')}{NOT_FOUND}a_b", True),
+        (f"{retry('NewConnectionError(...)', 'simple')}{NOT_FOUND}a", False),
+        (f"{retry('SSLError(...)', 'a')}{NOT_FOUND}a", False),
+        (f"{retry('NewConnectionError(...)', 'a')}ERROR: No space left on device", False),
+        ("ERROR: HTTPSConnectionPool(...): (Caused by NewConnectionError(...))", True),
+        ("ERROR: Exception:\nTraceback ...\nReadTimeoutError: Read timed out.", False),
+    ],
+)
+def test_what_a_pip_without_an_index_says(text: str, is_offline: bool):
+    assert pip_messages.is_offline(text) == is_offline
+
+
+def test_the_reason_of_an_error_inside_pip_is_its_last_line():
+    assert wheels._reason("ERROR: Exception:\nTraceback ...\nOSError: no\n") == "OSError: no"
 
 
 def test_the_wheel_for_the_newest_platform_is_taken(tmp_path: Path):

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 
-from launcher.hosts.sync.on_host import wire
+from launcher.hosts.sync.on_host import pip_messages
 from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors, remove_folder
 
 TYPE_CHECKING = False
@@ -124,7 +124,7 @@ def _run(command: Sequence[str], what: str, given: str = "") -> None:
     text = "\n".join(lines[-6:]) or f"exit code {done.returncode}"
     if "No space left on device" in text:
         raise OSError(errno.ENOSPC, "No space left on device")
-    if wire.is_offline("\n".join(lines)):
+    if pip_messages.is_offline("\n".join(lines)):
         raise Refusal(
             "pip reaches no index of packages from there",
             "give --wheelhouse DIR, which may be a new folder: it is filled here, and sent",

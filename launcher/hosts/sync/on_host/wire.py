@@ -29,19 +29,6 @@ _SAMPLE_BYTES = 8 * 1024
 _WORTH = 0.9  # of its size
 
 
-_OFFLINE = (
-    *("NewConnectionError", "NameResolutionError", "ConnectTimeout", "Failed to establish"),
-    *("ProxyError", "ReadTimeout"),
-    *("Temporary failure in name resolution", "Name or service not known"),
-    *("Network is unreachable", "No route to host"),
-)
-
-
-def is_offline(text: str) -> bool:
-    """Whether these are messages of a pip that reaches no index."""
-    return any(words in text for words in _OFFLINE)
-
-
 class Closed(Exception):
     """The other side has gone."""
 
