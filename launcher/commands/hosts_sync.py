@@ -22,7 +22,7 @@ def _sync(parsed: Parsed) -> int:
     from launcher.hosts.sync.fleet_sync import FleetSync
 
     hosts = _hosts(parsed)
-    report = Report(hosts, dry_run=parsed.dry_run)
+    report = Report(hosts, dry_run=parsed.dry_run, rollback=parsed.rollback)
     fleet = FleetSync(_options(parsed), _say, done=report.add)
     brought = None if parsed.rollback else _brought(parsed)
     try:
@@ -32,6 +32,9 @@ def _sync(parsed: Parsed) -> int:
             fleet.sync(hosts, brought)
     except KeyboardInterrupt:
         report.interrupt()
+        raise
+    except BrokenPipeError:
+        report.end()  # nobody reads what was done, but all hosts are
         raise
     return report.end()
 

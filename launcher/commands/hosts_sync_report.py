@@ -16,15 +16,20 @@ if TYPE_CHECKING:
     from launcher.hosts.sync.host_sync import EnvironmentPlan, Outcome
 
 _MOST_CHANGES = 40  # lines of a dry run for a host
+_REPEAT = "a release is used only when it is complete: repeat the command"
 
 
 class Report:
-    """Errors are told at the end, those that are alike once."""
+    """Errors are told at the end, those that are alike once.
 
-    def __init__(self, hosts: Sequence[Host], *, dry_run: bool) -> None:
+    `rollback` says that the command does something else when it is repeated.
+    """
+
+    def __init__(self, hosts: Sequence[Host], *, dry_run: bool, rollback: bool = False) -> None:
         self._names = [host.name for host in hosts]
         self._open = [*self._names]
         self._dry_run = dry_run
+        self._rollback = rollback
         self._errors: dict[str, LauncherError] = {}
 
     def add(self, host: Host, result: Result) -> None:
@@ -46,8 +51,8 @@ class Report:
         """The others will not be done."""
         self._print_errors()
         if self._open:
-            kept = "" if self._dry_run else "; what was used there before is used still"
-            text = f"interrupted: not done: {', '.join(self._open)}{kept}"
+            hint = "" if self._dry_run or self._rollback else f" ({_REPEAT})"
+            text = f"interrupted; not done: {', '.join(self._open)}{hint}"
             print(text, file=sys.stderr, flush=True)
 
     def _print(self, done: Outcome) -> None:

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -412,9 +413,66 @@ def test_a_host_is_told_when_it_is_done_and_those_that_are_not_at_ctrl_c(tmp_pat
     shown = capsys.readouterr()
     assert shown.out.startswith("good: 000001-") and shown.out.count("\n") == 1
     assert shown.err.startswith("bad: failed, see below\nerror: host 'bad': ")
-    last = "interrupted: not done: slow; what was used there before is used still\n"
+    hint = "a release is used only when it is complete: repeat the command"
+    last = f"interrupted; not done: slow ({hint})\n"
     assert shown.err.endswith(last)
     assert (good.current / "a").exists() and not slow.current.exists()
+
+
+class TwoSites:
+    """The host `slow` is held until `done` was called for the other, and has then raised."""
+
+    def __init__(self, folder: Path, exception: BaseException) -> None:
+        self._exception = exception
+        self.good, self.slow = Site(folder / "good"), Site(folder / "slow")
+        self.slow.workspace.mkdir(parents=True)
+        self.lock = os.open(self.slow.workspace / ".lock", os.O_CREAT | os.O_RDWR)
+        fcntl.flock(self.lock, fcntl.LOCK_EX)
+        self.hosts = [self.slow.host, self.good.host]
+        self.report = Report(self.hosts, dry_run=False)
+        self.fleet = FleetSync(Options(), lambda *_: None, self._words, self._done)
+        self.waits_for_slow = False
+
+    def _words(self, host: Host, script: str) -> Sequence[str]:
+        return (self.good if host.name == "good" else self.slow).words(host, script)
+
+    def _done(self, host: Host, result: Outcome | LauncherError) -> None:
+        self.report.add(host, result)
+        if host.name == "good":
+            os.close(self.lock)
+            if self.waits_for_slow:
+                wait_until(lambda: not self.fleet._sessions, "the other is done")
+            raise self._exception
+
+
+def test_output_that_nobody_reads_leaves_no_host_half_done(tmp_path: Path, capsys):
+    sites = TwoSites(tmp_path, BrokenPipeError())
+
+    with pytest.raises(BrokenPipeError):
+        sites.fleet.sync(sites.hosts, brought(a="1"))
+
+    assert sites.report.end() == 0
+    assert (sites.good.current / "a").exists() and (sites.slow.current / "a").exists()
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["good", "slow"]
+
+
+def test_ctrl_c_names_no_host_that_is_done(tmp_path: Path, capsys):
+    sites = TwoSites(tmp_path, KeyboardInterrupt())
+    sites.waits_for_slow = True
+
+    with pytest.raises(KeyboardInterrupt):
+        sites.fleet.sync(sites.hosts, brought(a="1"))
+    sites.report.interrupt()
+
+    shown = capsys.readouterr()
+    assert [line.split(":")[0] for line in shown.out.splitlines()] == ["good", "slow"]
+    assert shown.err == ""
+
+
+def test_ctrl_c_does_not_advise_to_repeat_what_goes_back_once_more(capsys):
+    report = Report([Host(name="a", address="10.0.0.2")], dry_run=False, rollback=True)
+    report.interrupt()
+    assert capsys.readouterr().err == "interrupted; not done: a\n"
 
 
 def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):

@@ -6,8 +6,8 @@ import functools
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from launcher.errors import LauncherError
 from launcher.hosts.failures import no_ssh
@@ -27,7 +27,9 @@ Result = Outcome | LauncherError
 class FleetSync:
     """`words` makes the command that runs a script on a host: by ssh, unless a test says so.
 
-    `done` is called, in the thread of the caller, when a host is done.
+    `done` is called, in the thread of the caller, when a host is done. If it raises OSError, all
+    others are done before that is raised; with any other exception they are given up, and `done`
+    is called for those that were done meanwhile.
     """
 
     def __init__(
@@ -58,13 +60,33 @@ class FleetSync:
     def _for_all(self, hosts: Sequence[Host], do: Callable[[HostSync], Outcome]) -> list[Result]:
         with ThreadPoolExecutor(min(len(hosts), _MOST_AT_ONCE) or 1) as pool:
             futures = {pool.submit(self._for_one, host, do): host for host in hosts}
+            open_ones = dict(futures)
             try:
-                for future in as_completed(futures):
-                    self._done(futures[future], future.result())
+                errors = self._tell(as_completed(futures), open_ones)
             except BaseException:
+                over = {future for future in open_ones if future.done()}
                 self._stop()
+                pool.shutdown()
+                ended = [one for one in open_ones if one.exception() is None]
+                done = [one for one in ended if one in over or isinstance(one.result(), Outcome)]
+                self._tell(done, open_ones)
                 raise
+            if errors:
+                raise errors[0]
             return [future.result() for future in futures]
+
+    def _tell(
+        self, ended: Iterable[Future[Result]], open_ones: dict[Future[Result], Host]
+    ) -> list[OSError]:
+        """Call `done` for each, which is no longer open; its errors."""
+        errors = []
+        for future in ended:
+            host, result = open_ones.pop(future), future.result()
+            try:
+                self._done(host, result)
+            except OSError as error:
+                errors.append(error)
+        return errors
 
     def _for_one(self, host: Host, do: Callable[[HostSync], Outcome]) -> Result:
         begin = time.monotonic()
