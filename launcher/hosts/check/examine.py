@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
-from launcher.errors import LauncherError
+from launcher.errors import LauncherError, UsageError
 from launcher.hosts import discovery
 from launcher.hosts.check.facts import Finding, Level, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
@@ -65,7 +65,7 @@ def examine(
 
 
 def _addresses(
-    hosts: Iterable[Host], timeout_s: float
+    hosts: Collection[Host], timeout_s: float
 ) -> tuple[dict[str, tuple[str, str]], dict[str, LauncherError]]:
     """(address, that of this machine as the host sees it) by host; why others have none."""
     found: dict[str, tuple[str, str]] = {}
@@ -84,7 +84,16 @@ def _addresses(
     deadline_s = time.monotonic() + timeout_s
     for thread in threads:
         thread.join(max(0.0, deadline_s - time.monotonic()))
-    return dict(found), dict(mistakes)
+    resolved = dict(found)  # threads may still add to it
+    late = {host.name: _late(host, timeout_s) for host in hosts if host.name not in resolved}
+    return resolved, {**late, **dict(mistakes)}
+
+
+def _late(host: Host, timeout_s: float) -> LauncherError:
+    return UsageError(
+        f"the address '{host.address}' of {host.name} was not resolved within {timeout_s:g} s",
+        hint="discovery needs it: write a number as `address:`, or repair the name server",
+    )
 
 
 def _unresolved(
