@@ -44,7 +44,7 @@ class Kubernetes:
             "kind": "Kustomization",
             "resources": list(files),
         }
-        gaps = gaps_of_each(self._system.processes, _gaps)
+        gaps = gaps_of_each(self._system.processes, self._gaps)
         files = {"kustomization.yaml": document(kustomization), **files}
         return Output(files=files, gaps=tuple(gaps))
 
@@ -124,14 +124,12 @@ class Kubernetes:
         return spec
 
     def _container(self, process: Process) -> Object:
-        variables = list(self._variables(process))
-        known = [one["name"] for one in variables]
         container: Object = {
             "name": process.name,
             "image": self._image,
             "imagePullPolicy": "IfNotPresent",
-            "command": [literal(word, known) for word in _command(process)],
-            "env": variables,
+            "command": self._written_command(process),
+            "env": list(self._variables(process)),
         }
         if process.cwd is not None:
             container["workingDir"] = process.cwd
@@ -146,13 +144,34 @@ class Kubernetes:
         return container
 
     def _variables(self, process: Process) -> Iterator[Object]:
-        values = container_variables(process, self._shared_memory)
-        for place, (name, value) in enumerate(values.items()):
-            before = [*values][:place]  # to others a value cannot refer
-            yield {"name": name, "value": literal(value, before)}
+        for name, value in self._written_values(process).items():
+            yield {"name": name, "value": value}
         for name in process.private:
             reference = {"name": secret_of(process), "key": name}
             yield {"name": name, "valueFrom": {"secretKeyRef": reference}}
+
+    def _written_values(self, process: Process) -> dict[str, str]:
+        values = container_variables(process, self._shared_memory)
+        names = [*values]  # a value can refer to those before it
+        return {name: literal(values[name], names[:i]) for i, name in enumerate(names)}
+
+    def _written_command(self, process: Process) -> list[str]:
+        known = {*container_variables(process, self._shared_memory), *process.private}
+        return [literal(word, known) for word in _command(process)]
+
+    # ---- what it cannot do
+
+    def _gaps(self, process: Process) -> Iterator[tuple[str, str, bool]]:
+        yield from _gaps(process)
+        if self._is_escaped(process):
+            text = "`podman kube play` passes on the dollars that Kubernetes removes: two for one"
+            yield "dollars", text, True
+
+    def _is_escaped(self, process: Process) -> bool:
+        """Whether a text has other dollars in the manifest than in the launch file."""
+        values = container_variables(process, self._shared_memory)
+        is_same = self._written_values(process) == values
+        return not is_same or self._written_command(process) != _command(process)
 
 
 _NAME = "app.kubernetes.io/name"
@@ -175,13 +194,6 @@ def container_variables(process: Process, shared_memory: bool) -> dict[str, str]
 
 def _command(process: Process) -> list[str]:
     return after(process.delay_s, in_container(process, process.limits))
-
-
-def _is_escaped(process: Process) -> bool:
-    """Whether a text has other dollars in the manifest than in the launch file."""
-    known = {*UDP_ONLY, *process.environment, *process.private}
-    texts = [*_command(process), *process.environment.values()]
-    return any(literal(text, known) != text for text in texts)
 
 
 def _selector(process: Process) -> Object:
@@ -228,9 +240,6 @@ def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
             yield "restart delay", text, True
     if process.delay_s and runs_on(process):
         yield "delayed start", "it is delayed before each restart as well", True
-    if _is_escaped(process):
-        text = "`podman kube play` passes on the dollars that Kubernetes removes: two for one"
-        yield "dollars", text, True
     if process.stop.steps[0][0].name != "SIGINT":
         text = f"the image's signal is sent, SIGINT, instead of {process.stop.steps[0][0].name}"
         yield "stop", text, False

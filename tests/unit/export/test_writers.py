@@ -170,6 +170,24 @@ def test_kubernetes_replaces_nothing_in_commands_and_values(exported: Export):
     assert gap.is_note
 
 
+@pytest.mark.parametrize(
+    ("variables", "settings", "is_told"),
+    [
+        ("{'A': '$(B)', 'B': 'x'}", {}, False),  # it refers to none before it
+        ("{'B': 'x', 'C': '$(B)'}", {}, True),
+        ("{'A': '$(FASTDDS_BUILTIN_TRANSPORTS)'}", {}, True),
+        ("{'A': '$(FASTDDS_BUILTIN_TRANSPORTS)'}", {"shared_memory": True}, False),
+    ],
+)
+def test_the_note_names_processes_whose_manifest_has_an_escape(
+    exported: Export, variables: str, settings: dict[str, Any], is_told: bool
+):
+    system = exported(f"node('a', additional_env={variables})")
+    output = Kubernetes(system, image="x", **settings).output()
+    assert ("$$" in output.files["manifests/a.yaml"]) == is_told
+    assert any(gap.what == "dollars" for gap in output.gaps) == is_told
+
+
 def test_the_words_before_a_command_stay_what_they_are(exported: Export):
     node = "ExecuteProcess(cmd=['echo', '$$'], name='e', respawn=True)"
     limits = Limits(nice=5, cpus=(0,), rlimits=(("nofile", 256, 256),))
