@@ -101,9 +101,9 @@ def _check_prefix(prefix: str) -> None:
 
     if not is_prefix(prefix):
         raise UsageError(
-            f"--prefix: names cannot begin with '{prefix}'",
-            hint="it begins with one of A-Z and a-z, may have digits, '_', '.' and '-' as well, "
-            f"and has at most {MAX_PREFIX} characters",
+            f"--prefix: '{prefix}' is not a valid prefix",
+            hint="a letter of A-Z or a-z, then such letters, digits, '_', '.' and '-'; "
+            f"at most {MAX_PREFIX} characters",
         )
 
 

@@ -163,7 +163,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
 def variables(row: Mapping[str, Any]) -> list[str]:
     """How the environment differs from that of the launcher."""
     if row["environment"] is None:
-        return ["not known here: the run was attached to"]
+        return ["not known: another launcher started it"]
     found = [f"{name}={value}" for name, value in row["environment_set"].items()]
     return found + [f"{name} is not set" for name in row["environment_unset"]]
 

@@ -71,7 +71,7 @@ _SENTENCES = {
     "when {host} can be reached",
     Kind.LINK_LOST: "is on {host}, which has become unreachable ({silent_s:.0f} s): the request "
     "may take effect there",
-    Kind.HOST_LOST: "cannot be started: {host} was lost, and is not used any more in this run",
+    Kind.HOST_LOST: "cannot be started: {host} cannot be used any more in this run",
 }
 
 

@@ -87,5 +87,5 @@ def test_lines_go_on_after_a_restart(lab: Lab, left: Path):
         run.wait_for(r"^\[mad-3\] mad$")
         assert lines_of_processes(run) == LAST[2:]
         told = lab.operator.launcher("info", "few").stdout
-        assert "environment  not known here: the run was attached to" in told
+        assert "environment  not known: another launcher started it" in told
         assert run.interrupt() in (0, 130)

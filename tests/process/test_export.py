@@ -120,7 +120,7 @@ def test_strict_writes_nothing_if_something_is_lost(tmp_path: Path):
         (["systemd", "demo.launch.py", "--hosts", "none.yaml"], "none.yaml"),
         (
             ["systemd", "demo.launch.py", "--prefix", "a b"],
-            "--prefix: names cannot begin with 'a b'",
+            "--prefix: 'a b' is not a valid prefix",
         ),
         (["systemd", "demo.launch.py", "--out", "."], "not of an export"),
         (["systemd", "demo.launch.py", "--out", "own.yaml"], "is not a folder"),

@@ -395,7 +395,8 @@ def test_a_host_that_is_gone_takes_its_processes_along(bench: HostsBench):
         assert run.row("bot1_a")["last_exit"]["text"] == "lost with bot1"
         assert run.row("bot1_again")["state"] == "EXITED"
         for verb in ("start", "restart"):
-            with pytest.raises(RefusedError, match="bot1_a-1 cannot be started: bot1 was lost"):
+            text = "bot1_a-1 cannot be started: bot1 cannot be used any more in this run"
+            with pytest.raises(RefusedError, match=text):
                 run.ask(verb, "bot1_a")
         assert run.row("bot1_a")["state"] == "EXITED"
         assert is_running(run, "bot2_b")

@@ -47,7 +47,7 @@ INFO: dict[str, Any] = {
     [
         ({}, []),
         ({"environment_set": {"A": "1"}, "environment_unset": ["B"]}, ["A=1", "B is not set"]),
-        ({"environment": None}, ["not known here: the run was attached to"]),
+        ({"environment": None}, ["not known: another launcher started it"]),
     ],
 )
 def test_info_tells_how_the_environment_differs(facts: dict[str, Any], lines: list[str]):

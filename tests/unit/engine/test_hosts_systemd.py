@@ -241,8 +241,8 @@ def test_facts():
         for one, state in ((text, "state offline"), (text, "state "), (root, "state "))
     ]
     assert why == [
-        "was not booted with systemd: make it the init there",
-        "its service manager of me does not answer: install libpam-systemd there",
+        "was not booted with systemd: boot it with systemd",
+        "the service manager of me does not answer: install libpam-systemd there",
         "its service manager does not answer: look at systemctl status there",
     ]
     with pytest.raises(KeyError):

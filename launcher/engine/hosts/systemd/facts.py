@@ -112,9 +112,9 @@ def why_unusable(facts: Facts) -> str:
     if facts.version < unit.OLDEST:
         return f"has systemd {facts.version}: install {unit.OLDEST} or newer"
     if not facts.is_booted:
-        return "was not booted with systemd: make it the init there"
+        return "was not booted with systemd: boot it with systemd"
     if not facts.state and not facts.is_user:
         return "its service manager does not answer: look at systemctl status there"
     if not facts.state:
-        return f"its service manager of {facts.user} does not answer: install libpam-systemd there"
+        return f"the service manager of {facts.user} does not answer: install libpam-systemd there"
     return ""
