@@ -261,6 +261,9 @@ def _private(system: System, engine: str) -> Iterator[str]:
         lines = sorted({_example_command(process, system, engine) for process in having})
     where = "" if engine == "kubernetes" else ", in the folder of this file"
     yield _block("Private variables", lines, f"{text} Set them before the start{where}:")
+    if engine == "kubernetes":
+        play = [_AS_JSON, *(_play_secret(process) for process in having)]
+        yield _block("Private variables with podman", play, _OF_PODMAN)
 
 
 def _secret_commands(having: Sequence[Process]) -> Iterator[str]:
@@ -271,6 +274,21 @@ def _secret_commands(having: Sequence[Process]) -> Iterator[str]:
         yield f"(umask 077 && printf '%s\\n' {names} >{path}) && editor {path}"
         yield f"kubectl create secret generic {secret_of(process)} --from-env-file={path}"
         yield f"rm {path}"
+
+
+_OF_PODMAN = """\
+`podman kube play` 4.3 takes them from a secret of podman, which is JSON with the values in base64.
+This is in place of `kubectl create secret`, on the machine where the process is to run:"""
+_AS_JSON = """\
+as_json() { python3 -c 'import base64, json, sys
+pairs = [line.rstrip("\\n").partition("=") for line in sys.stdin if "=" in line]
+print(json.dumps({name: base64.b64encode(value.encode()).decode() for name, _, value in pairs}))'
+}"""
+
+
+def _play_secret(process: Process) -> str:
+    name = secret_of(process)
+    return f"as_json <{name}.env | podman secret create {name} -"
 
 
 def _example_command(process: Process, system: System, engine: str) -> str:
