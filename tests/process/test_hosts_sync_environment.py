@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import http.server
 import os
 import socket
 import threading
@@ -140,6 +141,44 @@ def _answer_without_tls(server: socket.socket) -> None:
             with connection, contextlib.suppress(OSError):
                 connection.recv(1000)
                 connection.sendall(b"this is not TLS\n")
+
+
+def test_a_try_that_was_repeated_is_not_told_as_the_reason_of_a_missing_package(
+    site_with_venv: Site, tmp_path: Path, only_index: Callable[[str], None]
+):
+    """Pip warns of the connection that breaks, and gets the page of `tiny` from the next one."""
+    wheel = tiny_wheel(tmp_path / "index", "tiny", "1.0")
+    pins = pinned("tiny==1.0", "tiny-of-nobody==1.0")
+    asked: list[str] = []
+
+    class Index(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            asked.append(self.path)
+            if len(asked) == 1:
+                self.close_connection = True
+                return
+            page = f'<!DOCTYPE html><a href="/{wheel.name}">{wheel.name}</a>'.encode()
+            found = {"/simple/tiny/": page, f"/{wheel.name}": wheel.read_bytes()}
+            content = found.get(self.path, b"")
+            self.send_response(200 if content else 404)
+            self.send_header("Content-Type", "text/html")
+            self.send_header("Content-Length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Index) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        only_index(f"http://127.0.0.1:{server.server_port}")
+        options = {"requirements": pins, "wheelhouse": str(tmp_path / "house")}
+        error = fails(site_with_venv, brought(a="1"), **options)
+        server.shutdown()
+
+    assert asked[:2] == ["/simple/tiny/"] * 2
+    missing = "No matching distribution found for tiny-of-nobody==1.0"
+    assert (error.hint or "").startswith(f"pip download failed: {missing}")
 
 
 def dry_run(site: Site, capsys, **options: object) -> list[str]:
