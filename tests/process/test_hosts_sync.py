@@ -430,13 +430,20 @@ class TwoSites:
         fcntl.flock(self.lock, fcntl.LOCK_EX)
         self.hosts = [self.slow.host, self.good.host]
         self.report = Report(self.hosts, dry_run=False)
-        self.fleet = FleetSync(Options(), lambda *_: None, self._words, self._done)
+        self.fleet = FleetSync(Options(), self._say, self._words, self._done)
+        self.said: list[str] = []
         self.waits_for_slow = False
 
     def _words(self, host: Host, script: str) -> Sequence[str]:
         return (self.good if host.name == "good" else self.slow).words(host, script)
 
+    def _say(self, name: str, text: str) -> None:
+        self.said.append(name)
+        raise BrokenPipeError
+
     def _done(self, host: Host, result: Outcome | LauncherError) -> None:
+        if host.name == "good":
+            wait_until(lambda: self.said == ["slow"], "the other says that it waits")
         self.report.add(host, result)
         if host.name == "good":
             os.close(self.lock)

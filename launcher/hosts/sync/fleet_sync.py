@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import threading
@@ -98,7 +99,7 @@ class FleetSync:
             return error
         try:
             session.start()
-            say = functools.partial(self._say, host.name)
+            say = functools.partial(self._say_there, host.name)
             return do(HostSync(host, session, self._options, say, begin))
         except LauncherError as error:
             return error
@@ -106,6 +107,10 @@ class FleetSync:
             with self._guard:
                 self._sessions.discard(session)
             session.close()
+
+    def _say_there(self, name: str, text: str) -> None:
+        with contextlib.suppress(OSError):  # a host is done also if nobody reads
+            self._say(name, text)
 
     def _opened(self, host: Host) -> SyncSession:
         words = self._words(host, script(host))
