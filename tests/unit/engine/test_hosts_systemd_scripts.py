@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.facts import Facts, hello, read_facts
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.hosts.model import Host
@@ -78,6 +79,18 @@ def test_variables_whose_names_no_shell_takes_arrive(tmp_path: Path):
     found = json.loads(ran(scripts, order, tmp_path))
 
     assert {name: found.get(name) for name in values} == values
+
+
+def test_the_shell_that_announces_a_process_does_not_call_itself_so(tmp_path: Path):
+    scripts = Scripts("k3", Host("bot1", "b"), facts(tmp_path))
+    order = Order(name="a-1", label="a", words=(("/opt/nope",),), environment={})
+    assert shell(scripts.files(7, order), tmp_path).returncode == 0
+    words = shlex.split(Path(scripts.folder, "7/start").read_text().splitlines()[-1])
+    done = subprocess.run(words[words.index("/bin/sh") :], capture_output=True, check=False)
+
+    told = f"{journal.announcement(7)}\n".encode()
+    assert done.stdout == told
+    assert done.stderr.startswith(told + b"sh: ")
 
 
 # ---- nothing that a file or an order says is run by a shell

@@ -125,7 +125,7 @@ class Scripts:
             f"--priority={journal.STDOUT_PRIORITY}",
             f"--stderr-priority={journal.STDERR_PRIORITY}",
             "--level-prefix=false",
-            *("/bin/sh", "-c", _ANNOUNCED, journal.announcement(process_id)),
+            *("/bin/sh", "-c", _ANNOUNCED, "sh", journal.announcement(process_id)),
         )
 
     # ---- units
@@ -270,7 +270,7 @@ rmdir {shlex.quote(f"{self._facts.runtime}/launcher")} 2>/dev/null
 exit 0"""
 
 
-_ANNOUNCED = 'echo "$0"; echo "$0" >&2; exec "$@"'
+_ANNOUNCED = 'echo "$1"; echo "$1" >&2; shift; exec "$@"'
 
 # Variables whose names no shell takes, and the program of a Python that takes them.
 _UNNAMEABLE = "variables.json"
