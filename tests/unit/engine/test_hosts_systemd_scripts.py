@@ -14,9 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from launcher.engine.hosts.link import LinkContext, LinkListener
 from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.facts import Facts, hello, read_facts
+from launcher.engine.hosts.systemd.link import SystemdLink
 from launcher.engine.hosts.systemd.scripts import Scripts
+from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
 from launcher.hosts.references import SentFile
@@ -91,6 +94,18 @@ def test_the_shell_that_announces_a_process_does_not_call_itself_so(tmp_path: Pa
     told = f"{journal.announcement(7)}\n".encode()
     assert done.stdout == told
     assert done.stderr.startswith(told + b"sh: ")
+
+
+def test_launchers_of_a_run_have_marks_of_their_own(tmp_path: Path):
+    def asked(reactor: Reactor) -> str:
+        listener: LinkListener = None  # type: ignore[assignment]
+        link = SystemdLink(LinkContext(Host("bot1", "b"), listener, reactor, "1-k3", {}))
+        link._know(facts(tmp_path))
+        link._when_marked(lambda: None)
+        return link._sessions._queue[-1].script
+
+    with Reactor() as reactor:
+        assert asked(reactor) != asked(reactor)
 
 
 # ---- nothing that a file or an order says is run by a shell

@@ -8,6 +8,7 @@ accepts the stream, and a process that exits at once has none by then.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
 
@@ -97,6 +98,11 @@ def read_past(run: str, text: str) -> tuple[list[Note | Line], str | None]:
     notes = [one for one in found if isinstance(one, Note) and one.monotonic_s <= begin_s]
     lines = [one for one in found[:-1] if isinstance(one, Line) and announced(one) >= 0]
     return [*notes, *lines], reader.cursor
+
+
+def new_mark() -> str:
+    """A token for a mark; the journal has those of other launchers of the run, too."""
+    return os.urandom(4).hex()
 
 
 def announcement(process_id: int) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import time
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
-from launcher.engine.hosts.systemd import manifest, samples
+from launcher.engine.hosts.systemd import journal, manifest, samples
 from launcher.engine.hosts.systemd.adoption import Adoption
 from launcher.engine.hosts.systemd.facts import why_unusable
 from launcher.engine.hosts.systemd.journal_events import JournalEvents
@@ -71,7 +70,6 @@ class SystemdLink:
                 self._reactor,
                 self._follows,
             )
-        self._tokens = itertools.count()
         self._timers = Timers(self._reactor)
         self._orders: dict[int, Order] = {}
         self._written = 0  # how many of them the record there has
@@ -323,7 +321,7 @@ class SystemdLink:
 
     def _when_marked(self, callback: Callable[[], None]) -> None:
         """Call back when the journal has told all that it has now, or is silent."""
-        token = f"m{next(self._tokens)}"
+        token = journal.new_mark()
         self._events.when_marked(token, callback)
         self._request(Request(self._scripts.mark(token)))
 
@@ -369,8 +367,7 @@ class SystemdLink:
         names = [one.order.name for one in self._units.values()]
         answered = functools.partial(self._finish_answered, at_once)
         self._request(Request(self._scripts.finish(names, at_once=at_once), answered))
-        self._events.when_marked("finish", self._finished)
-        self._request(Request(self._scripts.mark("finish")))
+        self._when_marked(self._finished)
 
     def _finish_answered(self, at_once: bool, answer: Answer) -> None:
         left = [line for line in answer.text.splitlines() if line.startswith("launcher-")]

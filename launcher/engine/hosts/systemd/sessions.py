@@ -79,7 +79,7 @@ class Sessions:
         self._queue: deque[Request] = deque()
         self._timers = Timers(self._reactor)
         self._attempts = 0
-        self._marks = 0
+        self._mark = ""  # the last that was asked for
         self._has_met = False
         self._is_paused = False
         self._is_following = False  # of a run that is attached to, not from the beginning
@@ -161,8 +161,8 @@ class Sessions:
         self._change(LinkState.GONE, reason)
 
     def _catch_up(self) -> None:
-        self._marks += 1
-        self._send(Request(self._listener.mark(str(self._marks)), lasts=False))
+        self._mark = journal.new_mark()
+        self._send(Request(self._listener.mark(self._mark), lasts=False))
         self._timers.after("mark", CATCH_UP_S, self._caught_up)
 
     def _caught_up(self) -> None:
@@ -284,8 +284,7 @@ class Sessions:
     def _journal_data(self, data: bytes) -> None:
         self._heard_s = self._reactor.now()
         for entry in self.reader.feed(data):
-            mark = ("mark", str(self._marks))
-            is_mark = isinstance(entry, journal.Note) and entry.words == mark
+            is_mark = isinstance(entry, journal.Note) and entry.words == ("mark", self._mark)
             if is_mark and "mark" in self._timers:
                 self._caught_up()
             self._listener.entry(entry)
