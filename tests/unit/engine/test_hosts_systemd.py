@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 
 import pytest
@@ -21,6 +22,7 @@ from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.order import Order
 from launcher.model.events import Outcome
+from launcher.model.record import replace
 from launcher.model.spec import RestartMode, RestartPolicy
 
 # ---- the shell
@@ -156,25 +158,29 @@ def test_the_past_has_the_first_of_the_last_lines_and_what_says_whose_they_are()
             SYSLOG_IDENTIFIER="launcher-k3", MESSAGE=text, __CURSOR=cursor, _STREAM_ID="s1"
         )
 
-    early = line(journal.announcement(1), "c3")
-    told = [note(1), note(3), early, line("of the same pid", "c4")]
-    found, cursor = journal.read_past("k3", b"".join([*told, line("x", "c5")]).decode())
+    told = [note(1), note(3), line(journal.announcement(1), "c3")]
+    text = b"".join([*told, line("x", "c5")]).decode()
+    notes, lines, cursor = journal.read_past("k3", text, 4.0)
 
     assert cursor == "c5"
-    assert [one.words[3] for one in found if isinstance(one, Note)] == ["71"]
-    assert [journal.announced(one) for one in found if isinstance(one, Line)] == [1]
-    found, cursor = journal.read_past("k3", b"".join(told[:2]).decode())
-    assert (len(found), cursor) == (2, None)
-    assert journal.read_past("k3", "") == ([], None)
+    assert [one.words[3] for one in notes] == ["71"]
+    assert [journal.announced(one) for one in lines] == [1]
+    notes, lines, cursor = journal.read_past("k3", text, 2.0)
+    assert (len(notes), len(lines), cursor) == (1, 1, None)  # the line is one of those since then
+    notes, lines, cursor = journal.read_past("k3", b"".join(told[:2]).decode(), 4.0)
+    assert (len(notes), lines, cursor) == (2, [], None)
+    assert journal.read_past("k3", "", 4.0) == ([], [], None)
 
 
 def test_the_past_is_asked_for_by_what_lines_are_and_not_by_all_entries():
-    _, records, stream, output = journal.past("k3", 5, 1000, [77]).splitlines()
+    _, records, streams, output = journal.past("k3", 5, 1000, [3, 7]).splitlines()
 
     assert records.endswith("SYSLOG_IDENTIFIER=launcher-k3-events _UID=1000")
-    assert stream.endswith("SYSLOG_IDENTIFIER=launcher-k3 _PID=77 | head -n 2")
+    texts = ["MESSAGE=launcher: output of 3", "MESSAGE=launcher: output of 7"]
+    assert shlex.split(streams)[-3:] == ["SYSLOG_IDENTIFIER=launcher-k3", *texts]
+    assert "--lines=200 " in streams
     assert "--lines=35 SYSLOG_IDENTIFIER=launcher-k3 " in output
-    assert "--lines=1 " in journal.past("k3", 0, 0, [])  # what new lines are behind
+    assert "MESSAGE=" not in journal.past("k3", 0, 0, [])
 
 
 def test_a_cursor_is_gone_if_another_entry_is_at_its_place():
@@ -303,7 +309,7 @@ class Unit:
 
     def __init__(self, process_id: int) -> None:
         self.process_id = process_id
-        self.order = Order(name="a-1", label="a", words=(("a",),), environment={}, merge=True)
+        self.order = Order(name="a-1", label="a", words=(("a",),), environment={})
         self.starts: list[str] = []
 
     def wrote(self, size: int) -> None:
@@ -386,6 +392,20 @@ def test_a_stream_says_itself_whose_it_is():
 
     assert [data for _, data, _ in heard.lines] == [b"of a child that has ended\n"]
     assert journal.announced(lone_line(3, b"launcher: output of x\n", "s3")) == -1
+
+
+def test_a_process_may_write_what_streams_begin_with():
+    text = f"{journal.announcement(3)}\n".encode()
+    with Reactor() as reactor:
+        heard, units = Heard(), {3: Unit(3), 4: Unit(4)}
+        events = JournalEvents("bot1", heard, reactor, units)  # type: ignore[arg-type]
+        events.by_unit.update(u=3, v=4)
+        events.feed(Line("v", 80, 0, "s4", "stdout", text, 1.0), 1.0)  # another one
+        units[3].order = replace(units[3].order, merge=True)  # has no such streams
+        events.feed(Line("u", 70, 0, "s3", "stdout", text, 1.0), 1.0)
+        events.close()
+
+    assert [(number, data) for number, data, _ in heard.lines] == [(4, text), (3, text)]
 
 
 def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):

@@ -41,7 +41,7 @@ class Adoption:
         self._follows = follows
 
     def begin(self, scripts: Scripts, facts: Facts) -> None:
-        """Ask the host; the processes are prepared."""
+        """Ask the host for the states of all units; call it when all of them are known here."""
         self._facts = facts
         states = scripts.show(one.order.name for one in self._units.values())
         self._sessions.request(Request(states, self._adopt))
@@ -60,20 +60,20 @@ class Adoption:
             self._listener.adopted(
                 process_id, state, one.pid, one.machine.running_since, one.machine.restarts
             )
-        apart = [one.pid for one in self._units.values() if one.pid > 0 and not one.order.merge]
-        run, lines = self._attached.run, self._attached.lines
-        past = journal.past(run, lines, self._facts.uid, apart)
+        apart = [number for number, one in self._units.items() if not one.order.merge]
+        past = journal.past(self._attached.run, self._attached.lines, self._facts.uid, apart)
         self._sessions.request(Request(past, self._follow))
 
     def _follow(self, answer: Answer) -> None:
-        entries, first = journal.read_past(self._attached.run, answer.text)
-        for entry in entries:
-            self._events.feed(entry, self._reactor.now())
+        notes, lines, first = journal.read_past(
+            self._attached.run, answer.text, self._events.begin_s
+        )
+        for note in notes:
+            self._events.feed(note, self._reactor.now())
+        for line in lines:
+            self._events.announces(line)
         for process_id, one in self._units.items():
             if one.pid > 0:
                 self._events.started(process_id, one.pid)
-        if first is None or self._attached.lines > 0:
-            self._sessions.follow(behind=self._facts.cursor if first is None else None, first=first)
-        else:
-            self._sessions.follow(behind=first)
+        self._sessions.follow(behind=self._facts.cursor if first is None else None, first=first)
         self._follows()

@@ -12,6 +12,7 @@ import os
 import re
 import shlex
 
+from launcher.hosts.ssh import quoted
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
@@ -44,7 +45,7 @@ _FIELDS = (
 STDOUT_PRIORITY, STDERR_PRIORITY = 6, 5
 _ANNOUNCEMENT = re.compile(rb"launcher: output of ([0-9]+)\n")
 _ANNOUNCEMENTS = 20  # that may be among the last lines, and two with each of them
-_RECORDS = 200  # that are looked at for starts before the last lines
+_LATEST = 200  # records, and announcements, that are looked at for starts before the last lines
 
 
 def identifier(run: str) -> str:
@@ -70,34 +71,38 @@ def words(run: str, cursor: str | None, *, first: str | None = None) -> list[str
     ]
 
 
-def past(run: str, lines: int, uid: int, pids: Iterable[int]) -> str:
-    """A script that prints records of late, the announcements of these processes, and then the
-    first of so many last lines of output, or an earlier one, since announcements are among them.
+def past(run: str, lines: int, uid: int, process_ids: Iterable[int]) -> str:
+    """A script that prints the latest records, the latest announcements of these processes, and
+    then the first of so many last lines of output, or an earlier one, since announcements are
+    among them.
     """
     output = f"SYSLOG_IDENTIFIER={identifier(run)}"
-    most = 3 * lines + _ANNOUNCEMENTS if lines else 1
-    fields = "MESSAGE,SYSLOG_IDENTIFIER,_STREAM_ID,_UID"
+    fields = "MESSAGE,SYSLOG_IDENTIFIER,_STREAM_ID,_SYSTEMD_UNIT,_SYSTEMD_USER_UNIT,_UID"
     begin = f"journalctl --quiet --boot --output=json --output-fields={fields}"
+    latest = f"{begin} --lines={_LATEST}"
+    texts = quoted(f"MESSAGE={announcement(one)}" for one in process_ids)  # any of them
     return "\n".join(
         [
             "exec 2>/dev/null",
-            f"{begin} --lines={_RECORDS} SYSLOG_IDENTIFIER={records_identifier(run)} _UID={uid}",
-            *(f"{begin} {output} _PID={pid} | head -n 2" for pid in pids),
-            f"{begin} --lines={most} {output} | head -n 1",
+            f"{latest} SYSLOG_IDENTIFIER={records_identifier(run)} _UID={uid}",
+            *([f"{latest} {output} {texts}"] if texts else []),
+            f"{begin} --lines={3 * lines + _ANNOUNCEMENTS} {output} | head -n 1",
         ]
     )
 
 
-def read_past(run: str, text: str) -> tuple[list[Note | Line], str | None]:
-    """Records and announcements from before the last lines, the cursor of the first of these."""
+def read_past(run: str, text: str, begin_s: float) -> tuple[list[Note], list[Line], str | None]:
+    """Records from before the last lines, announcements, and the cursor of the first of the last
+    lines. None: the lines since `begin_s` are more, or there are none.
+    """
     reader = JournalReader(run)
     found = list(reader.feed(text.encode() + b"\n"))
-    if not found or not isinstance(found[-1], Line):
-        return [one for one in found if isinstance(one, Note)], None
-    begin_s = found[-1].monotonic_s
-    notes = [one for one in found if isinstance(one, Note) and one.monotonic_s <= begin_s]
-    lines = [one for one in found[:-1] if isinstance(one, Line) and announced(one) >= 0]
-    return [*notes, *lines], reader.cursor
+    notes = [one for one in found if isinstance(one, Note)]
+    lines = [one for one in found if isinstance(one, Line)]
+    is_past = bool(lines) and lines[-1].monotonic_s < begin_s
+    until_s = lines[-1].monotonic_s if is_past else begin_s
+    notes = [one for one in notes if one.monotonic_s <= until_s]
+    return notes, lines[:-1], reader.cursor if is_past else None
 
 
 def new_mark() -> str:

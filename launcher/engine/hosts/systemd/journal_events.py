@@ -108,10 +108,20 @@ class JournalEvents:
             self._owners.add(line.stream_id, found)
         return found
 
+    def announces(self, line: Line) -> bool:
+        """Whether it only says whose stream it is; that is kept.
+
+        A process without such streams may write the same text, and any may write that of another.
+        """
+        found = journal.announced(line)
+        one = self._units.get(found)
+        if one is None or one.order.merge or self.by_unit.get(line.unit, found) != found:
+            return False
+        self._owners.add(line.stream_id, found)
+        return True
+
     def _line(self, line: Line, at_s: float) -> None:
-        announced = journal.announced(line)
-        if announced in self._units:
-            self._owners.add(line.stream_id, announced)
+        if self.announces(line):
             return
         process_id = self._owner(line)
         if process_id is None:
