@@ -408,6 +408,25 @@ def test_a_process_may_write_what_streams_begin_with():
     assert [(number, data) for number, data, _ in heard.lines] == [(4, text), (3, text)]
 
 
+def test_an_unfinished_line_of_a_past_life_of_a_process_ends_there():
+    with Reactor() as reactor:
+        events, _, heard = attached(reactor)
+        for at_s in (4.0, 6.0):  # the exit that ends the second one is told
+            (one,) = JournalReader("k3").feed(
+                entry(
+                    SYSLOG_IDENTIFIER="launcher-k3",
+                    MESSAGE="abc",
+                    _LINE_BREAK="eof",
+                    _SYSTEMD_UNIT="u",
+                    __MONOTONIC_TIMESTAMP=f"{at_s:.0f}000000",
+                )
+            )
+            events.feed(one, at_s)
+        events.close()
+
+    assert [data for _, data, _ in heard.lines] == [b"abc\n", b"abc"]
+
+
 def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):
     monkeypatch.setattr(journal_events, "LIMBO_S", 0.0)
     with Reactor() as reactor:

@@ -146,7 +146,10 @@ def matches(run: str) -> list[str]:
 
 
 class Line(Record):
-    """Output of a process; `unit` is empty if the journal does not know it, `pid` wrote it."""
+    """Output of a process; `unit` is empty if the journal does not know it, `pid` wrote it.
+
+    `is_last`: its stream has ended without a newline.
+    """
 
     unit: str
     pid: int
@@ -155,6 +158,7 @@ class Line(Record):
     stream: str
     data: bytes
     monotonic_s: float
+    is_last: bool = False
 
 
 class Note(Record):
@@ -223,7 +227,8 @@ class JournalReader:
 def _line(fields: Mapping[str, Any], at_s: float) -> Line:
     # A line that is too long comes in pieces. One that another process continues is broken, and if
     # that has added only the newline, nothing more comes of it.
-    newline = b"" if _one(fields, "_LINE_BREAK") in ("line-max", "eof") else b"\n"
+    line_break = _one(fields, "_LINE_BREAK")
+    newline = b"" if line_break in ("line-max", "eof") else b"\n"
     is_error = _one(fields, "PRIORITY") == str(STDERR_PRIORITY)
     return Line(
         unit=_one(fields, "_SYSTEMD_USER_UNIT") or _one(fields, "_SYSTEMD_UNIT"),
@@ -233,6 +238,7 @@ def _line(fields: Mapping[str, Any], at_s: float) -> Line:
         stream="stderr" if is_error else "stdout",
         data=_bytes(fields.get("MESSAGE")) + newline,
         monotonic_s=at_s,
+        is_last=line_break == "eof",
     )
 
 

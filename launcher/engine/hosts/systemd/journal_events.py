@@ -132,7 +132,9 @@ class JournalEvents:
         one = self._units[process_id]
         one.wrote(len(line.data))
         stream = "both" if one.order.merge else line.stream
-        self._listener.output(process_id, stream, line.data, at_s)
+        # Of the past no exit is told, which would end the line.
+        ends = line.is_last and line.monotonic_s < self.begin_s
+        self._listener.output(process_id, stream, line.data + b"\n" * ends, at_s)
         if self.uid and self._flood.is_above(at_s):
             self._listener.warn(self._host, MAY_LOSE)
 
