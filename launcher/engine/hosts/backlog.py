@@ -15,8 +15,10 @@ WAIT_S = 3.0  # for hosts that are slow to tell theirs
 
 
 class Backlog:
-    """Holds the output until all hosts have told their last lines; then `show` gets the last
-    `lines` of the run, in order of time.
+    """Holds what is past until all hosts have told theirs; then `show` gets the last `lines` of the
+    run, in order of time, and all that is new.
+
+    A host that is slow is not waited for: its own last lines follow when it has told them.
     """
 
     def __init__(
@@ -27,37 +29,46 @@ class Backlog:
         show: Callable[[int, str, bytes, float], None],
     ) -> None:
         self._lines = lines
-        self._awaited = set(hosts)
         self._reactor = reactor
         self._show = show
-        self._held: list[Output] = []
+        self._awaited: dict[str, list[Output]] = {host: [] for host in hosts}
+        self._past: list[Output] = []  # of those that have told theirs
+        self._new: list[Output] = []
+        self._waits = bool(self._awaited)
         self._timer: Timer | None = None
-        self.is_open = True
 
-    def add(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
-        self._held.append((process_id, stream, data, at_s))
-        self._set_timer()
+    def add(self, host: str, output: Output) -> None:
+        """What a process there has written."""
+        if host in self._awaited:
+            self._awaited[host].append(output)
+        elif self._waits:
+            self._new.append(output)
+        else:
+            self._show(*output)
+        if self._waits and self._timer is None:
+            self._timer = self._reactor.call_later(WAIT_S, self.flush)
 
     def told(self, host: str) -> None:
-        """It has told its last lines, or cannot."""
-        self._awaited.discard(host)
-        if not self._awaited:
-            self.close()
-        else:
-            self._set_timer()
+        """What comes from there now is new, or nothing comes any more; idempotent."""
+        self._past += self._awaited.pop(host, ())
+        if not (self._waits and self._awaited):
+            self.flush()
 
-    def _set_timer(self) -> None:
-        if self.is_open and self._timer is None:
-            self._timer = self._reactor.call_later(WAIT_S, self.close)
-
-    def close(self) -> None:
-        """Show what there is; idempotent."""
-        self.is_open = False
+    def flush(self) -> None:
+        """Wait for no other host: show what is held of those that have told their past."""
+        self._waits = False
         if self._timer is not None:
             self._timer.cancel()
-        held, self._held = self._held, []
-        for one in last_lines(held, self._lines):
+        past, self._past = self._past, []
+        new, self._new = self._new, []
+        for one in (*last_lines(past, self._lines), *new):
             self._show(*one)
+
+    def close(self) -> None:
+        """Show all that is held; idempotent."""
+        for host in list(self._awaited):
+            self._past += self._awaited.pop(host)
+        self.flush()
 
 
 def last_lines(held: Iterable[Output], most: int) -> list[Output]:

@@ -161,7 +161,8 @@ class HostsDriver(ProcessDriver):
         if host.is_gone or process.is_abandoned:
             return  # its end has been reported
         host.events += 1
-        self.show_past()
+        if self._backlog is not None:
+            self._backlog.flush()
         self._announce(process, host, event, at_s, pid)
         self._carry_out(process, replica.follow(event, at_s, left_s), at_s)
         if event is Command.STARTED:
@@ -224,8 +225,8 @@ class HostsDriver(ProcessDriver):
         host = self._remote[process_id].host
         assert host is not None
         host.lines += data.count(b"\n")
-        if self._backlog is not None and self._backlog.is_open:
-            self._backlog.add(process_id, stream, data, at_s)
+        if self._backlog is not None:
+            self._backlog.add(host.name, (process_id, stream, data, at_s))
         else:
             self._show(process_id, stream, data, at_s)
 
@@ -241,7 +242,7 @@ class HostsDriver(ProcessDriver):
             self._backlog.told(host)
 
     def show_past(self) -> None:
-        """Show what was held back."""
+        """Show all that is held back: nothing more comes."""
         if self._backlog is not None:
             self._backlog.close()
 
@@ -249,8 +250,9 @@ class HostsDriver(ProcessDriver):
         self._fleet.named(host).dropped += lines
 
     def link_changed(self, host: str, state: LinkState, reason: str) -> None:
-        if state is not LinkState.READY:
-            self.past_told(host)
+        if state is LinkState.GONE and self._backlog is not None:
+            self._backlog.told(host)
+            self._backlog.flush()
         self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 
     def warn(self, host: str, text: str) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import shlex
 import subprocess
+from types import SimpleNamespace
 
 import pytest
 
 from launcher.engine.hosts import backlog
 from launcher.engine.hosts.backlog import Backlog, last_lines
+from launcher.engine.hosts.driver import HostsDriver
+from launcher.engine.hosts.link import LinkState
 from launcher.engine.hosts.systemd import facts, journal, journal_events, manifest, samples
 from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
@@ -329,6 +332,9 @@ class Heard:
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
         self.lines.append((process_id, data, at_s))
 
+    def past_told(self, host: str) -> None:
+        self.lines.append((-1, b"past told", 0.0))
+
     def warn(self, host: str, text: str) -> None:
         self.warnings.append(text)
 
@@ -343,7 +349,7 @@ def attached(reactor: Reactor) -> tuple[JournalEvents, Unit, Heard]:
     heard, unit = Heard(), Unit(3)
     events = JournalEvents("bot1", heard, reactor, {3: unit})  # type: ignore[arg-type, dict-item]
     events.by_unit["u"] = 3
-    events.begin_s = 5.0
+    events.begin(5.0)
     return events, unit, heard
 
 
@@ -369,6 +375,37 @@ def test_lines_of_what_ran_before_it_was_attached_to_are_of_it():
     assert heard.warnings == []
 
 
+def test_the_past_ends_with_the_first_entry_of_now():
+    with Reactor() as reactor:
+        events, _, heard = attached(reactor)
+        events.started(3, 77)
+        events.feed(Note(("mark", "m0"), 0, 4.8), 4.8)  # of an earlier launcher
+        events.feed(lone_line(77, b"a\n", at_s=4.9), 4.9)
+        events.feed(lone_line(77, b"b\n", at_s=5.0), 5.0)
+        events.end_past()
+        events.close()
+
+    assert [data for _, data, _ in heard.lines] == [b"a\n", b"past told", b"b\n"]
+
+
+@pytest.mark.parametrize(
+    ("state", "is_shown"), [(LinkState.UNREACHABLE, False), (LinkState.GONE, True)]
+)
+def test_the_past_of_a_host_is_awaited_as_long_as_it_may_return(state: LinkState, is_shown: bool):
+    shown: list[bytes] = []
+    reader = SimpleNamespace(feed=lambda process, stream, data, at_s: shown.append(data))
+    fleet = SimpleNamespace(pause=None, named=str, link_changed=lambda *state: None)
+    with Reactor() as reactor:
+        driver = HostsDriver(reactor, reader, None, None, fleet)  # type: ignore[arg-type]
+        driver._remote[1] = SimpleNamespace(host=SimpleNamespace(name="bot1", lines=0))  # type: ignore[assignment]
+        driver.begin_with(1, ["bot1", "bot2"])
+        driver.output(1, "both", b"past\n", 1.0)
+        driver.link_changed("bot1", state, "")
+        driver.past_told("bot2")
+
+    assert bool(shown) == is_shown
+
+
 def test_lines_after_a_restart_of_what_was_attached_to_are_of_it():
     with Reactor() as reactor:
         events, unit, heard = attached(reactor)
@@ -378,7 +415,7 @@ def test_lines_after_a_restart_of_what_was_attached_to_are_of_it():
         events.feed(lone_line(79, b"of its child\n", "s2", 6.2), 6.2)
         events.close()
 
-    assert [data for _, data, _ in heard.lines] == [b"new\n", b"of its child\n"]
+    assert [data for _, data, _ in heard.lines] == [b"past told", b"new\n", b"of its child\n"]
     assert unit.starts == ["i3"]
 
 
@@ -424,7 +461,7 @@ def test_an_unfinished_line_of_a_past_life_of_a_process_ends_there():
             events.feed(one, at_s)
         events.close()
 
-    assert [data for _, data, _ in heard.lines] == [b"abc\n", b"abc"]
+    assert [data for _, data, _ in heard.lines] == [b"abc\n", b"past told", b"abc"]
 
 
 def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):
@@ -457,27 +494,76 @@ def test_the_last_lines_are_those_of_all_hosts():
     assert last_lines(held, 0) == []
 
 
-def test_output_is_held_until_all_hosts_have_told_their_last_lines(monkeypatch):
-    monkeypatch.setattr(backlog, "WAIT_S", 0.1)
-    shown: list[bytes] = []
+class Begun(Backlog):
+    """Of two hosts, the last two lines; `shown` is what it has shown."""
+
+    def __init__(self, reactor: Reactor, lines: int = 2) -> None:
+        self.shown: list[bytes] = []
+        show = lambda number, stream, data, at_s: self.shown.append(data)  # noqa: E731
+        super().__init__(lines, ("bot1", "bot2"), reactor, show)
+
+    def line(self, host: str, data: bytes, at_s: float) -> None:
+        self.add(host, (1, "both", data, at_s))
+
+
+def test_output_is_held_until_all_hosts_have_told_their_last_lines():
     with Reactor() as reactor:
-
-        def begun(*hosts: str) -> Backlog:
-            return Backlog(2, hosts, reactor, lambda number, stream, data, at_s: shown.append(data))
-
-        one = begun("bot1", "bot2")
-        one.add(1, "both", b"x\n", 2.0)
+        one = Begun(reactor)
+        one.line("bot2", b"b2\n", 2.0)
+        one.line("bot1", b"a1\n", 1.0)
+        one.line("bot1", b"a3\n", 3.0)
         one.told("bot1")
-        assert shown == []
+        assert one.shown == []
         one.told("bot2")
-        assert shown == [b"x\n"]
-        assert not one.is_open
-        slow = begun("bot1", "bot2")
-        slow.add(1, "both", b"y\n", 1.0)
-        while len(shown) < 2:
-            reactor.turn()
+        one.told("bot2")
+        one.close()
 
-    assert shown == [b"x\n", b"y\n"]
+    assert one.shown == [b"b2\n", b"a3\n"]
+
+
+@pytest.mark.parametrize("lines", [0, 2])
+def test_new_output_is_not_cut(lines: int):
+    new = [b"%d\n" % number for number in range(5)]
+    with Reactor() as reactor:
+        one = Begun(reactor, lines)
+        one.line("bot1", b"past\n", 1.0)
+        one.told("bot1")
+        for data in new:
+            one.line("bot1", data, 2.0)
+        one.told("bot2")
+        one.line("bot2", b"last\n", 3.0)
+
+    assert one.shown == [b"past\n", *new, b"last\n"][not lines :]
+
+
+@pytest.mark.parametrize("is_event", [False, True])
+def test_the_past_of_a_late_host_is_cut_and_in_order(monkeypatch, is_event: bool):
+    monkeypatch.setattr(backlog, "WAIT_S", 0.1)
+    with Reactor() as reactor:
+        one = Begun(reactor)
+        one.line("bot1", b"a\n", 2.0)
+        one.line("bot2", b"b1\n", 1.0)
+        one.told("bot1")
+        if is_event:
+            one.flush()
+        while not one.shown:
+            reactor.turn()
+        one.line("bot1", b"new\n", 9.0)
+        one.line("bot2", b"b4\n", 4.0)
+        one.line("bot2", b"b3\n", 3.0)
+        assert one.shown == [b"a\n", b"new\n"]
+        one.told("bot2")
+
+    assert one.shown == [b"a\n", b"new\n", b"b3\n", b"b4\n"]
+
+
+def test_all_that_is_held_is_shown_at_the_end():
+    with Reactor() as reactor:
+        one = Begun(reactor)
+        one.line("bot1", b"a\n", 1.0)
+        one.close()
+
+    assert one.shown == [b"a\n"]
 
 
 def test_samples_come_from_proc():

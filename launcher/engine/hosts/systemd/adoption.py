@@ -49,7 +49,7 @@ class Adoption:
     def _adopt(self, answer: Answer) -> None:
         now = self._reactor.now()
         clock = self._sessions.clock
-        self._events.begin_s = clock.there(now)
+        self._events.begin(clock.there(now))
         for found in read_properties(answer.text):
             process_id = self._events.by_unit.get(found.get("Id", ""))
             if process_id is None:

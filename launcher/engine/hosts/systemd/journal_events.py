@@ -48,6 +48,7 @@ class JournalEvents:
         self._units = units
         self.uid = 0
         self.begin_s = float("-inf")
+        self._is_past = False
         self.by_unit: dict[str, int] = {}
         self._marks: dict[str, Callable[[], None]] = {}
         self._owners = Owners()
@@ -55,6 +56,16 @@ class JournalEvents:
         self._timers = Timers(reactor)
         self._heard_s = 0.0
         self._flood = Flood()
+
+    def begin(self, begin_s: float) -> None:
+        """What comes from before this time is past."""
+        self.begin_s, self._is_past = begin_s, True
+
+    def end_past(self) -> None:
+        """What comes from now on is new; idempotent."""
+        if self._is_past:
+            self.begin_s, self._is_past = float("-inf"), False
+            self._listener.past_told(self._host)
 
     def when_marked(self, token: str, callback: Callable[[], None]) -> None:
         """Call back when the record of this mark has come, or nothing comes any more."""
@@ -81,6 +92,8 @@ class JournalEvents:
 
     def feed(self, entry: Entry, at_s: float) -> None:
         self._heard_s = self._reactor.now()
+        if self._is_past and entry.monotonic_s >= self.begin_s:
+            self.end_past()
         if isinstance(entry, Line):  # processes may change their user, so these are of any
             self._line(entry, at_s)
         elif entry.uid != self.uid:

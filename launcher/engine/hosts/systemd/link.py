@@ -332,7 +332,7 @@ class SystemdLink:
 
     def _follows(self) -> None:
         self._await_first()
-        self._when_marked(lambda: self._listener.past_told(self._host.name))
+        self._when_marked(self._events.end_past)  # if nothing new is before it
 
     # ---- looking
 
