@@ -183,7 +183,8 @@ def test_the_past_is_asked_for_by_what_lines_are_and_not_by_all_entries():
     assert shlex.split(streams)[-3:] == ["SYSLOG_IDENTIFIER=launcher-k3", *texts]
     assert "--lines=200 " in streams
     assert "--lines=35 SYSLOG_IDENTIFIER=launcher-k3 " in output
-    assert "MESSAGE=" not in journal.past("k3", 0, 0, [])
+    assert "MESSAGE=" not in (past := journal.past("k3", 0, 0, []))
+    assert "--lines=1 SYSLOG_IDENTIFIER=launcher-k3 " in past  # new lines are behind it
 
 
 def test_a_cursor_is_gone_if_another_entry_is_at_its_place():

@@ -77,6 +77,7 @@ def past(run: str, lines: int, uid: int, process_ids: Iterable[int]) -> str:
     among them.
     """
     output = f"SYSLOG_IDENTIFIER={identifier(run)}"
+    most = 3 * lines + _ANNOUNCEMENTS if lines else 1
     fields = "MESSAGE,SYSLOG_IDENTIFIER,_STREAM_ID,_SYSTEMD_UNIT,_SYSTEMD_USER_UNIT,_UID"
     begin = f"journalctl --quiet --boot --output=json --output-fields={fields}"
     latest = f"{begin} --lines={_LATEST}"
@@ -86,7 +87,7 @@ def past(run: str, lines: int, uid: int, process_ids: Iterable[int]) -> str:
             "exec 2>/dev/null",
             f"{latest} SYSLOG_IDENTIFIER={records_identifier(run)} _UID={uid}",
             *([f"{latest} {output} {texts}"] if texts else []),
-            f"{begin} --lines={3 * lines + _ANNOUNCEMENTS} {output} | head -n 1",
+            f"{begin} --lines={most} {output} | head -n 1",
         ]
     )
 
