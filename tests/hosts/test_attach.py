@@ -88,4 +88,10 @@ def test_lines_go_on_after_a_restart(lab: Lab, left: Path):
         assert lines_of_processes(run) == LAST[2:]
         told = lab.operator.launcher("info", "few").stdout
         assert "environment  not known: another launcher started it" in told
+        assert lab.operator.launcher("detach").returncode == 0
+        assert run.wait() == 0
+    with attach(lab, left, "-n", "8") as run:
+        run.wait_for(r"^\[mad-3\] mad$", 2)
+        assert lines_of_processes(run) == LAST[2:] * 2  # of both lives
+        assert "unknown process" not in run.text
         assert run.interrupt() in (0, 130)
