@@ -152,5 +152,24 @@ def test_no_traceback_of_an_early_ctrl_c_is_ours(tmp_path: Path, words: tuple[st
         assert "/launcher/" not in errors, errors
 
 
+def test_a_ctrl_c_that_is_noticed_as_main_begins_ends_it_silently():
+    code = """
+import runpy, sys
+
+def at_call(frame, event, argument):
+    code = frame.f_code
+    if code.co_name == "main" and code.co_filename.endswith("/launcher/__main__.py"):
+        sys.settrace(None)
+        raise KeyboardInterrupt
+
+sys.settrace(at_call)
+runpy.run_module("launcher", run_name="__main__")
+"""
+    command = [sys.executable, "-c", code]
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 def is_ours(name: str) -> bool:
     return name.partition(".")[0] in ("launcher", "launch")
