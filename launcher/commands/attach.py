@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.command_line import Command, count, option
 from launcher.commands import VERBS
-from launcher.commands.hosts_file import DEFAULT, hosts_path
+from launcher.commands.hosts.file import DEFAULT, hosts_path
 from launcher.commands.launch.core import supervising
 from launcher.commands.launch.options import RUN_OPTIONS, run_options
 from launcher.commands.launch.target import DEBUG, LaunchRequest

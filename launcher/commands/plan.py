@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
-from launcher.commands.hosts_file import DISCOVERY
+from launcher.commands.hosts.file import DISCOVERY
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from launcher import proc
-from launcher.commands.hosts_sync_report import Report, joined
+from launcher.commands.hosts.sync_report import Report, joined
 from launcher.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.model import Host

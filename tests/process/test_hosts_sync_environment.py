@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from launcher.commands import hosts
-from launcher.commands.hosts_sync_report import Report
+from launcher.commands.hosts.sync_report import Report
 from launcher.errors import UsageError
 from launcher.hosts.sync import wheels
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel

@@ -6,8 +6,8 @@ import os
 import sys
 
 from launcher.command_line import DEBUG, Command, Parsed, option
-from launcher.commands.hosts_file import HOSTS, hosts_file
-from launcher.commands.hosts_sync_report import Report
+from launcher.commands.hosts.file import HOSTS, hosts_file
+from launcher.commands.hosts.sync_report import Report
 from launcher.errors import UsageError
 from launcher.text import did_you_mean, escape
 

@@ -1,14 +1,9 @@
-"""`hosts VERB ...`: check and prepare the hosts of a hosts file."""
+"""`hosts check`: try each host of a hosts file, and say what is wrong."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from launcher.command_line import DEBUG, Command, Parsed, option, positive_seconds
-from launcher.commands import VERBS
-from launcher.commands.hosts_file import DISCOVERY, HOSTS, hosts_file
-from launcher.commands.hosts_schema import SCHEMA
-from launcher.commands.hosts_sync import SYNC
+from launcher.commands.hosts.file import DISCOVERY, HOSTS, hosts_file
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     EVALUATION_TIMEOUT,
@@ -22,12 +17,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.hosts.check.facts import Needs
     from launcher.hosts.model import HostsFile
-
-
-def main(words: Sequence[str]) -> int:
-    parsed = COMMAND.parse(words)
-    assert parsed.command.run is not None
-    return parsed.command.run(parsed)
 
 
 def _check(parsed: Parsed) -> int:
@@ -75,35 +64,27 @@ def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
     }
 
 
-COMMAND = Command(
-    "hosts",
-    VERBS["hosts"],
-    commands=(
-        Command(
-            "hosts check",
-            "try each host of a hosts file, and say what is wrong",
-            arguments=(TARGET,),
-            synopsis=f"[{SYNOPSIS.removesuffix(' [options]')}] [options]",
-            options=(
-                HOSTS,
-                DISCOVERY,
-                option("--timeout S", "longest wait for a host", positive_seconds, 5.0),
-                option("--json", "print one JSON object"),
-                EVALUATION_TIMEOUT,
-                DEBUG,
-            ),
-            about=f"""\
+CHECK = Command(
+    "hosts check",
+    "try each host of a hosts file, and say what is wrong",
+    arguments=(TARGET,),
+    synopsis=f"[{SYNOPSIS.removesuffix(' [options]')}] [options]",
+    options=(
+        HOSTS,
+        DISCOVERY,
+        option("--timeout S", "longest wait for a host", positive_seconds, 5.0),
+        option("--json", "print one JSON object"),
+        EVALUATION_TIMEOUT,
+        DEBUG,
+    ),
+    about=f"""\
 Log in to all hosts at the same time, and to find what would keep a run from working: login, Python
 and launcher, engine, clock, ROS distribution, middleware and domain, space on disks, and whether
 UDP and multicast reach every host from every other. With TARGET also whether each host has the
 packages, executables and message packages that its processes need. Nothing is left on the hosts.
 
 {ABOUT_TARGET}""",
-            epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line "
-            "or bad file",
-            run=_check,
-        ),
-        SYNC,
-        SCHEMA,
-    ),
+    epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line "
+    "or bad file",
+    run=_check,
 )
