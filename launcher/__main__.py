@@ -5,7 +5,13 @@ INTERRUPTED = 130
 try:
     import gc
     import os
+    import signal
     import sys
+
+    # Python notices a Ctrl-C where a function begins, which no `try` of main covers. Until
+    # main has begun, one ends the process without a word; where it is ignored, it stays so.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 except KeyboardInterrupt:  # imports are where a Ctrl-C is noticed
     raise SystemExit(INTERRUPTED) from None
 
@@ -55,6 +61,8 @@ def flushed(code: int) -> int:
 def main() -> int:
     """The command `launcher`; the exit code."""
     try:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         open_standard_files()
         return flushed(run())
     except KeyboardInterrupt:
@@ -64,5 +72,5 @@ def main() -> int:
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except KeyboardInterrupt:  # noticed before the first line of main, or behind its last
+    except KeyboardInterrupt:  # noticed after the last line of main
         sys.exit(INTERRUPTED)

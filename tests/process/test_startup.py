@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -132,6 +133,10 @@ def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_pat
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
+#: A line of ours in a traceback; line 0 or 1 of the module is noticed before its first line runs.
+OURS = re.compile(r'/launcher/(?!__main__\.py", line [01], in <module>)')
+
+
 @pytest.mark.parametrize("words", [("-m", "launcher"), ("-c", SCRIPT)], ids=["module", "script"])
 def test_no_traceback_of_an_early_ctrl_c_is_ours(tmp_path: Path, words: tuple[str, ...]):
     """Before our first line, Python may print one; nothing of ours runs then."""
@@ -149,26 +154,56 @@ def test_no_traceback_of_an_early_ctrl_c_is_ours(tmp_path: Path, words: tuple[st
             time.sleep(chance.uniform(0.0, 0.06))  # an aim, not a deadline
             run.send_signal(signal.SIGINT)
             _, errors = run.communicate(timeout=60)
-        assert "/launcher/" not in errors, errors
+        assert not OURS.search(errors), errors
 
 
-def test_a_ctrl_c_that_is_noticed_as_main_begins_ends_it_silently():
-    code = """
-import runpy, sys
+AT_MAIN = """
+import os, runpy, signal, sys
 
-def at_call(frame, event, argument):
+def trace(frame, event, argument):
     code = frame.f_code
-    if code.co_name == "main" and code.co_filename.endswith("/launcher/__main__.py"):
+    if code.co_name != "main" or not code.co_filename.endswith("/launcher/__main__.py"):
+        return None
+    if event == "{event}":
         sys.settrace(None)
-        raise KeyboardInterrupt
+        os.kill(os.getpid(), signal.SIGINT)
+    return trace
 
-sys.settrace(at_call)
-runpy.run_module("launcher", run_name="__main__")
+signal.signal(signal.SIGINT, {handler})
+sys.argv = ["launcher", "--version"]
+sys.settrace(trace)
+{start}
 """
-    command = [sys.executable, "-c", code]
+
+
+@pytest.mark.parametrize(
+    "start", ['runpy.run_module("launcher", run_name="__main__")', SCRIPT], ids=["module", "script"]
+)
+def test_a_ctrl_c_as_main_begins_ends_it_silently(start: str):
+    """Python notices a Ctrl-C where a function begins, before its `try`."""
+    code = AT_MAIN.format(event="call", handler="signal.default_int_handler", start=start)
+    done = python_with(code)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+def test_a_ctrl_c_after_the_last_line_of_main_leaves_no_traceback():
+    start = 'runpy.run_module("launcher", run_name="__main__")'
+    code = AT_MAIN.format(event="return", handler="signal.default_int_handler", start=start)
+    done = python_with(code)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
+def test_an_ignored_ctrl_c_stays_ignored():
+    """As in a background job of a script."""
+    done = python_with(AT_MAIN.format(event="call", handler="signal.SIG_IGN", start=SCRIPT))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("0.")
+
+
+def python_with(code: str) -> subprocess.CompletedProcess[str]:
     env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
 
 
 def is_ours(name: str) -> bool:
