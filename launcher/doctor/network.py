@@ -85,6 +85,6 @@ def _nodes() -> Iterator[Node]:
 def _device(pid: str) -> int | None:
     """The file system that /dev/shm is for a process; None if it cannot be seen."""
     try:
-        return os.stat(f"{proc.ROOT}/{pid}/root/dev/shm").st_dev
+        return os.stat(os.path.join(proc.ROOT, pid, "root", "dev", "shm")).st_dev
     except OSError:
         return None

@@ -86,8 +86,8 @@ def installed(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Robot:
     """The robot with the units of the fleet, by the commands of the README."""
     out = tmp_path_factory.mktemp("export") / "out"
     export("systemd", out, "--user", "robot", "--python", sys.executable)
-    shutil.copytree(out, Path(f"/proc/{robot.pid}/root/root/out"))
-    install_as_told(robot, out / "README.md", "/root/out")
+    shutil.copytree(out, robot.root / "srv/out")
+    install_as_told(robot, out / "README.md", "/srv/out")
     return robot
 
 
@@ -185,12 +185,11 @@ def test_words_variables_and_files_arrive_as_they_are(robot: Robot, tmp_path: Pa
     hosts = ("--hosts", str(tmp_path / "hosts.yaml"))
     export("systemd", tmp_path / "out", *hosts, target=tmp_path / "odd.launch.py")
     verify(tmp_path / "out" / "bot")
-    root = Path(f"/proc/{robot.pid}/root")
-    shutil.copytree(tmp_path / "out" / "bot", root / "root/odd")
-    (root / "root/odd/odd.env").write_text("TOKEN=a secret\n")
-    (root / "home/robot/my set-up.sh").write_text("export SOURCED=1\n")
-    (root / "home/robot/my env").symlink_to(sys.prefix)
-    install_as_told(robot, tmp_path / "out" / "README.md", "/root/odd")
+    shutil.copytree(tmp_path / "out" / "bot", robot.root / "srv/odd")
+    (robot.root / "srv/odd/odd.env").write_text("TOKEN=a secret\n")
+    (robot.root / "home/robot/my set-up.sh").write_text("export SOURCED=1\n")
+    (robot.root / "home/robot/my env").symlink_to(sys.prefix)
+    install_as_told(robot, tmp_path / "out" / "README.md", "/srv/odd")
     wait_until(lambda: "a secret" in journal(robot, "words"), "the words are printed")
     (shown,) = re.findall(r": (\[.*\])$", journal(robot, "words"), re.MULTILINE)
     assert ast.literal_eval(shown) == [*WORDS, "/home/robot", TOLD, "a secret", "1"]

@@ -60,6 +60,11 @@ class Robot(Remote):
         """What systemd wrote while it booted."""
         return (self.folder / "console.log").read_text(encoding="utf-8", errors="replace")
 
+    @property
+    def root(self) -> Path:
+        """Its file system, as this machine sees it while the robot is on."""
+        return Path(f"/proc/{self.pid}/root")
+
     def power_on(self) -> None:
         """Boot; root and the user can log in when it returns."""
         self._nspawn = self._start()
@@ -119,9 +124,8 @@ class Robot(Remote):
         if not self.pid or not has_sshd(self.pid):
             return False
         self.own_pids = {self.pid}
-        root = Path(f"/proc/{self.pid}/root")
-        is_open = not (root / "run/nologin").exists()  # for users who are not root
-        return is_open and (root / f"run/user/{USER_ID}/bus").exists()
+        is_open = not (self.root / "run/nologin").exists()  # for users who are not root
+        return is_open and (self.root / f"run/user/{USER_ID}/bus").exists()
 
     def _find_systemd(self) -> int:
         """The pid of the container's first process."""

@@ -5,11 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from tests.process.conftest import ControlBench
+from tests.support.controlled_run import ControlledRun
 from tests.support.loopback.run import SWITCHES
+from tests.support.waiting import wait_until
 
 HOSTS = ("bot1", "bot2", "refuses1", "missing1", "silent1", "leashed")
+SLEEPER = 'sh("exec sleep 1000", name="{}")'
+FLEET = ",".join(SLEEPER.format(name) for name in ("bot1_a", "bot2_b", "here"))
 
 
 class HostsBench(ControlBench):
@@ -36,6 +41,19 @@ class HostsBench(ControlBench):
         """`cut bot1`, `restore bot1`, `power_off bot1`."""
         with open(self.fifo, "w", encoding="utf-8") as fifo:
             fifo.write(f"{line}\n")
+
+
+def is_running(run: ControlledRun, name: str) -> bool:
+    return run.row(name)["state"] == "RUNNING"
+
+
+def wait_for_fleet(run: ControlledRun) -> None:
+    names = ("bot1_a", "bot2_b", "here")
+    wait_until(lambda: all(is_running(run, name) for name in names), "a running fleet")
+
+
+def events(run: ControlledRun) -> list[dict[str, Any]]:
+    return run.ask("events")["events"]
 
 
 def _hosts_file(actions: str) -> str:

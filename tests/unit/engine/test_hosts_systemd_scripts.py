@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 import pytest
 
@@ -98,7 +99,7 @@ def test_the_shell_that_announces_a_process_does_not_call_itself_so(tmp_path: Pa
 
 def test_launchers_of_a_run_have_marks_of_their_own(tmp_path: Path):
     def asked(reactor: Reactor) -> str:
-        listener: LinkListener = None  # type: ignore[assignment]
+        listener = cast("LinkListener", None)
         link = SystemdLink(LinkContext(Host("bot1", "b"), listener, reactor, "1-k3", {}))
         link._know(facts(tmp_path))
         link._when_marked(lambda: None)
