@@ -53,10 +53,15 @@ def test_a_package_runs_that_is_used_from_its_source_folder(own: Path, site: Sit
 
 
 @pytest.mark.thorough
-def test_a_package_that_pip_has_installed_from_a_folder_runs(own: Path, tmp_path: Path, site: Site):
+@pytest.mark.parametrize("is_legacy", [False, True], ids=["now", "before pip 23.1"])
+def test_a_package_that_pip_has_installed_from_a_folder_runs(
+    own: Path, tmp_path: Path, is_legacy: bool
+):
     env = environment_with_ros(tmp_path / "venv")
     words = ("--no-deps", "--no-build-isolation", "--quiet", "--disable-pip-version-check")
     env.pip("install", *words, str(own))
+    if is_legacy:
+        to_legacy_installation(env.prefix)
     bring = (
         "from pathlib import Path; from launcher.hosts.sync.packages import collect\n"
         "from tests.support.sync_hosts import Site\n"
@@ -70,6 +75,23 @@ def test_a_package_that_pip_has_installed_from_a_folder_runs(own: Path, tmp_path
     far.home = tmp_path / "far/bot"
 
     assert far.run(*LAUNCHER, "run", "own", "own_talker").startswith("node: there is p.yaml: True")
+
+
+def to_legacy_installation(prefix: Path) -> None:
+    """What pip before 23.1 leaves of `own` where there is no `wheel`: setup.py has installed it."""
+    (site,) = prefix.glob("lib/python*/site-packages")
+    if not (found := [*site.glob("own-*.dist-info")]):
+        return  # such a pip has installed it
+    (info,) = found
+    lines = (info / "RECORD").read_text().splitlines()
+    files = [line.split(",")[0] for line in lines if not line.startswith(info.name)]
+    for name in ("RECORD", "WHEEL", "INSTALLER", "direct_url.json"):
+        (info / name).unlink()
+    (info / "METADATA").rename(info / "PKG-INFO")
+    own = [path.name for path in info.iterdir() if path.is_file()]
+    text = "".join(f"{line}\n" for line in [*(f"../{file}" for file in files), *own])
+    (info / "installed-files.txt").write_text(text)
+    info.rename(info.with_suffix(".egg-info"))
 
 
 def test_what_is_built_in_a_workspace_runs(fleet_workspace: BuiltWorkspace, site: Site):

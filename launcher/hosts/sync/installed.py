@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
 
 from launcher.hosts.sync.tree import Tree
@@ -16,13 +16,22 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
-_KEPT = ("METADATA", "entry_points.txt", "top_level.txt")
+_KEPT = ("METADATA", "PKG-INFO", "entry_points.txt", "top_level.txt")
+# What pip before 23.1 leaves of a package without pyproject.toml where `wheel` is not installed: an
+# egg-info with this list, which does not tell where the package is from.
+_LEGACY_FILES = "installed-files.txt"
 _SITE = re.compile(r"lib/python[\d.]+/(?:site|dist)-packages")
 
 
 def from_files() -> Iterator[Distribution]:
-    """The distributions that were installed from this machine, and are not editable."""
+    """The distributions that were installed from this machine, and are not editable.
+
+    Of those that do not tell where they are from, the ones with a ROS package.
+    """
     for distribution in sources.distributions():
+        if distribution.read_text(_LEGACY_FILES) is not None and _marked(distribution):
+            yield distribution
+            continue
         try:
             found = json.loads(distribution.read_text("direct_url.json") or "{}")
             is_here = urlsplit(found.get("url", "")).scheme == "file"
@@ -35,9 +44,12 @@ def from_files() -> Iterator[Distribution]:
 
 def packages_of(distribution: Distribution) -> list[str]:
     """The ROS packages in it; its own name if it has none."""
-    marked = (os.path.split(place) for place, _ in _files(distribution))
-    names = [name for folder, name in marked if folder == MARKERS]
-    return names or [distribution.metadata["Name"].replace("-", "_")]
+    return _marked(distribution) or [distribution.metadata["Name"].replace("-", "_")]
+
+
+def _marked(distribution: Distribution) -> list[str]:
+    places = (os.path.split(place) for place, _ in _files(distribution))
+    return [name for folder, name in places if folder == MARKERS]
 
 
 def add(tree: Tree, distribution: Distribution, top: str, pure: str) -> str:
@@ -66,15 +78,25 @@ def _files(distribution: Distribution) -> Iterator[tuple[str, str]]:
     """(place below the prefix, path)."""
     site = os.path.normpath(str(distribution.locate_file("")))
     prefix = os.path.dirname(os.path.dirname(os.path.dirname(site)))
-    for file in distribution.files or ():
+    for file in _listed(distribution):
         path = os.path.normpath(str(distribution.locate_file(file)))
         place = os.path.relpath(path, prefix)
         if os.path.isfile(path) and not place.startswith(("..", "bin/")):
             yield place, path
 
 
+def _listed(distribution: Distribution) -> Iterable[str | os.PathLike[str]]:
+    """Paths relative to site-packages."""
+    legacy = distribution.read_text(_LEGACY_FILES)
+    if legacy is None:
+        return distribution.files or ()
+    # The list is relative to the egg-info, of which importlib tells nobody the name.
+    folder = os.path.basename(str(getattr(distribution, "_path", "")))
+    return [os.path.join(folder, line) for line in legacy.splitlines() if line]
+
+
 def _is_left_out(place: str) -> bool:
     """Whether a file of site-packages is about the installation here, or the launcher's own."""
     folder, _, name = place.partition("/")
-    is_other = folder.endswith(".dist-info") and name not in _KEPT
+    is_other = folder.endswith((".dist-info", ".egg-info")) and name not in _KEPT
     return is_other or folder == "launcher"
