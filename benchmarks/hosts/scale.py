@@ -7,6 +7,7 @@ the start, or loses its link later.
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import time
@@ -120,8 +121,9 @@ def _trouble(one: Bench, hosts: Sequence[Host]) -> Trouble:
         stop_s = _stop_s(run, returncode=1)
         is_named = _are_named(hosts, screen.await_lines("could not be reached", CUT))
         _join(hosts)
-    told = sum("]: host" in line.text and " is unreachable; " in line.text for line in screen.lines)
-    return Trouble(detected_s, cost, returned_s, stop_s, is_named, told - 2 * CUT)
+    alarms = (re.search(r"\b(host\d+) is unreachable", line.text) for line in screen.lines)
+    false = sum(alarm is not None and not re.fullmatch(names, alarm[1]) for alarm in alarms)
+    return Trouble(detected_s, cost, returned_s, stop_s, is_named, false)
 
 
 def _refusal(one: Bench, hosts: Sequence[Host]) -> Refusal:
