@@ -71,6 +71,7 @@ print(arrived[0])
 """
 
 
+@pytest.mark.thorough
 def test_wheels_need_nothing_but_pip(wheels, environment, tmp_path):
     before = environment.files()
     environment.pip("install", "--no-index", "--find-links", str(wheels), "fleet_nodes")
@@ -110,6 +111,7 @@ def test_auditwheel_agrees(wheels):
     assert {name for name in foreign if "fleet_interfaces" not in name} <= ours
 
 
+@pytest.mark.thorough
 def test_what_a_wheel_of_messages_contains(workspace, wheels):
     wheel = only(wheels, "fleet_interfaces")
     python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
