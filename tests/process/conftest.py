@@ -12,6 +12,7 @@ import textwrap
 import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import psutil
 import pytest
@@ -153,13 +154,22 @@ class ControlBench(Bench):
         super().close()
 
 
-@pytest.fixture
-def control_bench(tmp_path: Path) -> Iterator[ControlBench]:
+_AnyControlBench = TypeVar("_AnyControlBench", bound=ControlBench)
+
+
+@contextlib.contextmanager
+def bench_with_sockets(kind: type[_AnyControlBench], folder: Path) -> Iterator[_AnyControlBench]:
     # pytest's own folders have paths that are too long for sockets.
     with tempfile.TemporaryDirectory(prefix="run-") as runtime:
-        one = ControlBench(tmp_path, Path(runtime))
+        one = kind(folder, Path(runtime))
         yield one
         one.close()
+
+
+@pytest.fixture
+def control_bench(tmp_path: Path) -> Iterator[ControlBench]:
+    with bench_with_sockets(ControlBench, tmp_path) as one:
+        yield one
 
 
 class Workspace:

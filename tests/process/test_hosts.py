@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import os
 import signal
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from launcher.control.client import RefusedError
+from tests.process.conftest import bench_with_sockets
 from tests.support.controlled_run import ControlledRun, state_of
 from tests.support.loopback.bench import (
+    COUNTER,
     FLEET,
     SLEEPER,
     HostsBench,
@@ -23,15 +24,11 @@ from tests.support.loopback.bench import (
 )
 from tests.support.waiting import wait_until
 
-COUNTER = 'sh("i=0; while :; do i=$((i+1)); echo count $i; sleep 0.05; done", name="bot1_counter")'
-
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[HostsBench]:
-    with tempfile.TemporaryDirectory(prefix="run-") as runtime:
-        one = HostsBench(tmp_path, Path(runtime))
+    with bench_with_sockets(HostsBench, tmp_path) as one:
         yield one
-        one.close()
 
 
 def test_processes_run_where_the_hosts_file_says(bench: HostsBench):

@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Sequence
+from io import BufferedReader
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ from launcher.hosts.ssh import host_python
 from launcher.hosts.sync.fleet_sync import FleetSync
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.on_host import wire
-from launcher.hosts.sync.on_host.main import Service
+from launcher.hosts.sync.on_host.main import Requests, Service
 from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors
 from launcher.hosts.sync.tree import Entry
 from launcher.model.record import replace
@@ -78,10 +79,12 @@ def test_a_host_without_any_python_is_told(site: Site):
 
 
 def test_what_a_login_shell_prints_does_no_harm(site: Site):
-    words = site.words
-    site.words = lambda host, script: words(host, f"echo welcome; printf '\\0\\1'; echo; {script}")  # type: ignore[method-assign]
+    def words(host: Host, script: str) -> Sequence[str]:
+        return site.words(host, f"echo welcome; printf '\\0\\1'; echo; {script}")
 
-    assert site.sync(brought(a="1")).is_changed
+    (done,) = FleetSync(Options(), lambda *_: None, words).sync([site.host], brought(a="1"))
+
+    assert isinstance(done, Outcome) and done.is_changed
 
 
 def test_a_workspace_that_is_a_file_is_told(site: Site):
@@ -219,21 +222,25 @@ def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):
     with pytest.raises(Refusal, match=re.escape(str(tmp_path))) as caught, disk_errors(workspace):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert "make space" in caught.value.hint
-    service = Service(None, io.BytesIO())  # type: ignore[arg-type]
-    service._workspace = workspace
+    requests, answers = io.BytesIO(), io.BytesIO()
+    wire.send(requests, {"do": "full"})
+    requests.seek(0)
 
-    def full(_: object) -> None:
+    _FullDisk(requests, answers, workspace).run()
+
+    answers.seek(0)
+    assert str(tmp_path) in wire.receive(answers)["error"]
+
+
+class _FullDisk(Service):
+    """Has one request, which fails."""
+
+    def __init__(self, requests: io.BytesIO, answers: io.BytesIO, workspace: Workspace) -> None:
+        super().__init__(Requests(BufferedReader(requests)), answers)
+        self._workspace = workspace
+
+    def _do_full(self, request: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
-
-    service._do_full = full  # type: ignore[attr-defined]
-    request = io.BytesIO()
-    wire.send(request, {"do": "full"})
-    request.seek(0)
-    service._requests = request  # type: ignore[assignment]
-    service.run()
-
-    service._answers.seek(0)
-    assert str(tmp_path) in wire.receive(service._answers)["error"]  # type: ignore[arg-type]
 
 
 def test_pip_ends_with_the_operator(tmp_path: Path):

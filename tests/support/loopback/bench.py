@@ -15,6 +15,7 @@ from tests.support.waiting import wait_until
 HOSTS = ("bot1", "bot2", "refuses1", "missing1", "silent1", "leashed")
 SLEEPER = 'sh("exec sleep 1000", name="{}")'
 FLEET = ",".join(SLEEPER.format(name) for name in ("bot1_a", "bot2_b", "here"))
+COUNTER = 'sh("i=0; while :; do i=$((i+1)); echo count $i; sleep 0.05; done", name="bot1_counter")'
 
 
 class HostsBench(ControlBench):

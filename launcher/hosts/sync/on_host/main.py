@@ -18,7 +18,7 @@ _SILENCE_S = 60  # a link that is down is not noticed otherwise, and would keep 
 
 
 class Service:
-    def __init__(self, requests: _Requests, answers: BinaryIO) -> None:
+    def __init__(self, requests: Requests, answers: BinaryIO) -> None:
         self._requests = requests
         self._answers = answers
         self._workspace = Workspace("")
@@ -128,7 +128,7 @@ def _is_file(folder: str, name: str) -> bool:
     return os.path.isfile(os.path.join(folder, os.path.basename(name)))
 
 
-class _Requests:
+class Requests:
     """Standard input. Once `limited`, the process ends if nothing comes for a minute."""
 
     def __init__(self, file: BufferedReader) -> None:
@@ -156,6 +156,6 @@ def main() -> None:
     answers.write(wire.READY)
     answers.flush()
     try:
-        Service(_Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
+        Service(Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
     except (wire.Closed, BrokenPipeError):
         sys.exit(1)
