@@ -2,14 +2,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
-from launcher.export.model import System
+from launcher.export.model import Output, System
 from launcher.export.system import system_of
 from launcher.hosts.model import Discovery, Host
 from launcher.model.spec import ProcessSpec
 from launcher.planner import make_plan
+
+Export = Callable[..., System]
+BOT = Host(
+    name="bot1",
+    address="10.0.0.2",
+    user="robot",
+    python=".venv/bin/python",
+    setup=("/opt/ros/jazzy/setup.sh", "my ws/setup.sh"),
+    environment={"FLEET_TOKEN": "hush"},
+)
 
 HEAD = """
 from launch import LaunchDescription
@@ -27,7 +39,7 @@ def generate_launch_description():
 
 
 @pytest.fixture
-def exported(tmp_path: Path) -> Callable[..., System]:
+def exported(tmp_path: Path) -> Export:
     """Exports the actions of a launch file `demo.launch.py`."""
 
     def export(
@@ -52,3 +64,11 @@ def exported(tmp_path: Path) -> Callable[..., System]:
         )
 
     return export
+
+
+def first_on_bot(spec: ProcessSpec) -> Host | None:
+    return BOT if spec.ros and spec.ros.node_name == "a" else None
+
+
+def manifests(output: Output, name: str) -> list[dict[str, Any]]:
+    return list(yaml.safe_load_all(output.files[f"manifests/{name}.yaml"]))

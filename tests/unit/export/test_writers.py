@@ -7,7 +7,6 @@ import json
 import re
 import signal
 import subprocess
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -17,20 +16,11 @@ from launcher.commands.export import ENGINES
 from launcher.commands.launch.process_options import parse_limit
 from launcher.export.engines import Settings, export
 from launcher.export.kubernetes import Kubernetes
-from launcher.export.model import Output, System
+from launcher.export.model import System
 from launcher.hosts.model import Host
 from launcher.model.record import replace
-from launcher.model.spec import Limits, ProcessSpec, RestartMode, RestartPolicy, StopPolicy
-
-Export = Callable[..., System]
-BOT = Host(
-    name="bot1",
-    address="10.0.0.2",
-    user="robot",
-    python=".venv/bin/python",
-    setup=("/opt/ros/jazzy/setup.sh", "my ws/setup.sh"),
-    environment={"FLEET_TOKEN": "hush"},
-)
+from launcher.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
+from tests.unit.export.conftest import BOT, Export, first_on_bot, manifests
 
 
 def unit_of(system: System, name: str, **settings: Any) -> str:
@@ -39,10 +29,6 @@ def unit_of(system: System, name: str, **settings: Any) -> str:
 
 def lines_of(text: str, key: str) -> list[str]:
     return [line.partition("=")[2] for line in text.splitlines() if line.startswith(f"{key}=")]
-
-
-def manifests(output: Output, name: str) -> list[dict[str, Any]]:
-    return list(yaml.safe_load_all(output.files[f"manifests/{name}.yaml"]))
 
 
 def container(system: System, name: str, **settings: Any) -> dict[str, Any]:
@@ -276,10 +262,6 @@ def compose(system: System, **settings: Any) -> dict[str, Any]:
     return dict(document["services"])
 
 
-def first_on_bot(spec: ProcessSpec) -> Host | None:
-    return BOT if spec.ros and spec.ros.node_name == "a" else None
-
-
 def test_services_of_a_host_have_its_profile(exported: Export):
     services = compose(exported("node('a'), node('b')", host_of=first_on_bot))
     assert services["a"]["profiles"] == ["bot1"]
@@ -293,16 +275,6 @@ def test_compose_has_no_profiles_without_hosts(exported: Export):
     system = exported("node('a')")
     assert "profiles" not in compose(system)["a"]
     assert "--profile" not in export("compose", system, Settings()).files["README.md"]
-
-
-def test_the_readme_starts_each_profile(exported: Export):
-    system = exported("node('a'), node('b')", host_of=first_on_bot)
-    text = export("compose", system, Settings()).files["README.md"]
-    assert re.findall(r"^docker compose (.*) up --detach$", text, re.MULTILINE) == [
-        "--profile bot1",
-        "--profile local",
-    ]
-    assert "docker compose --profile local logs -f b\n" in text
 
 
 def test_compose_variables_are_not_replaced(exported: Export):
@@ -336,7 +308,7 @@ def test_a_quadlet_file_and_its_timer(exported: Export):
     assert lines_of(files["b.container"], "WantedBy") == []
 
 
-# ---- what is lost, in the README as well
+# ---- what is lost
 
 
 ALWAYS = RestartPolicy(mode=RestartMode.ALWAYS)
@@ -368,59 +340,3 @@ def test_what_an_engine_cannot_do_is_told(
     output = export(engine, system, Settings())
     assert what in [gap.what for gap in output.gaps]
     assert re.search(rf"\* demo.launch.py:\d+: {what} \(a\): ", output.files["README.md"])
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_the_readme_sets_up_what_its_commands_use(exported: Export, engine: str):
-    system = exported("node('a'), node('b')", host_of=first_on_bot)
-    text = export(engine, system, Settings()).files["README.md"]
-    steps = {
-        "systemd": (
-            "editor bot1/demo.env\n",
-            "must be installed",
-            "install -D",
-            "systemctl enable",
-        ),
-        "kubernetes": (
-            "podman build",
-            "kubectl create secret",
-            "podman secret create",
-            "kubectl apply",
-            "do podman kube play",
-        ),
-        "compose": ("podman build", "editor bot1.env\n", "up --detach"),
-        "podman": ("podman build", "editor bot1/demo.env\n", "install -D", "systemctl enable"),
-    }[engine]
-    places = [text.index(step) for step in steps]
-    assert places == sorted(places)
-
-
-def test_the_readme_calls_the_machine_of_no_host_local(exported: Export):
-    system = exported("node('a'), node('b')", host_of=first_on_bot)
-    text = export("systemd", system, Settings()).files["README.md"]
-    assert "| `b` | local | at once |\n" in text
-    assert "\n`local` is the machine that is none of the hosts of the hosts file.\n" in text
-    assert "`.venv/bin/python` on bot1, `python3` on local.\n" in text
-    assert re.findall("^## On .*", text, re.MULTILINE) == ["## On bot1", "## On local"]
-
-
-def test_in_a_cluster_processes_of_no_host_run_anywhere(exported: Export):
-    system = exported("node('a'), node('b')", host_of=first_on_bot)
-    output = export("kubernetes", system, Settings())
-    assert "In a cluster its processes run on any node.\n" in output.files["README.md"]
-    (found,) = manifests(output, "b")
-    assert "nodeSelector" not in found["spec"]["template"]["spec"]
-
-
-def test_the_readme_names_no_machine_if_there_is_only_one(exported: Export):
-    text = export("systemd", exported("node('a')"), Settings()).files["README.md"]
-    assert "for `python3` on the machine.\n" in text
-    assert "local" not in text
-
-
-def test_the_readme_has_the_commands(exported: Export):
-    system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
-    text = export("systemd", system, Settings()).files["README.md"]
-    assert "systemctl enable --now a.service b.timer demo.target\n" in text
-    text = export("kubernetes", system, Settings()).files["README.md"]
-    assert "kubectl logs -f deploy/a\n" in text
