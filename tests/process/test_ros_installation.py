@@ -8,6 +8,7 @@ import signal
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,8 +35,8 @@ class RosHost:
         script = f'. {self.installation.setup} && exec "$@"'
         return ["sh", "-c", script, "sh", str(self.site.current / "bin/python"), *words]
 
-    def popen(self, *words: str, **options: object) -> subprocess.Popen[str]:
-        return subprocess.Popen(  # type: ignore[call-overload,no-any-return]
+    def popen(self, *words: str, **options: Any) -> subprocess.Popen[str]:
+        return subprocess.Popen(
             self.command(*words),
             env=self.environment(),
             cwd=self.site.home,

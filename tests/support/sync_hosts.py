@@ -121,7 +121,7 @@ def pinned(*lines: str) -> PinnedList:
     return PinnedList(text="".join(f"{line}\n" for line in lines), where="list.txt")
 
 
-def fails(site: Site, *args: object, **options: object) -> LauncherError:
+def fails(site: Site, files: Brought, **options: Any) -> LauncherError:
     with pytest.raises(LauncherError) as caught:
-        site.sync(*args, **options)  # type: ignore[arg-type]
+        site.sync(files, **options)
     return caught.value
