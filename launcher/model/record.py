@@ -84,3 +84,8 @@ class Record:
 def replace(record: R, **changes: Any) -> R:
     """The same record with some fields changed."""
     return type(record)(**{**dict(zip(record._fields, record._values())), **changes})  # noqa: B905
+
+
+def as_dict(record: Record) -> dict[str, Any]:
+    """The fields by name; values that are records stay so."""
+    return {name: getattr(record, name) for name in record._fields}

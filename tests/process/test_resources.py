@@ -14,6 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher.engine.hosts.systemd.samples import Samples
 from launcher.engine.monitor.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
 from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
@@ -92,6 +93,29 @@ def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
     assert sample.processes == 1
     assert 50 * MB < sample.rss_bytes < 120 * MB
     assert sample.uss_bytes is None  # not before it has had time to load what it needs
+
+
+def test_a_shell_reads_the_same_as_psutil(start: Starter):
+    """What is read of a unit on another host, here of a process without one."""
+    pid = start(HUNGRY).pid
+    sample_until(WholeRounds(), pid, lambda s: s.threads == 7 and s.fds >= 43)
+    script = Samples().script([pid, 2**22 + 1], 0.0)  # there is no such process
+    shell = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
+    (found,) = Samples().read(shell.stdout, {1: pid, 2: 2**22 + 1}, 0.0).values()
+
+    sampler = WholeRounds()
+    sampler.sample([pid], time.monotonic())
+    expected = sampler.sample([pid], time.monotonic() + 60)[pid]
+    assert shell.stderr == ""
+    for name in ("rss_bytes", "uss_bytes"):
+        assert found.pop(name) == pytest.approx(getattr(expected, name), rel=0.05)
+    assert found == {
+        "pid": pid,
+        "cpu_percent": None,
+        "threads": 7,
+        "fds": expected.fds,
+        "processes": 1,
+    }
 
 
 def test_the_uss_is_read_again_when_it_is_due(start: Starter):

@@ -25,6 +25,7 @@ from launcher.model.events import (
     TransitionSeen,
     WatchLifecycle,
 )
+from launcher.model.record import as_dict
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -208,6 +209,4 @@ def _as_json(request: Request) -> dict[str, object]:
             "transition_id": change.transition_id,
             "transition": change.transition,
         }
-    load = request.request
-    fields: dict[str, object] = {name: getattr(load, name) for name in load.__match_args__}
-    return {"do": "load", "id": request.request_id, **fields}
+    return {"do": "load", "id": request.request_id, **as_dict(request.request)}

@@ -12,6 +12,7 @@ from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.model.options import RunOptions, names_of
+from launcher.model.record import as_dict
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -144,7 +145,8 @@ class Housekeeper:
         for name, sample in self.samples.items():
             by_name[name].history.sampled(sample.uss_bytes)
         if self.samples:
-            self._log.note("resources", processes=_plain(self.samples))
+            plain = {name: as_dict(sample) for name, sample in self.samples.items()}
+            self._log.note("resources", processes=plain)
         if self._judge is not None:
             names = {name: names_of(process.spec) for name, process in by_name.items()}
             for verdict in self._judge.judge(self.samples, now, names):
@@ -162,13 +164,6 @@ class Housekeeper:
             if freed:
                 text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
                 self._log.log("INFO", "launch", text)
-
-
-def _plain(samples: dict[str, Sample]) -> dict[str, dict[str, object]]:
-    return {
-        name: {field: getattr(sample, field) for field in sample.__match_args__}
-        for name, sample in samples.items()
-    }
 
 
 def enforce(

@@ -33,15 +33,23 @@ Start = Callable[..., RemoteRun]
 
 @pytest.fixture
 def start(lab: Lab, robot: Robot, tmp_path: Path) -> Iterator[Start]:
-    """Starts a launcher on `(name, shell script, further arguments)` as a user of the robot."""
+    """Starts a launcher on `(name, shell script, further arguments)` as a user of the robot.
+
+    `options` are those of the launcher, `settings` entries of the host.
+    """
     runs: list[RemoteRun] = []
 
-    def begin(*processes: tuple[str, ...], user: str = "root", **settings: object) -> RemoteRun:
+    def begin(
+        *processes: tuple[str, ...],
+        user: str = "root",
+        options: tuple[str, ...] = (),
+        **settings: object,
+    ) -> RemoteRun:
         host = {robot: {"user": user, "engine": "systemd", **settings}}
         lab.hosts_file(tmp_path / "hosts.yaml", host, {"*": robot.name})
         (tmp_path / "t.launch.py").write_text(launch_file(processes), encoding="utf-8")
         screen = tmp_path / f"screen{len(runs)}"
-        run = RemoteRun(lab, screen, "t.launch.py", "--hosts", "hosts.yaml")
+        run = RemoteRun(lab, screen, "t.launch.py", "--hosts", "hosts.yaml", *options)
         runs.append(run)
         return run
 

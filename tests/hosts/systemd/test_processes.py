@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -53,6 +54,19 @@ def test_the_end_of_a_run_names_what_is_left_and_spares_other_runs(robot: Robot)
     assert shown == "ActiveState=active\n"
     robot.run(["sh", "-c", other.finish([order.name], at_once=True)])
     assert_no_traces(robot, "root")
+
+
+def test_a_budget_counts_the_memory_of_all_processes_of_a_unit(
+    robot: Robot, start: Start, user: str
+):
+    hungry = "python3 -c 'import time; kept = bytearray(60_000_000); time.sleep(1000)' & wait"
+    budget = ("--budget", "hungry:memory=40M,for=0.1,action=stop-run")
+    run = start(("hungry", hungry), user=user, options=budget)
+
+    assert run.wait() == 1
+    assert re.search(r"hungry-1 uses [67]\d\.\d MiB \(USS\), more than its budget of 40", run.text)
+    assert re.search(r"peak memory [67]\d\.\d MB USS \(hungry-1\)", run.text)
+    assert_no_traces(robot, user)
 
 
 def test_every_line_and_byte_comes(robot: Robot, start: Start, user: str):

@@ -8,12 +8,13 @@ import subprocess
 
 import pytest
 
-from launcher.engine.hosts.systemd import facts, journal, manifest, samples
+from launcher.engine.hosts.systemd import facts, journal, manifest
 from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.exits import outcome_of_record, outcome_of_unit
 from launcher.engine.hosts.systemd.journal import JournalReader, Line, Message, Note
 from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.recent_output import MUCH, RecentOutput
+from launcher.engine.hosts.systemd.samples import Samples
 from launcher.engine.hosts.systemd.scripts import read_properties, written
 from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
 from launcher.hosts.order import Order
@@ -274,16 +275,46 @@ def test_owners_of_output_are_forgotten_with_the_starts_after_the_next():
     assert len(owners) == 5
 
 
-def test_samples_come_from_proc():
-    stat = "S 1 1 1 0 -1 4194304 1 0 0 0 150 50 0 0 20 0 7 0 100 1000 256 " + "0 " * 20
-    found = samples.Samples()
+def stat(cpu_ticks: int, threads: int = 7, pages: int = 256) -> str:
+    """What follows the name in /proc/PID/stat."""
+    return (
+        f"S 1 1 1 0 -1 4194304 1 0 0 0 {cpu_ticks} 50 0 0 20 0 {threads} 0 100 1000 {pages} "
+        + "0 " * 20
+    )
 
-    (first,) = found.read(f"units 100 4096\n77 5 {stat}", {3: 77}, 10.0).values()
-    assert (first["pid"], first["threads"], first["rss_bytes"]) == (77, 7, 256 * 4096)
+
+def test_samples_are_sums_of_all_processes_of_a_unit():
+    found = Samples()
+    lines = ["units 100 4096", f"process 77 77 5 {stat(150)}", f"process 77 78 2 {stat(10, 1, 4)}"]
+
+    (first,) = found.read("\n".join(lines), {3: 77}, 10.0).values()
+    assert (first["pid"], first["threads"], first["fds"], first["processes"]) == (77, 8, 7, 2)
+    assert (first["rss_bytes"], first["uss_bytes"]) == (260 * 4096, None)
     assert first["cpu_percent"] is None
-    later = stat.replace(" 150 50 ", " 250 50 ")
-    (second,) = found.read(f"units 100 4096\n77 5 {later}", {3: 77}, 12.0).values()
-    assert second["cpu_percent"] == pytest.approx(50.0)
+    # One of them has ended, another is new.
+    lines = ["units 100 4096", f"process 77 77 5 {stat(230)}", f"process 77 79 2 {stat(-30)}"]
+    memory = [
+        "/proc/77/smaps_rollup:Private_Clean: 4 kB",
+        "/proc/77/smaps_rollup:Private_Dirty: 8 kB",
+    ]
+    (second,) = found.read("\n".join([*lines, *memory]), {3: 77}, 12.0).values()
+    assert second["cpu_percent"] == pytest.approx((80 + 20) / 2.0)
+    assert second["uss_bytes"] == 12 * 1024
+    # It stays until it is read again, and that of a restarted process is unknown.
+    (third,) = found.read("\n".join(lines), {3: 77}, 15.0).values()
+    assert third["uss_bytes"] == 12 * 1024
+    again = ["units 100 4096", f"process 80 80 5 {stat(1)}"]
+    (fourth,) = found.read("\n".join(again), {3: 80}, 18.0).values()
+    assert (fourth["uss_bytes"], fourth["cpu_percent"]) == (None, None)
+
+
+def test_memory_is_read_of_new_processes_and_then_every_ten_seconds():
+    found = Samples()
+    looks = []
+    for now in range(0, 60, 3):
+        looks.append("grep" in found.script([77], now))
+        found.read(f"units 100 4096\nprocess 77 77 5 {stat(1)}", {3: 77}, now)
+    assert [3 * n for n, look in enumerate(looks) if look] == [0, 3, 15, 27, 39, 51]
 
 
 def test_a_manifest_has_no_values_of_variables():

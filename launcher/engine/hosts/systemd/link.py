@@ -7,10 +7,11 @@ import time
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
-from launcher.engine.hosts.systemd import journal, manifest, samples
+from launcher.engine.hosts.systemd import journal, manifest
 from launcher.engine.hosts.systemd.adoption import Adoption
 from launcher.engine.hosts.systemd.facts import why_unusable
 from launcher.engine.hosts.systemd.journal_events import JournalEvents
+from launcher.engine.hosts.systemd.samples import Samples
 from launcher.engine.hosts.systemd.scripts import Scripts, read_properties
 from launcher.engine.hosts.systemd.sessions import Sessions
 from launcher.engine.hosts.systemd.shell import Answer, Request
@@ -75,7 +76,7 @@ class SystemdLink:
         self._written = 0  # how many of them the record there has
         self._leftovers: tuple[list[str], bool] | None = None
         self._has_watch = self._journal_works = False
-        self._samples = samples.Samples()
+        self._samples = Samples()
 
     # ---- the interface
 
@@ -344,8 +345,8 @@ class SystemdLink:
         self._request(Request(self._scripts.show(names), self._looked, lasts=False))
         pids = {i: one.pid for i, one in self._units.items() if one.pid > 0}
         if pids:
-            read = functools.partial(self._sampled, pids)
-            self._request(Request(samples.script(pids.values()), read, lasts=False))
+            script = self._samples.script(pids.values(), self._reactor.now())
+            self._request(Request(script, functools.partial(self._sampled, pids), lasts=False))
 
     def _looked(self, answer: Answer) -> None:
         if self.state is not LinkState.READY:
