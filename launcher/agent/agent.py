@@ -13,6 +13,7 @@ import launcher
 from launcher.agent.workload import Workload
 from launcher.engine.hosts.channel import Channel
 from launcher.engine.hosts.frames import (
+    CLOCK_SAMPLES,
     ECHO,
     OUTPUT_HEADER,
     PREAMBLE,
@@ -68,6 +69,7 @@ class Agent:
         self._session = -1  # to the process that holds our session
         self._key = ""
         self._stop_after_s: float | None = None
+        self._beats = 0
         self._is_lost = False
         self._has_stopped = False  # since the operator was lost
         self._idle_since_s = reactor.now()
@@ -132,13 +134,20 @@ class Agent:
         if reason:
             self._say(reason)
         _say_to(os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC))
-        if self._workload is None or self._is_finished:
+        if self._is_finished or not self._may_return:
             if not self._is_finished:
                 self._exit_code = ExitCode.PROCESS_FAILED
             self._reactor.stop()
             return
         self._leave_session()
         self._lose()
+
+    @property
+    def _may_return(self) -> bool:
+        """Whether the launcher comes back: it has to have counted us as ready."""
+        if self._workload is None:
+            return False
+        return self._beats >= CLOCK_SAMPLES or not self._workload.is_idle
 
     def _lose(self) -> None:
         self._is_lost = True
@@ -206,6 +215,7 @@ class Agent:
         if self._is_lost:
             self._is_lost = self._has_stopped = False
         if frame.kind == Kind.BEAT:
+            self._beats += 1
             self._channel.tell(Kind.ECHO, ECHO.pack(frame.time_s, self._channel.outbox.sequence))
             return
         handler = _HANDLERS.get(frame.kind)

@@ -10,7 +10,16 @@ import sys
 
 import pytest
 
-from launcher.engine.hosts.frames import HEADER, MAX_PAYLOAD, PREAMBLE, PROTOCOL, Kind, encode, pack
+from launcher.engine.hosts.frames import (
+    CLOCK_SAMPLES,
+    HEADER,
+    MAX_PAYLOAD,
+    PREAMBLE,
+    PROTOCOL,
+    Kind,
+    encode,
+    pack,
+)
 from launcher.engine.hosts.link import LinkState
 from launcher.hosts import order_json
 from tests.support.link_recorder import AGENT, Recorder, python
@@ -62,12 +71,12 @@ def talk(data: bytes) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run(AGENT, input=data, capture_output=True, timeout=60, env=env, check=False)
 
 
-OPEN = encode(
-    Kind.OPEN,
-    0,
-    1.0,
-    pack({"protocol": PROTOCOL, "version": "x", "key": "1-a", "stop_after_s": 0, "received": 0}),
-)
+def opening(stop_after_s: float | None) -> bytes:
+    about = {"protocol": PROTOCOL, "version": "x", "key": "1-a", "received": 0}
+    return encode(Kind.OPEN, 0, 1.0, pack({**about, "stop_after_s": stop_after_s}))
+
+
+OPEN = opening(0)
 MALFORMED = {
     "no frame": b"GET / HTTP/1.1\r\n\r\n" + b"x" * 100,
     "too long": OPEN + HEADER.pack(MAX_PAYLOAD + 1, Kind.PREPARE, 1, 0.0),
@@ -111,6 +120,13 @@ def test_a_malformed_request_is_in_the_exit_code_if_nobody_reads_the_message():
 def test_input_that_ends_before_the_first_frame_ends_the_agent():
     assert talk(b"").returncode == 1
     assert talk(OPEN[:9]).returncode == 1
+
+
+def test_a_launcher_that_leaves_while_it_connects_is_not_waited_for():
+    """It waits for one whose processes it keeps for ten minutes."""
+    beat = encode(Kind.BEAT, 0, 1.0)
+
+    assert talk(opening(None) + beat * (CLOCK_SAMPLES - 1)).returncode == 1
 
 
 def test_a_terminal_is_refused_with_an_explanation():

@@ -7,7 +7,16 @@ from collections.abc import Callable, Mapping
 import launcher
 from launcher.engine.hosts import order_frames
 from launcher.engine.hosts.channel import Channel
-from launcher.engine.hosts.frames import ECHO, PROTOCOL, STREAMS, Frame, FrameError, Kind, pack
+from launcher.engine.hosts.frames import (
+    CLOCK_SAMPLES,
+    ECHO,
+    PROTOCOL,
+    STREAMS,
+    Frame,
+    FrameError,
+    Kind,
+    pack,
+)
 from launcher.engine.hosts.link import LinkContext, LinkState
 from launcher.engine.hosts.reports import decode_event
 from launcher.engine.hosts.session_process import SessionProcess
@@ -27,7 +36,6 @@ RENEW_S = 6.0  # of silence, after which another connection is tried
 CONNECT_S = 30.0
 LEAVE_S = 2.0  # for ssh to end after its connection
 RETRIES_S = (0.5, 1.0, 2.0, 4.0, 5.0)
-CLOCK_SAMPLES = 3  # before the host counts as ready
 DEFAULT_STOP_AFTER_S = 10.0
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # The agent sends this before its first frame; a login shell may have printed something before.
 PREAMBLE = b"\0launcher-agent\n"
 MAX_NOISE = 64 * 1024
+CLOCK_SAMPLES = 3  # BEATs that are answered before the host counts as ready
 MAX_PAYLOAD = 32 * 1024 * 1024  # an order with some files of 1 MiB
 HEADER = struct.Struct("!IBQd")
 OUTPUT_HEADER = struct.Struct("!IB")  # process, stream
