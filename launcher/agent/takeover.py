@@ -15,7 +15,7 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.control import socket_directory
+from launcher import socket_directory
 from launcher.engine.posix.reactor import Reactor
 
 _STREAMS = 3
@@ -38,14 +38,8 @@ def files_folder(path: Path) -> Path:
 
 def remove_abandoned(folder: Path) -> None:
     """Remove what killed agents have left in the folder of sockets."""
-    for path in folder.glob("*.agent"):
-        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
-            try:
-                connection.connect(str(path))
-            except ConnectionRefusedError:
-                remove(path)
-            except OSError:
-                continue
+    for path in socket_directory.abandoned(folder, ".agent"):
+        remove(path)
 
 
 def remove(path: Path) -> None:

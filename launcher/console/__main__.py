@@ -28,7 +28,7 @@ def main(words: list[str]) -> int:
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
     from launcher.console.session import ConsoleSession, in_thread
     from launcher.control.runs import wait_for_run
-    from launcher.control.socket_directory import ControlError
+    from launcher.socket_directory import ControlError
 
     try:
         run = await in_thread(lambda: wait_for_run(pid, CONNECT_TIMEOUT_S))

@@ -18,7 +18,7 @@ from launcher.console.terminal import Terminal
 from launcher.control.client import Connection
 from launcher.control.format import log_line
 from launcher.control.runs import Run
-from launcher.control.socket_directory import ControlError
+from launcher.socket_directory import ControlError
 
 HISTORY_LINES = 1000  # of a log, when it is opened
 FRAME_S = 1 / 20  # between two drawings of a log

@@ -11,10 +11,10 @@ from launcher.console.tables import details, pairs, process_table, render, stack
 from launcher.control.client import Reply
 from launcher.control.format import event_line, without_colour
 from launcher.control.runs import Run
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import VERBS, Call, explained, find, parse
 from launcher.errors import LauncherError, UsageError
 from launcher.program import program
+from launcher.socket_directory import ControlError
 from launcher.text import did_you_mean
 
 # Verbs of the command line that are none of the console.

@@ -27,9 +27,9 @@ from launcher.console.requests import CLEAR, answer, follows, problem, read_call
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
 from launcher.control.runs import Run
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
+from launcher.socket_directory import ControlError
 
 T = TypeVar("T")
 HOLD_S = 0.5  # longest wait of a line for the answer to the previous one

@@ -14,8 +14,8 @@ from launcher.console.top import KEYS_HINT, Top
 from launcher.control.client import Connection
 from launcher.control.format import event_line, log_line, without_colour
 from launcher.control.runs import Run
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import Call
+from launcher.socket_directory import ControlError
 
 
 def table_rows(rows: int) -> int:

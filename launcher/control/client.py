@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from launcher.control.protocol import VERSION
-from launcher.control.socket_directory import ControlError
 from launcher.errors import ExitCode
 from launcher.model.record import Record
+from launcher.socket_directory import ControlError
 
 HELLO_TIMEOUT_S = 5.0
 READ_BYTES = 64 * 1024

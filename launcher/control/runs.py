@@ -10,19 +10,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import proc
-from launcher.control import socket_directory
+from launcher import proc, socket_directory
 from launcher.control.client import (
     HELLO_TIMEOUT_S,
     Connection,
     NoRunError,
     SilentError,
 )
-from launcher.control.socket_directory import ControlError
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, log_root
 from launcher.model.record import Record
 from launcher.program import program
+from launcher.socket_directory import ControlError
 from launcher.text import count
 
 POLL_S = 0.02

@@ -11,13 +11,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.control import protocol, socket_directory
+from launcher import socket_directory
+from launcher.control import protocol
 from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.posix.spawn import keep_free
+from launcher.socket_directory import ControlError
 
 BACKLOG = 128
 MAX_PEERS = 512

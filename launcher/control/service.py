@@ -8,14 +8,14 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from launcher.control import format, socket_directory, status, verbs
+from launcher import socket_directory
+from launcher.control import format, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request
 from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.server import Server
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.filters import Pattern, level_named
@@ -25,6 +25,7 @@ from launcher.engine.process_control import Done, Kind, ProcessControl, Result
 from launcher.engine.run_control import RunControl
 from launcher.errors import LauncherError
 from launcher.model.record import Record
+from launcher.socket_directory import ControlError
 from launcher.text import count
 
 LAST_LINES = 100

@@ -6,12 +6,12 @@ what is secret goes through standard input.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import posixpath
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
+from launcher import socket_directory
 from launcher.errors import UsageError
 from launcher.hosts.model import DEFAULT_PYTHON, Host
 
@@ -22,7 +22,8 @@ ALIVE_COUNT = 6
 SYNCED_PYTHON = "current/bin/python"  # in the workspace of a host
 # Beside it: the interpreter with which `hosts sync` has made it, and the one that was named then.
 MADE_WITH = ".python"
-_MAX_SOCKET = 107 - 17  # of the address of a Unix socket; ssh adds 17 characters for a while
+_SOCKET_RESERVE = 17  # characters that ssh adds to the path of its socket for a while
+_SOCKET_SUFFIX = ".ssh"
 
 # Ours in any case: nobody can answer a question, and forwarding is of no use.
 _FORCED = (
@@ -50,14 +51,14 @@ _DEFAULTS = (
 class Connection:
     """The ways to one host. Its sessions share the connection of `leader`, while that runs.
 
-    `control_folder` is a private folder (`private_folder`) for the socket of the leader; None: the
-    sessions use a connection that the user's configuration of ssh names, if it is open. UsageError
-    if the folder's path is too long for a socket, or if an option cannot be given to ssh.
+    `control_path` is its socket (`new_control_path`); None: the sessions use a connection that the
+    user's configuration of ssh names, if it is open. UsageError if an option cannot be given to
+    ssh.
     """
 
-    def __init__(self, host: Host, control_folder: str | None) -> None:
+    def __init__(self, host: Host, control_path: str | None) -> None:
         self.host = host
-        self.control_path = None if control_folder is None else _socket(host, control_folder)
+        self.control_path = control_path
         self._options = [*_FORCED, *_own(host), *_DEFAULTS]
 
     @property
@@ -153,24 +154,19 @@ def ssh_environment(base: Mapping[str, str]) -> dict[str, str]:
     return {**env, "LC_MESSAGES": "C"}
 
 
-def private_folder() -> str:
-    """Make a folder for sockets that only this user can enter; the caller removes it."""
-    import tempfile
+def new_control_path(env: Mapping[str, str]) -> str:
+    """Where the socket of a leader may be, which ssh removes at its end; ControlError.
 
-    runtime = os.environ.get("XDG_RUNTIME_DIR", "")
-    usable = os.path.isdir(runtime) and os.access(runtime, os.W_OK) and len(runtime) < 40
-    return tempfile.mkdtemp(prefix="launcher-ssh-", dir=runtime if usable else "/tmp")
-
-
-def _socket(host: Host, folder: str) -> str:
-    text = repr((host.name, host.address, host.user, sorted(host.ssh.items())))
-    path = os.path.join(folder, hashlib.sha256(text.encode(errors="replace")).hexdigest()[:12])
-    if len(os.fsencode(path)) > _MAX_SOCKET:
-        raise UsageError(
-            f"the path of the folder '{folder}' is too long for a socket of ssh",
-            hint="set XDG_RUNTIME_DIR or TMPDIR to a folder with a shorter path",
-        )
-    return path
+    Removes sockets whose launcher and ssh were killed.
+    """
+    name = f"{os.getpid()}-{os.urandom(6).hex()}"
+    try:
+        path = socket_directory.prepare(name, env, os.getuid(), reserve=_SOCKET_RESERVE)
+    except socket_directory.ControlError:  # XDG_RUNTIME_DIR and TMPDIR may be too long
+        path = socket_directory.prepare(name, {}, os.getuid(), reserve=_SOCKET_RESERVE)
+    for abandoned in socket_directory.abandoned(path.parent, _SOCKET_SUFFIX):
+        abandoned.unlink(missing_ok=True)
+    return str(path.with_suffix(_SOCKET_SUFFIX))
 
 
 def _literal(path: str) -> str:

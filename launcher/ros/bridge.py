@@ -25,13 +25,13 @@ from rclpy.executors import MultiThreadedExecutor
 from std_srvs.srv import Trigger
 
 from launcher.control.client import Connection, RefusedError
-from launcher.control.socket_directory import ControlError
 from launcher.ros.diagnostics import Status, all_stale, service_names, statuses
 from launcher.ros.discovery.completeness import knows_all
 from launcher.ros.discovery.domains import environment_domain
 from launcher.ros.discovery.graph_server import GraphServer
 from launcher.ros.discovery.graph_socket import graph_socket_path, query
 from launcher.ros.discovery.observer import Observer
+from launcher.socket_directory import ControlError
 
 PERIOD_S = 1.0
 WATCH_S = 0.25  # period of checks for new and lost participants

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.control.server import credentials, listening
-from launcher.control.socket_directory import ControlError
+from launcher.socket_directory import ControlError
 
 REQUEST_TIMEOUT_S = 1.0  # for the line of a client
 _MAX_BYTES = 64 * 1024

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.control import socket_directory
+from launcher import socket_directory
 from launcher.control.protocol import DISCOVERY_VARIABLES
 from launcher.ros.snapshot.graph import GraphSnapshot, from_document
 

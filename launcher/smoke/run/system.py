@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.socket_directory import ControlError
 from launcher.document.fields import near
 from launcher.domain_lease import leased_domain
 from launcher.hosts.model import LOCAL
@@ -25,6 +24,7 @@ from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
+from launcher.socket_directory import ControlError
 
 LISTEN_S = 10.0  # until the control socket is open, on a busy machine
 STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher.control import socket_directory
+from launcher import socket_directory
 from launcher.control.protocol import RequestError, parse_request, raw_item, raw_reply
 from launcher.control.selection import ProcessNames, resolve
-from launcher.control.socket_directory import ControlError
 from launcher.control.verbs import VERBS, BadCallError, find, parse
 from launcher.errors import UsageError
+from launcher.socket_directory import ControlError
 
 FLEET = (
     ProcessNames("dispatcher-1", "dispatcher", ("/fleet/dispatcher",), "/fleet"),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
 import shutil
+import socket
 import subprocess
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from launcher.hosts.ssh import (
     MADE_WITH,
     SYNCED_PYTHON,
     Connection,
+    new_control_path,
     posix_shell,
     python_script,
     setup_script,
@@ -77,18 +80,32 @@ def test_an_address_is_no_option(address: str):
     assert words[words.index("--") + 1] == address
 
 
-def test_hosts_do_not_share_a_socket():
-    paths = {
-        Connection(each, "/run/x").control_path
-        for each in (host(), host(name="bot2"), host(address="10.0.0.3"), host(ssh={"Port": "1"}))
-    }
+def test_each_socket_has_a_path_of_its_own_in_a_private_folder():
+    paths = {new_control_path(os.environ) for _ in range(3)}
 
-    assert len(paths) == 4
+    assert len(paths) == 3
+    assert {os.stat(os.path.dirname(path)).st_mode & 0o777 for path in paths} == {0o700}
 
 
-def test_a_folder_with_a_long_path_is_refused():
-    with pytest.raises(UsageError, match="too long for a socket"):
-        Connection(host(), "/tmp/" + "x" * 90)
+def test_a_path_that_is_too_long_for_a_socket_is_not_taken(tmp_path: Path):
+    longer = tmp_path / ("x" * 80)
+    longer.mkdir()
+
+    assert new_control_path({"TMPDIR": str(longer)}).startswith("/tmp/ros-launcher-")
+
+
+def test_the_socket_of_a_killed_ssh_is_removed():
+    killed, used = (Path(new_control_path(os.environ)) for _ in range(2))
+    with socket.socket(socket.AF_UNIX) as first, socket.socket(socket.AF_UNIX) as second:
+        first.bind(str(killed))
+        first.close()
+        second.bind(str(used))
+        second.listen()
+
+        new_control_path(os.environ)
+        assert not killed.exists()
+        assert used.exists()
+    used.unlink()
 
 
 @pytest.mark.parametrize("ssh", [{"Port": "22\nProxyCommand=x"}, {"Port Proxy": "1"}])

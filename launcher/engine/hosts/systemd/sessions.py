@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 from collections import deque
 
 from launcher.engine.hosts.link import LinkState
@@ -18,8 +17,9 @@ from launcher.engine.hosts.systemd.clock import HostClock
 from launcher.engine.hosts.systemd.facts import hello, read_facts
 from launcher.engine.hosts.systemd.shell import START, Answer, Answers, Request
 from launcher.engine.hosts.systemd.timers import Timers
+from launcher.errors import LauncherError
 from launcher.hosts.failures import failure, no_ssh
-from launcher.hosts.ssh import Connection, private_folder, quoted, ssh_environment
+from launcher.hosts.ssh import Connection, new_control_path, quoted, ssh_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ class Sessions:
         self.state = LinkState.CONNECTING
         self.clock = HostClock()
         self.reader = journal.JournalReader(run)
-        self._folder = ""
         self._connection: Connection
+        self._control_path = ""
         self._shell: Channel | None = None
         self._journal: Channel | None = None
         self._answers = Answers(self._beat)
@@ -93,9 +93,16 @@ class Sessions:
 
     def open(self) -> None:
         """Connect; the listener hears of the outcome."""
-        self._folder = private_folder()
-        self._connection = Connection(self._context.host, self._folder)
-        self._timers.after("connect", 0.0, self._connect)
+        self._timers.after("connect", 0.0, self._connect_first)
+
+    def _connect_first(self) -> None:
+        try:
+            self._control_path = new_control_path(self._context.environment)
+            self._connection = Connection(self._context.host, self._control_path)
+        except LauncherError as error:
+            self._refuse(error.message)
+            return
+        self._connect()
 
     def _connect(self) -> None:
         self._answers = Answers(self._beat)
@@ -236,9 +243,9 @@ class Sessions:
             if channel is not None:
                 channel.close()
         self._shell = self._journal = None
-        if self._connection.control_path is not None:
+        if self._control_path:
             with contextlib.suppress(FileNotFoundError):
-                os.unlink(self._connection.control_path)
+                os.unlink(self._control_path)
         for name in ("limit", "mark", "watch", "follow"):
             self._timers.cancel(name)
 
@@ -305,12 +312,8 @@ class Sessions:
 
     def close(self) -> None:
         """End both sessions; idempotent."""
-        if self._folder:
-            self._drop()
+        self._drop()
         self._timers.close()
-        if self._folder:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            self._folder = ""
 
 
 def _own_words(message: str) -> str:

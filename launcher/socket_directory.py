@@ -1,10 +1,11 @@
-"""The directory of control sockets, to which only one user has access."""
+"""The directory of sockets, to which only one user has access."""
 
 from __future__ import annotations
 
 import os
+import socket
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from launcher.errors import LauncherError
@@ -59,12 +60,15 @@ def problem_of(path: Path, uid: int) -> str | None:
     return None
 
 
-def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
-    """Path for the socket of a run, whose directory is created; ControlError."""
+def prepare(run_id: str, env: Mapping[str, str], uid: int, *, reserve: int = 0) -> Path:
+    """Path for the socket of a run, whose directory is created; ControlError.
+
+    It may become so many bytes longer (`reserve`).
+    """
     problems = []
     for directory in candidates(env, uid):
         path = directory / f"{run_id}{SUFFIX}"
-        if len(os.fsencode(temporary(path))) > PATH_LIMIT:
+        if len(os.fsencode(temporary(path))) + reserve > PATH_LIMIT:
             problems.append(f"{directory} is too long for the path of a socket")
             continue
         try:
@@ -82,6 +86,18 @@ def prepare(run_id: str, env: Mapping[str, str], uid: int) -> Path:
 def temporary(path: Path) -> Path:
     """Where a socket is until it listens; clients remove sockets that do not listen."""
     return path.with_name(f".{path.name}")
+
+
+def abandoned(directory: Path, suffix: str) -> Iterator[Path]:
+    """Sockets in it to which nobody listens, since their process was killed."""
+    for path in directory.glob(f"*{suffix}"):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as connection:
+            try:
+                connection.connect(str(path))
+            except ConnectionRefusedError:
+                yield path
+            except OSError:
+                continue  # removed just now, or too busy to answer
 
 
 def sockets(env: Mapping[str, str], uid: int) -> list[Path]:
