@@ -106,17 +106,26 @@ def is_well(process: Process) -> bool:
 
 def all_well(processes: Collection[Process]) -> str:
     """`5 processes ended as expected after 12.3 s; peak memory 31.0 MB USS (robot_1-3)`."""
-    ended = [process for process in processes if not process.is_abandoned]
+    left = [process for process in processes if process.is_abandoned]
+    before = [process for process in processes if _had_ended_before(process)]
+    ended = [process for process in processes if process not in left and process not in before]
     longest_s = max((process.history.run_s for process in ended), default=0.0)
-    text = f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"
-    if len(ended) < len(processes):
-        left = f"{count(len(processes) - len(ended), 'process')} left on other hosts"
-        text = f"{text}; {left}" if ended else left
+    parts = [f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"]
+    parts = parts if ended or not (left or before) else []
+    parts += [f"{count(len(before), 'process')} had ended before"] if before else []
+    parts += [f"{count(len(left), 'process')} left on other hosts"] if left else []
+    text = "; ".join(parts)
     peaks = [(p.history.peak_uss, p.name) for p in processes if p.history.peak_uss is not None]
     if not peaks:
         return text
     size, name = max(peaks)
     return f"{text}; peak memory {_megabytes(size)} USS ({name})"
+
+
+def _had_ended_before(process: Process) -> bool:
+    """In a run that was attached to later."""
+    is_over = process.last_end is None and not process.is_abandoned
+    return is_over and process.history.starts > 0
 
 
 def table(processes: Sequence[Process], columns: int | None) -> list[str]:
@@ -191,8 +200,10 @@ def _how_it_ended(process: Process) -> str:
         return f"left on {process.host_name}"
     if process.machine.is_stuck:
         return "still exists after SIGKILL"
+    if _had_ended_before(process):
+        return "had ended before"
     if end is None:
-        return "had ended before" if history.starts else "not started"
+        return "not started"
     text = str(end.outcome)
     if process.machine.had_to_be_killed:
         text = f"had to be killed ({text})"

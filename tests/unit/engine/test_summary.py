@@ -88,6 +88,8 @@ def test_a_start_that_failed_is_no_death():
 def test_what_had_ended_before_its_run_was_attached_to_was_started():
     (_, table), _ = written([process("a-1", None, starts=3), process("b-2", DIED, deaths=1)]).screen
     assert re.search(r"a-1 +had ended before +2 ", table)
+    ((_, text),) = written([process("a-1", None, starts=3), process("b-2")]).screen
+    assert "1 process ended as expected after 12.3 s; 1 process had ended before" in text
 
 
 def test_the_time_of_a_process_that_runs_on_counts():
