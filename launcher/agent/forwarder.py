@@ -5,15 +5,20 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection
 
-from launcher.engine.output.reader import DRAIN_BYTES, OutputReader
-from launcher.engine.posix.reactor import Reactor
+from launcher.engine.output.reader import DRAIN_BYTES, PARTIAL_LINE_S, OutputReader
+from launcher.engine.output.tracebacks import has_begin
+from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 
 _NUMBERS = {"stdout": 0, "stderr": 1, "both": 2}  # of `frames.STREAMS`
 
 
 class Forwarder(OutputReader):
-    """An OutputReader without lines: `send(process id, number of the stream, block)`."""
+    """An OutputReader without lines: `send(process id, number of the stream, block)`.
+
+    An empty block says that the process is silent after a line or traceback that is not finished.
+    Only this side can tell: on a slow link, blocks come late.
+    """
 
     def __init__(
         self,
@@ -26,6 +31,8 @@ class Forwarder(OutputReader):
         self._send = send
         self._paused = False
         self._numbers: dict[int, dict[int, int]] = {}  # process id -> descriptor -> stream
+        self._unfinished: dict[tuple[Process, int], float] = {}  # when it wrote last
+        self._silence: Timer | None = None
         self.read_at_s = 0.0
 
     def pause(self, paused: bool) -> None:
@@ -59,6 +66,7 @@ class Forwarder(OutputReader):
     def detach(self, process: Process) -> None:
         for fd in self._numbers.pop(process.process_id, ()):
             self._reactor.remove(fd)
+            self._unfinished.pop((process, fd), None)
 
     def _read(self, process: Process, fd: int) -> int:
         child = process.child
@@ -69,8 +77,28 @@ class Forwarder(OutputReader):
         self.read_at_s = self._reactor.now()
         if chunk:
             self._send(process.process_id, numbers[fd], chunk)
+            self._expect_rest((process, fd), chunk)
             return len(chunk)
         self._reactor.remove(fd)
+        self._unfinished.pop((process, fd), None)
         del numbers[fd]
         child.close_stream(fd)
         return 0
+
+    def _expect_rest(self, stream: tuple[Process, int], chunk: bytes) -> None:
+        """The rest of what is not finished; several chunks may end in the middle of a traceback."""
+        if stream in self._unfinished or not chunk.endswith(b"\n") or has_begin(chunk):
+            self._unfinished[stream] = self.read_at_s
+            if self._silence is None:
+                self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._tell_silence)
+
+    def _tell_silence(self) -> None:
+        self._silence = None
+        for (process, fd), read_at_s in list(self._unfinished.items()):
+            # The timer may be late: a stream with something to read is not silent.
+            if not self._is_silent(read_at_s) or self._read(process, fd):
+                continue
+            if self._unfinished.pop((process, fd), None) is not None:  # it was not closed
+                self._send(process.process_id, self._numbers[process.process_id][fd], b"")
+        if self._unfinished and self._silence is None:
+            self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._tell_silence)

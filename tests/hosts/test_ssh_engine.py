@@ -118,6 +118,28 @@ def test_a_killed_launcher_leaves_its_processes_to_the_leash(host: Host, start: 
     wait_until(lambda: not scripts(host), "the host stops them")
 
 
+PIECES = """exec python3 -c '
+import os, time
+lines = (b"{0}" * 999 + b"\\n") * 400
+for at in range(0, len(lines), 7001):
+    os.write(1, lines[at : at + 7001])
+    time.sleep(0.02)
+'"""
+
+
+def test_lines_stay_whole_although_their_pieces_come_late(host: Host, start: Start):
+    """Several seconds of a slow link are between the host and the screen."""
+    host.slow_link(bytes_per_s=100_000)
+    try:
+        run = start(a=PIECES.format("a"), b=PIECES.format("b"))
+        assert run.wait() == 0
+    finally:
+        host.normal_link()
+    for name, letter in (("a-1", "a"), ("b-2", "b")):
+        lines = [line for line in run.text.splitlines() if line.startswith(f"[{name}]")]
+        assert lines == [f"[{name}] {letter * 999}"] * 400
+
+
 def test_a_host_has_more_processes_than_sshd_has_sessions(host: Host, start: Start):
     many = DEFAULT_SESSIONS + 4
     run = start(**{f"p{number}": "echo up; exec sleep 1000" for number in range(many)})

@@ -82,6 +82,25 @@ def test_all_output_comes_before_the_exit(recorder: Recorder):
     assert len(recorder.text()) == 60000
 
 
+def test_silence_is_told_after_what_is_not_finished(recorder: Recorder):
+    code = """
+import time
+for text in ("a line\\n", "name? ", "Traceback (most recent call last):\\n  File\\n"):
+    print(text, end="", flush=True)
+    input()
+"""
+    recorder.start(1, python(code))
+    recorder.until(lambda: recorder.text() == b"a line\n", "a line")
+    recorder.link.write_stdin(1, b"\n")
+    recorder.until(lambda: recorder.blocks[-1][2] == b"", "silence")
+    recorder.link.write_stdin(1, b"\n")
+    recorder.until(lambda: recorder.blocks[-1][2] == b"" and b"File" in recorder.text(), "silence")
+
+    blocks = [data for _, _, data, _ in recorder.blocks]
+    assert blocks[:3] == [b"a line\n", b"name? ", b""]
+    assert b"" not in blocks[3:-1]
+
+
 def test_standard_input_and_a_pseudo_terminal(recorder: Recorder):
     recorder.start(
         1, python("print(input()); import sys; print(sys.stdout.isatty())", emulate_tty=True)

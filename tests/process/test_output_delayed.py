@@ -42,6 +42,7 @@ class ReaderBench:
             self,
         )
         self.a, self.b = self._process("a"), self._process("b")
+        self.remote = self._spec("remote")
 
     def watches(self, process: Process) -> bool:
         return False
@@ -53,13 +54,19 @@ class ReaderBench:
         """The end that it writes to."""
         read_end, write_end = self._pipe()
         os.set_blocking(read_end, False)
-        spec = ProcessSpec(
-            name=name, label=name, argv=(name,), env={}, output=OutputPolicy.named("screen")
-        )
-        process = Process(0, spec, number=0, prefix=f"[{name}] ".encode())
+        process = self._spec(name)
         process.child = Child(-1, {read_end: BOTH}, -1, -1, -1)
         self.relay.attach(process)
         return write_end
+
+    def _spec(self, name: str) -> Process:
+        policy = OutputPolicy.named("screen")
+        spec = ProcessSpec(name=name, label=name, argv=(name,), env={}, output=policy)
+        return Process(0, spec, number=0, prefix=f"[{name}] ".encode())
+
+    def feed(self, chunk: bytes) -> None:
+        """What a process on another host has written a while ago."""
+        self.relay.feed(self.remote, BOTH, chunk, self.reactor.now() - 60)
 
     def _pipe(self) -> tuple[int, int]:
         ends = os.pipe()
@@ -104,6 +111,33 @@ BEGUN_AND_ENDED = {
         b"    1 / 0\nZeroDivisionError: division by zero\n",
     ),
 }
+
+
+@pytest.mark.parametrize("what", BEGUN_AND_ENDED)
+def test_output_of_another_host_that_comes_late_stays_whole(tmp_path: Path, what: str):
+    begun, ended = BEGUN_AND_ENDED[what]
+    with Reactor() as reactor:
+        bench = ReaderBench(tmp_path, reactor)
+        bench.feed(begun)
+
+        def meanwhile() -> None:
+            os.write(bench.b, b"somebody else\n")
+            reactor.call_later(3 * PARTIAL_LINE_S, lambda: bench.feed(ended))
+
+        bench.delay(meanwhile)
+        lines = bench.shown(ended)
+        assert lines[0] == b"[b] somebody else"
+        assert b"\n".join(lines).replace(b"[remote] ", b"").endswith((begun + ended).rstrip(b"\n"))
+        bench.close()
+
+
+def test_what_another_host_has_not_finished_is_shown_if_the_process_is_silent(tmp_path: Path):
+    with Reactor() as reactor:
+        bench = ReaderBench(tmp_path, reactor)
+        bench.feed(b"your name? ")
+        bench.feed(b"")
+        assert bench.shown(b"[remote] your name? ") == [b"[remote] your name? "]
+        bench.close()
 
 
 @pytest.mark.parametrize("what", BEGUN_AND_ENDED)

@@ -94,7 +94,8 @@ class LinkListener(Protocol):
         self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
     ) -> None: ...
 
-    # `stream` is `stdout`, `stderr` or `both`; what ends without a newline may continue.
+    # `stream` is `stdout`, `stderr` or `both`; what ends without a newline may continue. Without
+    # data: the process has been silent since, so what is not finished may be shown.
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None: ...
 
     # The host has lost about so many lines of output, since it could not be reached for too long.

@@ -129,14 +129,20 @@ class OutputReader:
         return len(chunk)
 
     def feed(self, process: Process, name: str, chunk: bytes, read_at_s: float) -> None:
-        """What another host has read of a stream (`stdout`, `stderr` or `both`) at that time."""
+        """What another host has read of a stream (`stdout`, `stderr` or `both`) at that time.
+
+        An empty chunk says that the process is silent: what is unfinished is shown.
+        """
         fd = _KEYS[name]
         if fd not in process.streams:
             process.streams[fd] = Stream(name, shown=process.shows(name))
         stream = process.streams[fd]
         self.read_at_s, stream.read_at_s = self._reactor.now(), read_at_s
         stream.ago_s = self.read_at_s - read_at_s
-        self._accept(process, fd, stream, chunk)
+        if chunk:
+            self._accept(process, fd, stream, chunk)
+        elif stream.waits:
+            self._show_unfinished(process, fd, stream)
 
     def _accept(self, process: Process, fd: int, stream: Stream, chunk: bytes) -> None:
         if self._listener.watches(process):
@@ -144,7 +150,7 @@ class OutputReader:
         lines, shown = stream.buffer.feed(chunk)
         if lines:
             self._deliver(process, fd, stream, lines, shown)
-        if process.idle_timer is None and stream.waits:
+        if fd >= 0 and process.idle_timer is None and stream.waits:
             self._expect_end(process)
 
     def _deliver(
@@ -189,28 +195,31 @@ class OutputReader:
     def _show_what_waits(self, process: Process) -> None:
         process.idle_timer = None
         for fd, stream in list(process.streams.items()):
-            if not stream.waits:
+            if fd < 0 or not stream.waits:
                 continue
             # The timer may be late: a stream with something to read is not silent.
-            if not self._is_silent(stream) or self._read(process, fd):
+            if not self._is_silent(stream.read_at_s) or self._read(process, fd):
                 if process.idle_timer is None:
                     self._expect_end(process)
-                continue
-            if stream.gate.holds:
-                self._show(process, fd, stream, stream.gate.flush())
-            buffer = stream.buffer
-            if buffer.partial and process.filter is None:
-                if not buffer.shown and process.ring.tap is not None:  # `logs -f`, the picker
-                    process.ring.tap(Block(stream.name, stream.read_at_s, buffer.partial + b"\n"))
-                buffer.shown = self._screen.write_partial(
-                    stream, process.prefix, buffer.partial, buffer.shown
-                )
+            else:
+                self._show_unfinished(process, fd, stream)
 
-    def _is_silent(self, stream: Stream) -> bool:
-        """Whether the rest of its line is not expected soon; False while reading is paused."""
+    def _show_unfinished(self, process: Process, fd: int, stream: Stream) -> None:
+        if stream.gate.holds:
+            self._show(process, fd, stream, stream.gate.flush())
+        buffer = stream.buffer
+        if buffer.partial and process.filter is None:
+            if not buffer.shown and process.ring.tap is not None:  # `logs -f`, the picker
+                process.ring.tap(Block(stream.name, stream.read_at_s, buffer.partial + b"\n"))
+            buffer.shown = self._screen.write_partial(
+                stream, process.prefix, buffer.partial, buffer.shown
+            )
+
+    def _is_silent(self, read_at_s: float) -> bool:
+        """Whether the rest of a line, read then, is not expected soon; False while paused."""
         if self._paused:
             return False
         now = self._reactor.now()
         is_busy = now - self.read_at_s < PARTIAL_LINE_S
         # A timer may fire a little early, by the granularity of the clock.
-        return now - stream.read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)
+        return now - read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)

@@ -32,9 +32,7 @@ class TracebackGate:
         """Whole lines in, whole lines out. `stopping`: the process is being stopped."""
         if stopping and _TO_ROSOUT in lines:
             lines = re.sub(rb"(?m)^(?:%s)*%s.*\n" % (_COLOUR, _TO_ROSOUT), b"", lines)
-        # This runs for every read: search one byte first; `rfind` is up to five times as fast as
-        # `in`.
-        if not self._held and (_PARENTHESIS not in lines or lines.rfind(_BEGIN) < 0):
+        if not self._held and not has_begin(lines):
             return lines
         block, self._held = self._held + lines, b""
         passed: list[bytes] = []
@@ -55,6 +53,12 @@ class TracebackGate:
         """Return what was held, complete or not."""
         held, self._held = self._held, b""
         return held
+
+
+def has_begin(text: bytes) -> bool:
+    """Whether the first line of a traceback is in it."""
+    # This runs for every read: search one byte first; `rfind` is up to five times as fast as `in`.
+    return _PARENTHESIS in text and text.rfind(_BEGIN) >= 0
 
 
 def _split_before_begin(block: bytes) -> tuple[bytes, bytes]:

@@ -8,6 +8,8 @@ import tempfile
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
+from launcher.agent.forwarder import Forwarder
+from launcher.engine.hosts.frames import STREAMS
 from launcher.engine.hosts.replica import ReportingMachine
 from launcher.engine.machine import Command, MachineEvent, SignalSent
 from launcher.engine.posix.reactor import Reactor
@@ -37,7 +39,7 @@ class Machine:
         self._orders: dict[int, Order] = {}
         self._environment = environment
         self._report = report
-        self._forwarder = _Forwarder(reactor, report)
+        self._forwarder = Forwarder(reactor, self.processes.values(), self._forward)
         quiet = cast(Any, _Quiet())
         self._driver = ProcessDriver(reactor, cast(Any, self._forwarder), quiet, cast(Any, self))
         self._files = tempfile.TemporaryDirectory(prefix="loopback-")
@@ -78,7 +80,7 @@ class Machine:
         self._driver.write_stdin(self.processes[process_id], data)
 
     def pause(self, paused: bool) -> None:
-        self._forwarder.pause(paused, self.processes.values())
+        self._forwarder.pause(paused)
 
     def stop_all(self, command: Command = Command.STOP) -> None:
         for process in self.processes.values():
@@ -112,6 +114,9 @@ class Machine:
 
     # ---- events
 
+    def _forward(self, process_id: int, stream: int, chunk: bytes) -> None:
+        self._report("output", (process_id, STREAMS[stream], chunk, self.reactor.now()))
+
     def _handled(
         self, process: Process, event: MachineEvent, now: float, left_s: float | None
     ) -> None:
@@ -131,51 +136,6 @@ class Machine:
         if name not in ("started", "ended", "cancelled", "before_kill", "may_have_left"):
             raise AttributeError(name)
         return lambda *args, **more: None
-
-
-class _Forwarder:
-    """Takes the place of the OutputReader: reports what processes write."""
-
-    def __init__(self, reactor: Reactor, report: Callable[[str, tuple[Any, ...]], None]) -> None:
-        self._reactor = reactor
-        self._report = report
-        self._is_paused = False
-
-    def attach(self, process: Process) -> None:
-        assert process.child is not None
-        if not self._is_paused:
-            for fd in process.child.streams:
-                self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
-
-    def _read(self, process: Process, fd: int) -> int:
-        assert process.child is not None
-        chunk = process.child.read(fd)
-        if chunk:
-            name = process.child.streams[fd]
-            self._report("output", (process.process_id, name, chunk, self._reactor.now()))
-        elif chunk is not None:
-            self._reactor.remove(fd)
-            process.child.close_stream(fd)
-        return len(chunk or b"")
-
-    def pause(self, paused: bool, processes: Any) -> None:
-        self._is_paused = paused
-        for process in processes:
-            for fd in process.child.streams if process.child is not None else ():
-                self._reactor.remove(fd)
-            if process.child is not None and not paused:
-                self.attach(process)
-
-    def drain(self, process: Process) -> None:
-        assert process.child is not None
-        for fd in list(process.child.streams):
-            while self._read(process, fd):
-                pass
-
-    def detach(self, process: Process) -> None:
-        assert process.child is not None
-        for fd in process.child.streams:
-            self._reactor.remove(fd)
 
 
 class _Quiet:

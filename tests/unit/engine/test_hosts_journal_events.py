@@ -6,7 +6,12 @@ from typing import Any, cast
 
 from launcher.engine.hosts.systemd import journal, journal_events
 from launcher.engine.hosts.systemd.journal import JournalReader, Line, Note
-from launcher.engine.hosts.systemd.journal_events import BURST, Flood, JournalEvents
+from launcher.engine.hosts.systemd.journal_events import (
+    BURST,
+    REST_LOOKS,
+    Flood,
+    JournalEvents,
+)
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.order import Order
 from launcher.model.record import replace
@@ -82,6 +87,30 @@ def test_a_mark_comes_with_its_record_or_when_nothing_comes_any_more(monkeypatch
             reactor.turn()
         assert came == ["a", "b"]
         assert reactor.now() >= until_s - 0.1  # the second was awaited
+        events.close()
+
+
+def test_silence_is_told_after_what_is_not_finished(monkeypatch):
+    monkeypatch.setattr(journal_events, "REST_PERIOD_S", 0.02)
+    heard = Heard()
+    with Reactor() as reactor:
+        events = events_of(reactor, heard, {3: Unit(3)})
+        events.by_unit["u"] = 3
+
+        def write(text: bytes) -> None:
+            events.feed(Line("u", 7, 0, "s", "stdout", text, 1.0), 1.0)
+
+        write(b"a line\n")
+        write(b"a piece of ")
+        events.is_paused = True
+        end_s = reactor.now() + 2 * REST_LOOKS * 0.02
+        while reactor.now() < end_s:
+            reactor.turn()
+        assert [text for _, text, _ in heard.lines] == [b"a line\n", b"a piece of "]
+        events.is_paused = False
+        while heard.lines[-1][1]:
+            reactor.turn()
+        assert "rest" not in events._timers
         events.close()
 
 

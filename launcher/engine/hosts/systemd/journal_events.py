@@ -8,6 +8,7 @@ from launcher.engine.hosts.systemd.journal import Line, Message, Note
 from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.timers import Timers
 from launcher.engine.output.lines import for_terminal, without_colour
+from launcher.engine.output.tracebacks import has_begin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 SILENT_S = 30.0  # without any entry: a mark does not come any more
 LIMBO_S = 2.0  # for the record that says whose output it is
+# Several looks, between which entries are read: the loop may have been delayed. The journal tells
+# lines up to 0.25 s late.
+REST_LOOKS, REST_PERIOD_S = 3, 0.2
 # The default limit of the journal, for all units of a user together; more where the disk is large.
 BURST, INTERVAL_S = 10_000, 30.0
 MAY_LOSE = (
@@ -56,6 +60,8 @@ class JournalEvents:
         self._timers = Timers(reactor)
         self._heard_s = 0.0
         self._flood = Flood()
+        self._unfinished: dict[tuple[int, str], int] = {}  # looks since it wrote
+        self.is_paused = False  # nothing is read
 
     def begin(self, begin_s: float) -> None:
         """What comes from before this time is past."""
@@ -148,8 +154,26 @@ class JournalEvents:
         # Of the past no exit is told, which would end the line.
         ends = line.is_last and line.monotonic_s < self.begin_s
         self._listener.output(process_id, stream, line.data + b"\n" * ends, at_s)
+        if not self._is_past:
+            self._expect_rest((process_id, stream), line.data)
         if self.uid and self._flood.is_above(at_s):
             self._listener.warn(self._host, MAY_LOSE)
+
+    def _expect_rest(self, stream: tuple[int, str], data: bytes) -> None:
+        """Of a long line, which comes in pieces, or of a traceback."""
+        if stream in self._unfinished or not data.endswith(b"\n") or has_begin(data):
+            self._unfinished[stream] = 0
+            if "rest" not in self._timers:
+                self._timers.after("rest", REST_PERIOD_S, self._look_for_silence)
+
+    def _look_for_silence(self) -> None:
+        for stream, looks in list(self._unfinished.items()):
+            self._unfinished[stream] = 0 if self.is_paused else looks + 1
+            if self._unfinished[stream] == REST_LOOKS:
+                del self._unfinished[stream]
+                self._listener.output(*stream, b"", self._reactor.now())
+        if self._unfinished:
+            self._timers.after("rest", REST_PERIOD_S, self._look_for_silence)
 
     def _give_up_limbo(self) -> None:
         for line, _ in self._limbo:

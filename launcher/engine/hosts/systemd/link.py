@@ -117,6 +117,7 @@ class SystemdLink:
         self._call(lambda: self._write_stdin(process_id, data))
 
     def pause(self, paused: bool) -> None:
+        self._events.is_paused = paused
         self._sessions.pause(paused)
 
     def finish(self, *, at_once: bool) -> None:
