@@ -296,6 +296,23 @@ def test_a_flood_comes_completely_and_before_the_exits(start: Start):
         assert f"[p{number}-{number + 1}] " not in after
 
 
+def test_output_of_a_child_that_ended_before_the_journal_looked_comes(robot: Robot, start: Start):
+    """The journal looks up the unit of who has written, and of users' units it is told none."""
+    journal = pid_there(robot, "systemd-journald")
+    os.kill(journal, signal.SIGSTOP)
+    try:
+        run = start(("counter", "seq 300; : > /tmp/done; exec sleep 1000"), user="robot")
+        is_done = ["test", "-e", "/tmp/done"]
+        wait_until(lambda: robot.run(is_done, check=False).returncode == 0, "all is written")
+    finally:
+        os.kill(journal, signal.SIGCONT)
+    run.wait_for(r"^\[counter-1\] 300$")
+
+    assert run.interrupt() == 0
+    assert run.numbers("counter-1") == list(range(1, 301))
+    assert "launcher: output of" not in run.text
+
+
 def test_a_flood_of_a_user_is_told_to_be_more_than_the_journal_takes(start: Start):
     run = start(("flood", "seq 30000"), user="robot")
 

@@ -183,9 +183,13 @@ def test_a_process_may_write_what_streams_begin_with():
         events.feed(Line("v", 80, 0, "s4", "stdout", text, 1.0), 1.0)  # another one
         units[3].order = replace(units[3].order, merge=True)  # has no such streams
         events.feed(Line("u", 70, 0, "s3", "stdout", text, 1.0), 1.0)
+        events.uid = 1000  # all streams of a user begin so
+        events.feed(Line("u", 70, 1000, "s5", "stdout", text, 1.0), 1.0)
+        events.feed(lone_line(71, b"of a child\n", "s5"), 1.0)
         events.close()
 
-    assert [(number, data) for number, data, _ in heard.lines] == [(4, text), (3, text)]
+    found = [(number, data) for number, data, _ in heard.lines]
+    assert found == [(4, text), (3, text), (3, b"of a child\n")]
 
 
 def test_an_unfinished_line_of_a_past_life_of_a_process_ends_there():
@@ -216,4 +220,4 @@ def test_output_of_an_unknown_process_is_told_without_colours(monkeypatch):
             reactor.turn()
         events.close()
 
-    assert heard.warnings == ["output of an unknown process: red"]
+    assert heard.warnings == ["1 line of an unknown process; the first: red"]

@@ -97,6 +97,15 @@ def test_the_shell_that_announces_a_process_does_not_call_itself_so(tmp_path: Pa
     assert done.stderr.startswith(told + b"sh: ")
 
 
+@pytest.mark.parametrize("uid", [0, 1000])
+def test_output_of_a_user_begins_with_whose_it_is(tmp_path: Path, uid: int):
+    scripts = Scripts("k3", Host("bot1", "b"), facts(tmp_path, uid=uid))
+    order = Order(name="a-1", label="a", words=(("echo",),), environment={}, merge=True)
+
+    told = f"{journal.announcement(1)}\n" if uid else ""
+    assert ran(scripts, order, tmp_path) == f"{told}\n"
+
+
 def test_launchers_of_a_run_have_marks_of_their_own(tmp_path: Path):
     def asked(reactor: Reactor) -> str:
         listener = cast("LinkListener", None)

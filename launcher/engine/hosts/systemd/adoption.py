@@ -60,8 +60,9 @@ class Adoption:
             self._listener.adopted(
                 process_id, state, one.pid, one.machine.running_since, one.machine.restarts
             )
-        apart = [number for number, one in self._units.items() if not one.order.merge]
-        past = journal.past(self._attached.run, self._attached.lines, self._facts.uid, apart)
+        uid = self._facts.uid
+        announced = [number for number, one in self._units.items() if uid or not one.order.merge]
+        past = journal.past(self._attached.run, self._attached.lines, uid, announced)
         self._sessions.request(Request(past, self._follow))
 
     def _follow(self, answer: Answer) -> None:

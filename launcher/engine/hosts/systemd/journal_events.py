@@ -9,6 +9,7 @@ from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.timers import Timers
 from launcher.engine.output.lines import for_terminal, without_colour
 from launcher.engine.output.tracebacks import has_begin
+from launcher.text import count
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -130,11 +131,14 @@ class JournalEvents:
     def announces(self, line: Line) -> bool:
         """Whether it only says whose stream it is; that is kept.
 
-        A process without such streams may write the same text, and any may write that of another.
+        A process without such streams (of root, with both in one) may write the same text, and any
+        may write that of another.
         """
         found = journal.announced(line)
         one = self._units.get(found)
-        if one is None or one.order.merge or self.by_unit.get(line.unit, found) != found:
+        if one is None or self.by_unit.get(line.unit, found) != found:
+            return False
+        if one.order.merge and not self.uid:
             return False
         self._owners.add(line.stream_id, found)
         return True
@@ -146,7 +150,7 @@ class JournalEvents:
         if process_id is None:
             if line.uid == self.uid:  # else of this run on another host, the same machine
                 self._limbo.append((line, at_s))
-                self._timers.after("limbo", LIMBO_S, self._give_up_limbo)
+                self._timers.after("limbo", LIMBO_S, self.give_up_limbo)
             return
         one = self._units[process_id]
         one.wrote(len(line.data))
@@ -175,10 +179,14 @@ class JournalEvents:
         if self._unfinished:
             self._timers.after("rest", REST_PERIOD_S, self._look_for_silence)
 
-    def _give_up_limbo(self) -> None:
-        for line, _ in self._limbo:
-            text = without_colour(for_terminal(line.data)).decode(errors="replace").rstrip("\n")
-            self._listener.warn(self._host, f"output of an unknown process: {text}")
+    def give_up_limbo(self) -> None:
+        """Report output of which it is not known whose it is."""
+        if not self._limbo:
+            return
+        line, _ = self._limbo[0]
+        text = without_colour(for_terminal(line.data)).decode(errors="replace").rstrip("\n")
+        lines = count(len(self._limbo), "line")
+        self._listener.warn(self._host, f"{lines} of an unknown process; the first: {text}")
         self._limbo.clear()
 
     def started(self, process_id: int, pid: int) -> None:

@@ -380,4 +380,5 @@ class SystemdLink:
         if self._leftovers is not None:
             (left, killed), self._leftovers = self._leftovers, None
             self._timers.cancel("finish")
+            self._events.give_up_limbo()
             self._listener.finished(self._host.name, left, killed=killed)

@@ -85,7 +85,10 @@ class Scripts:
         facts, folder = self._facts, f"{self.folder}/{process_id}"
         records = journal.records_identifier(self._run)
         home = {"HOME": facts.home, "USER": facts.user, "LOGNAME": facts.user}
+        # The journal is told the unit of a stream by the system's manager, but not by a user's.
+        told = [f"echo {quoted([journal.announcement(process_id)])}"] if facts.is_user else []
         lines = [
+            *told,
             f'systemd-cat -t {records} echo start {process_id} "$INVOCATION_ID" $$',
             f'read -r up _ </proc/uptime; echo "${{up%%.*}}" >{shlex.quote(folder)}/began',
             f"exec <>{shlex.quote(folder)}/stdin",
