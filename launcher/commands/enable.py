@@ -17,6 +17,7 @@ from launcher.hosts import unit
 from launcher.hosts.file import read
 from launcher.hosts.model import Host, HostsFile
 from launcher.hosts.placement import Placement
+from launcher.hosts.skipping import skip
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
 
@@ -34,6 +35,9 @@ def enable(request: LaunchRequest, options: RunOptions) -> int:
         if name == NO_HOST:
             print(f"not installed, since they run on this machine: {labels}")
             continue
+        if file.hosts[name].is_skipped:
+            print(f"{name}: skipped; not installed: {labels}")
+            continue
         try:
             _install(system, file.hosts[name], processes)
         except LauncherError as error:
@@ -48,6 +52,8 @@ def disable(request: LaunchRequest, options: RunOptions) -> int:
     """Stop and remove what `enable` has installed, on all hosts of the hosts file."""
     name, code = _name(request), ExitCode.OK
     for host in _hosts_file(options).hosts.values():
+        if host.is_skipped:
+            continue
         try:
             was_there = Installer(host).remove(name)
         except LauncherError as error:
@@ -61,7 +67,7 @@ def disable(request: LaunchRequest, options: RunOptions) -> int:
 def _hosts_file(options: RunOptions) -> HostsFile:
     if options.hosts is None:
         raise UsageError("--enable and --disable need --hosts FILE")
-    return read(options.hosts)
+    return skip(read(options.hosts), options.skip_hosts)
 
 
 def _name(request: LaunchRequest) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.hosts.file import DISCOVERY
+from launcher.commands.launch.options import SKIP_HOST
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -46,6 +47,7 @@ launch has done so far.
         LENIENT,
         EVALUATION_TIMEOUT,
         option("--hosts FILE", "show where processes run as this file says, and what runs there"),
+        SKIP_HOST,
         DISCOVERY,
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
@@ -65,6 +67,7 @@ def main(words: Sequence[str]) -> int:
         as_json=parsed.json,
         hosts=parsed.hosts,
         discovery=parsed.discovery,
+        skip_hosts=parsed.skip_hosts,
     )
 
 
@@ -74,12 +77,14 @@ def show(
     as_json: bool = False,
     hosts: str | None = None,
     discovery: str | None = None,
+    skip_hosts: Sequence[str] = (),
 ) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there.
+    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there, and
+    `skip_hosts` are patterns of its hosts.
     """
-    file = _hosts_file(hosts, discovery)
+    file = _hosts_file(hosts, discovery, skip_hosts)
     plan = evaluate(request, with_scopes=file is not None)
     errors = mistakes_of(plan, request)
     placing = None if file is None else _placing(plan, file)
@@ -96,16 +101,21 @@ def show(
     raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def _hosts_file(path: str | None, discovery: str | None) -> HostsFile | None:
+def _hosts_file(
+    path: str | None, discovery: str | None, skip_hosts: Sequence[str]
+) -> HostsFile | None:
     """The values of secrets are not needed for a plan."""
+    if path is None and skip_hosts:
+        raise UsageError("--skip-host needs --hosts FILE")
     if path is None and discovery is None:
         return None
     from launcher.hosts.file import read
     from launcher.hosts.model import HostsFile
+    from launcher.hosts.skipping import skip
     from launcher.model.record import replace
 
     file = HostsFile(path="", hosts={}) if path is None else read(path, with_secrets=False)
-    return replace(file, discovery=file.discovery.by(discovery))
+    return skip(replace(file, discovery=file.discovery.by(discovery)), skip_hosts)
 
 
 def _placing(plan: Plan, file: HostsFile) -> Placing:

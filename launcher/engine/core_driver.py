@@ -105,15 +105,15 @@ class CoreDriver:
         returncode = end.outcome.returncode
         if returncode is None:
             number = end.outcome.spawn_errno or errno.EIO
-            self.not_started(process, number, will_restart=will_restart)
+            self.not_started(process.process_id, number, will_restart=will_restart)
             return
         number = process.process_id
         self.feed(events.ProcessExited(number, pid, returncode, will_restart=will_restart))
 
-    def not_started(self, process: Process, number: int, *, will_restart: bool = False) -> None:
+    def not_started(self, process_id: int, number: int, *, will_restart: bool = False) -> None:
         self.feed(
             events.SpawnFailed(
-                process_id=process.process_id,
+                process_id=process_id,
                 errno=number,
                 reason=os.strerror(number),
                 will_restart=will_restart,

@@ -291,6 +291,10 @@ class Supervisor:
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
         spec = with_printable_name(self._options.adapt(effect.spec))
+        if self._fleet is not None and (host := self._fleet.skipped(spec)):
+            self._log.log("WARNING", spec.name, f"not started: {host} is skipped")
+            self._core_driver.not_started(effect.process_id, errno.ECANCELED)
+            return
         prefix = self._screen.prefix(spec, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
@@ -357,7 +361,7 @@ class Supervisor:
 
     def cancelled(self, process: Process) -> None:
         if not process.machine.is_held:
-            self._core_driver.not_started(process, errno.ECANCELED)
+            self._core_driver.not_started(process.process_id, errno.ECANCELED)
 
     def before_kill(self) -> None:
         self._housekeeper.note_shared_memory()

@@ -53,7 +53,8 @@ class Host(Record):
     processes there, none of which may be shown; of those in `secrets` the value is not in the file.
     `on_link_loss` None is the default of the engine: SYSTEMD keeps, SSH stops after 10 s.
     `workspace` is the folder that `hosts sync` fills, relative to the home. `node_selector` are
-    labels of a Kubernetes node. `where` is the place in the file, for messages.
+    labels of a Kubernetes node. `is_skipped`: nothing is started there in this run. `where` is the
+    place in the file, for messages.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Host(Record):
     on_link_loss: LinkPolicy | None = None
     workspace: str = ".local/share/launcher/workspace"
     node_selector: Mapping[str, str] = {}
+    is_skipped: bool = False
     where: str = ""
 
     def __repr__(self) -> str:

@@ -23,7 +23,8 @@ class RunOptions(Record):
     a pipe can be read only once; `file_names` are their patterns, each with its place. `format` is
     the form of lines on the screen (see `engine.output.line_format`). `control`:
     open the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a
-    hosts file, `discovery` how nodes find each other.
+    hosts file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are
+    not used.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -45,6 +46,7 @@ class RunOptions(Record):
     file_names: tuple[tuple[str, str], ...] = ()
     hosts: str | None = None
     discovery: str | None = None
+    skip_hosts: tuple[str, ...] = ()
 
     @property
     def has_budgets(self) -> bool:

@@ -26,6 +26,12 @@ class Placed(Record):
     def host_name(self) -> str:
         return LOCAL if self.host is None else self.host.name
 
+    @property
+    def shown(self) -> str:
+        """`bot1`; `bot1 (skipped)` where it is not started."""
+        is_skipped = self.host is not None and self.host.is_skipped
+        return f"{self.host_name} (skipped)" if is_skipped else self.host_name
+
 
 HERE = Placed()
 
@@ -92,10 +98,11 @@ def document_there(
     """The entries of a process in the document of a plan with hosts."""
     host, order = placed.host, placed.order
     if host is None or order is None:
-        return {"host": LOCAL, "on_host": None}
+        return {"host": LOCAL, "skipped": False, "on_host": None}
     given = changed_variables(env, environment)
     return {
         "host": host.name,
+        "skipped": host.is_skipped,
         "on_host": {
             "cmd": list(words_there(host, order)),
             "setup": list(host.setup),

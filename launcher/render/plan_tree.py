@@ -207,7 +207,7 @@ class _PlanTree:
 
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
-        host = f"on {self._placed[number].host_name}" if number in self._placed else ""
+        host = f"on {self._placed[number].shown}" if number in self._placed else ""
         asides = [_identity(process), host, _time(process.stamp.time_s), _condition_result(visit)]
         children = [_load_branch(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(

@@ -87,6 +87,30 @@ def test_nothing_starts_if_hosts_cannot_be_used(bench: HostsBench):
     assert not any((bench.folder / name).exists() for name in ("here", "bot1_a"))
 
 
+def test_a_run_goes_on_without_a_host_that_is_skipped(bench: HostsBench):
+    actions = f"""{FLEET}, {SLEEPER.format("missing1_c")},
+        RegisterEventHandler(__import__("launch").event_handlers.OnProcessStart(
+            on_start=lambda event, context: LogInfo(msg="heard of " + event.process_name)))"""
+    done = bench.run(actions)
+    assert b"to start the others without: --skip-host missing1\n" in done.stdout
+    with bench.launch(actions, "--skip-host", "missing*", "--skip-host", "bot2") as run:
+        wait_until(lambda: is_running(run, "bot1_a") and is_running(run, "here"), "the others")
+        assert {row["name"] for row in run.ask("ps")["processes"]} == {"bot1_a-1", "here-3"}
+        run.wait_for("heard of here-3")
+        assert "[WARNING] [bot2_b-2]: not started: bot2 is skipped" in run.screen
+        assert "[WARNING] [missing1_c-4]: not started: missing1 is skipped" in run.screen
+        assert "heard of bot2" not in run.screen
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert "2 processes ended as expected" in run.screen
+
+
+def test_a_run_of_which_everything_is_skipped_ends(bench: HostsBench):
+    done = bench.run(SLEEPER.format("bot1_a"), "--skip-host", "bot1")
+    assert done.returncode == 0
+    assert b"not started: bot1 is skipped" in done.stdout
+
+
 def test_an_interrupt_ends_the_wait_for_hosts(bench: HostsBench):
     actions = f"{SLEEPER.format('silent1_a')}, {SLEEPER.format('here')}"
     with bench.launch(actions) as run:

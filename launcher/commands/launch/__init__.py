@@ -82,7 +82,12 @@ def main(words: Sequence[str]) -> int:
     if parsed.print_plan:
         from launcher.commands import plan
 
-        return plan.show(request, hosts=options.hosts, discovery=options.discovery)
+        return plan.show(
+            request,
+            hosts=options.hosts,
+            discovery=options.discovery,
+            skip_hosts=options.skip_hosts,
+        )
     if parsed.enable or parsed.disable:
         from launcher.commands import enable
 

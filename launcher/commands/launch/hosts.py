@@ -19,8 +19,9 @@ from launcher.hosts import discovery, discovery_server
 from launcher.hosts.file import read
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
 from launcher.hosts.placement import Placement
+from launcher.hosts.skipping import skip
 from launcher.model.options import RunOptions
-from launcher.model.record import Record
+from launcher.model.record import Record, replace
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.planner import make_plan
 from launcher.stdio import silence
@@ -42,8 +43,9 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
         wiring = _wire(Discovery().by(options.discovery), ())
         return Preparation(services=_services(wiring))
     file = read(options.hosts)
+    file = skip(replace(file, discovery=file.discovery.by(options.discovery)), options.skip_hosts)
     placement = Placement(file)
-    wanted = file.discovery.by(options.discovery)
+    wanted = file.discovery
     specs = _planned(request, file)
     _warn_of_many(wanted, placement, specs)
     needed = _needed(file, wanted, placement, specs)
@@ -96,7 +98,8 @@ def _needed(
     found = [placement.host_of(spec) for spec in specs]
     if wanted.mode is DiscoveryMode.SERVER:
         found += [file.hosts.get(name) for name in (wanted.server, wanted.backup or "")]
-    return tuple({host.name: host for host in found if host is not None}.values())
+    used = [host for host in found if host is not None and not host.is_skipped]
+    return tuple({host.name: host for host in used}.values())
 
 
 def _wire(wanted: Discovery, hosts: tuple[Host, ...]) -> discovery.Wiring:

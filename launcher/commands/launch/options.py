@@ -42,6 +42,14 @@ def _discovery(word: str) -> str:
 
 
 DISCOVERY_MODES = ("multicast", "peers", "server")
+SKIP_HOST = option(
+    "--skip-host NAME",
+    "do without a host of the hosts file: what would run there is not started; NAME may be a "
+    "pattern",
+    name="skip_hosts",
+    default=(),
+    repeat="all",
+)
 # The names are fields of RunOptions; `settings` sets several of them.
 RUN_OPTIONS = (
     option(
@@ -69,6 +77,7 @@ RUN_OPTIONS = (
         name="limits",
     ),
     option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
+    SKIP_HOST,
     option(
         "--discovery MODE",
         "how the nodes of several hosts find each other: multicast, peers or server",
@@ -135,6 +144,8 @@ def run_options(parsed: Parsed) -> RunOptions:
     options = RunOptions(**fields)
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
+    if options.skip_hosts and options.hosts is None:
+        raise UsageError("--skip-host needs --hosts FILE")
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
     return options

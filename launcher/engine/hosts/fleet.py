@@ -145,6 +145,8 @@ class Fleet:
         self._forget_timer("")
         if self._refused:
             names = ", ".join(name for name in self._hosts if name in self._refused)
+            options = " ".join(f"--skip-host {name}" for name in self._refused)
+            self._log.log("INFO", "launch", f"to start the others without: {options}")
             self._listener.host_failed(f"cannot be used: {names}")
         else:
             self._begin()
@@ -158,6 +160,11 @@ class Fleet:
     def place(self, process: Process, *, merge: bool) -> None:
         """Tell the host of a new process about it, unless that is this machine."""
         self._driver.place(process, merge=merge)
+
+    def skipped(self, spec: ProcessSpec) -> str | None:
+        """The host of the process, if this run does without it."""
+        host = self._plan.host_of(spec)
+        return host.name if host is not None and host.is_skipped else None
 
     def samples(self) -> dict[str, Sample]:
         """The last samples of processes on hosts that can be reached, by name of process."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,12 @@ def launched(monkeypatch) -> Any:
         return 0
 
     def planned(
-        request: Any, *, as_json: bool = False, hosts: str | None, discovery: str | None
+        request: Any,
+        *,
+        as_json: bool = False,
+        hosts: str | None,
+        discovery: str | None,
+        skip_hosts: Sequence[str],
     ) -> int:
         note("plan", request)
         if as_json:
@@ -55,6 +61,8 @@ def launched(monkeypatch) -> Any:
             seen[-1][2].add(f"hosts={hosts}")
         if discovery is not None:
             seen[-1][2].add(f"discovery={discovery}")
+        if skip_hosts:
+            seen[-1][2].add(f"skip={','.join(skip_hosts)}")
         return 0
 
     monkeypatch.setattr(launch, "launch", lambda request, options: note("launch", request, options))
@@ -148,8 +156,8 @@ def test_a_launch_may_show_the_plan(launched, word):
         (f"{F} --debug a:=1 -d", set()),
         (f"{F} --json -- a:=1", {"--json"}),
         (
-            f"{F} a:=1 --hosts h.yaml --discovery peers",
-            {"--hosts=h.yaml", "--discovery=peers"},
+            f"{F} a:=1 --hosts h.yaml --discovery peers --skip-host b1 --skip-host=c*",
+            {"--hosts=h.yaml", "--discovery=peers", "--skip=b1,c*"},
         ),
     ],
 )
@@ -187,6 +195,7 @@ def test_words_of_args(launched, folder):
         f"{F} --evaluation-timeout",
         f"{F} --launch-prefix-filter x",
         f"{F} --ros --no-control",
+        f"{F} --skip-host bot1",
         f"{F} --json",
         f"{F} --budgets gone.yaml",
         f"{F} b",

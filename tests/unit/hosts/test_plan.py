@@ -59,6 +59,41 @@ def lines_with(text: str, output: str) -> list[str]:
     return [line.strip(" │├└─") for line in output.splitlines() if text in line]
 
 
+def test_a_skipped_host_is_shown(plan: Plan):
+    actions = 'node("one"), node("two"),'
+    places = "one: bot1\ntwo: bot2"
+
+    code, output, _ = plan(actions, places, "--skip-host", "bot[2-9]")
+    assert code == 0
+    found = [line.split(", on ")[1].split(",")[0] for line in lines_with(", on ", output)]
+    assert found == ["bot1", "bot2 (skipped)"]
+    _, output, _ = plan(actions, places, "--skip-host", "bot2", "--json")
+    shown = [(p["host"], p["skipped"]) for p in json.loads(output)["processes"]]
+    assert shown == [("bot1", False), ("bot2", True)]
+
+
+@pytest.mark.parametrize(
+    ("words", "more", "message"),
+    [
+        (["--skip-host", "bot3"], "", "no host 'bot3' in hosts.yaml"),
+        (["--skip-host", "robot*"], "", "no host 'robot*' in hosts.yaml"),
+        (
+            ["--skip-host", "bot1"],
+            "discovery: {mode: server, server: bot1}",
+            "the discovery server runs on 'bot1'",
+        ),
+    ],
+)
+def test_a_host_that_cannot_be_skipped_is_an_error(
+    plan: Plan, words: list[str], more: str, message: str
+):
+    code, _, errors = plan('node("one"),', "one: bot1", *words, more=more)
+
+    assert code == 2
+    assert f"--skip-host: {message}" in errors
+    assert "hint: " in errors
+
+
 def test_each_process_shows_its_host_and_what_runs_there(plan: Plan):
     actions = 'node("one"), node("two", parameters=[{"speed": 2}]), node("three"),'
 

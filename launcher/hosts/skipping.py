@@ -1,0 +1,40 @@
+"""`--skip-host`: hosts of a hosts file that a run does without."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Sequence
+
+from launcher.errors import UsageError
+from launcher.hosts.model import DiscoveryMode, HostsFile
+from launcher.model.record import replace
+from launcher.text import suggest
+
+
+def skip(file: HostsFile, patterns: Sequence[str]) -> HostsFile:
+    """Mark the hosts that match; UsageError for a pattern without a match, or a server's host."""
+    skipped: set[str] = set()
+    for pattern in patterns:
+        found = fnmatch.filter(file.hosts, pattern)
+        if not found:
+            raise _no_host(pattern, file)
+        skipped.update(found)
+    wanted = file.discovery
+    if wanted.mode is DiscoveryMode.SERVER:
+        for server in (wanted.server, wanted.backup):
+            if server in skipped:
+                hint = "name another host in `discovery:`, or --discovery peers"
+                message = f"--skip-host: the discovery server runs on '{server}'"
+                raise UsageError(message, hint=hint, where=wanted.where or None)
+    hosts = {
+        name: replace(host, is_skipped=True) if name in skipped else host
+        for name, host in file.hosts.items()
+    }
+    return replace(file, hosts=hosts)
+
+
+def _no_host(pattern: str, file: HostsFile) -> UsageError:
+    similar = suggest(pattern, file.hosts)
+    known = f"known: {', '.join(file.hosts)}" if file.hosts else None
+    hint = f"did you mean '{similar}'?" if similar else known
+    return UsageError(f"--skip-host: no host '{pattern}' in {file.path}", hint=hint)
