@@ -256,7 +256,8 @@ def test_verbs_work_on_processes_of_other_hosts(bench: HostsBench):
         run.wait_for_log("bot1_cat", "hello")
         pid = run.row("bot1_cat")["pid"]
         assert run.ask_text("pause", "bot1_cat") == "bot1_cat-1 paused with SIGSTOP"
-        assert state_of(pid) == "T"
+        # It is told when the host has sent the signal; the kernel carries it out a moment later.
+        wait_until(lambda: state_of(pid) == "T", "it stands still")
         assert run.row("bot1_cat")["paused"]
         assert run.ask_text("resume", "bot1_cat") == "bot1_cat-1 resumed with SIGCONT"
         assert f"instead of {pid}" in run.ask_text("restart", "bot1_cat")
