@@ -34,7 +34,9 @@ def bench(tmp_path: Path) -> Iterator[HostsBench]:
 
 
 def test_a_lost_link_is_a_state_and_is_caught_up(bench: HostsBench):
-    actions = f"{COUNTER}, {SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}"
+    counted_there = bench.folder / "counted"
+    counter = COUNTER.replace("sleep", f"echo >> {counted_there}; sleep")
+    actions = f"{counter}, {SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}"
     with bench.launch(actions) as run:
         run.wait_for("count 3")
         pid = run.row("bot1_a")["pid"]
@@ -48,7 +50,10 @@ def test_a_lost_link_is_a_state_and_is_caught_up(bench: HostsBench):
         assert run.row("here")["unreachable_s"] is None
         os.kill(pid, signal.SIGSEGV)
         seen = run.screen.count("count")
-        wait_until(lambda: run.row("bot1_a")["unreachable_s"] > 1, "a while")
+        wait_until(lambda: not state_of(pid), "its host has noticed its death")
+        noticed_s, size = run.row("bot1_a")["unreachable_s"], counted_there.stat().st_size
+        wait_until(lambda: run.row("bot1_a")["unreachable_s"] > noticed_s + 1, "a while")
+        wait_until(lambda: counted_there.stat().st_size > size + 10, "lines are written there")
         assert run.screen.count("count") == seen
         bench.switch("restore bot1")
         run.wait_for("bot1 is reachable again after")
