@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -88,12 +89,14 @@ def test_three_hosts_without_a_problem(check: Check, lab: Lab, one: Host, two: H
 
 def test_the_facts_of_a_host_are_those_of_that_host(check: Check, one: Host):
     check.write([one])
+    begun_s = time.monotonic()
     document = check.document()
+    took_s = time.monotonic() - begun_s
     host = document["hosts"]["one"]
     assert host["reached"] and host["engine"] == "ssh" and host["user"] == "root"
     assert host["addresses"] == [one.address]
     assert host["python"] == ".".join(map(str, sys.version_info[:3]))
-    assert 0 < host["login_s"] < 5
+    assert 0 < host["login_s"] < took_s
     assert abs(host["clock_offset_s"]) <= host["clock_uncertainty_s"] + 0.001
     assert {folder["path"] for folder in host["folders"]} >= {"/dev/shm", ".ros/log"}
     assert document["network"] == {"unicast": [], "multicast": []}

@@ -47,7 +47,7 @@ def test_three_robots_of_which_one_is_switched_off(
 ):
     lab.hosts_file(tmp_path / "hosts.yaml", robots, PLACES)
 
-    check = operator_types("hosts", "check", "system")
+    check = operator_types("hosts", "check", "system", "--timeout", "60")
     assert check.exit_code() == 0, check.text
 
     run = operator_types("system", "--hosts", "hosts.yaml")

@@ -148,8 +148,9 @@ def test_only_a_changed_file_is_sent_and_rollback_brings_it_back(
 def test_a_host_that_is_off_stops_no_other(
     lab: Lab, hosts: dict[str, Host], workspace: Path, tmp_path: Path
 ):
-    options = {"ssh": {**lab.ssh_options(), "ConnectTimeout": 1}}
-    command = Command(lab, tmp_path, dict.fromkeys(hosts.values(), options))
+    impatient = {"ssh": {**lab.ssh_options(), "ConnectTimeout": 1}}
+    settings = {host: impatient if host.name == "bot2" else {} for host in hosts.values()}
+    command = Command(lab, tmp_path, settings)
     hosts["bot2"].link_down()
     try:
         done = command.run(workspace)

@@ -105,6 +105,7 @@ def test_the_check_uses_what_was_brought(
     settings = {name: {"python": python, "engine": "ssh"} for name in ("three", "four")}
     fleet = Fleet(lab, tmp_path, fleet_workspace, **settings)
     words = ["hosts", "check", "fleet_nodes", "fleet.launch.py", f"--hosts={fleet.file}"]
+    words += ["--timeout", "60"]
     workspace = f"--workspace={fleet_workspace.root}"
 
     before = lab.operator.launcher(*words, workspace, cwd=tmp_path)
