@@ -97,7 +97,7 @@ def test_nothing_is_left_of_a_robot():
 
 def test_the_next_lab_removes_the_robot_of_a_killed_run():
     needs_robots()
-    with killed_run("robot") as name:
-        assert len(traces(name)) > 5
+    with killed_run("robot") as (name, left):
+        assert len(left) > 5
         leftovers.remove_leftovers()
         assert traces(name) == []

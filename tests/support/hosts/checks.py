@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from launcher import proc
 from tests.support.hosts import leftovers
 from tests.support.hosts.cgroups import groups
 from tests.support.hosts.computer import Computer
@@ -58,8 +58,7 @@ def traces(lab: str) -> list[str]:
     found = Path("/proc/mounts").read_text(encoding="utf-8").split()
     found += [path.name for path in Path("/run/netns").iterdir()]
     found += [path.name for path in (*leftovers.STATE.iterdir(), *groups("lab-*"))]
-    commands = (Path(f"/proc/{pid}/cmdline") for pid in os.listdir("/proc") if pid.isdigit())
-    found += [path.read_text(errors="replace") for path in commands if path.exists()]
+    found += [proc.read(pid, "cmdline").decode(errors="replace") for pid in proc.pids()]
     return [text for text in found if lab in text]
 
 
@@ -76,14 +75,17 @@ with Lab() as lab:
 
 
 @contextlib.contextmanager
-def killed_run(kind: str) -> Iterator[str]:
-    """The name of a lab with a host (`host` or `robot`), whose process was killed."""
+def killed_run(kind: str) -> Iterator[tuple[str, list[str]]]:
+    """A lab with a host (`host` or `robot`), whose process was killed: its name, its traces."""
     command = [sys.executable, "-c", _RUN, kind]
     with subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True) as run:
         assert run.stdout is not None
         name = run.stdout.readline().strip()
-        run.kill()
+        with leftovers.undisturbed():
+            run.kill()
+            run.wait()
+            left = traces(name)
     try:
-        yield name
+        yield name, left
     finally:
         leftovers.remove(name)

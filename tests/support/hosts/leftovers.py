@@ -13,7 +13,7 @@ import re
 import shutil
 import signal
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from launcher import proc
@@ -36,12 +36,19 @@ def new_name() -> str:
 
 def remove_leftovers() -> None:
     """Remove the labs of processes that no longer exist."""
-    STATE.mkdir(parents=True, exist_ok=True)
-    with open(STATE / "lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # another process may want to remove the same
+    with undisturbed():  # another process may want to remove the same
         for name in _names():
             if not _has_owner(name):
                 remove(name)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Nobody else on the machine removes leftovers meanwhile, as each new lab does."""
+    STATE.mkdir(parents=True, exist_ok=True)
+    with open(STATE / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def remove(name: str) -> None:
