@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from tests.support.hosts import Host, Lab, leftovers, needs_clocks, needs_hosts
-from tests.support.hosts.checks import heard, is_reached, killed_run, login, module, traces
+from tests.support.hosts.checks import answers, heard, is_reached, killed_run, login, module, traces
 from tests.support.hosts.keys import make_key
 from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
@@ -68,17 +68,17 @@ def test_a_login_needs_the_key_of_the_user_and_the_key_of_the_host(lab: Lab, one
 
 def test_a_changed_host_key_is_refused_until_it_is_trusted(lab: Lab):
     host = lab.host("changed")
-    assert is_reached(lab, host)
+    assert answers(lab, host)
     host.new_host_key()
     refused = login(lab, host, "true")
     assert refused.returncode == 255
     assert "Host key verification failed" in refused.stderr
     lab.trust(host)
-    assert is_reached(lab, host)
+    assert answers(lab, host)
 
 
 def test_a_link_is_down_until_it_is_up(lab: Lab, two: Host):
-    assert is_reached(lab, two)
+    assert answers(lab, two)
     two.link_down()
     assert not is_reached(lab, two)
     two.link_up()
@@ -105,14 +105,14 @@ def test_killed_sessions_end_for_the_client_and_sshd_goes_on(lab: Lab, one: Host
         wait_until(lambda: [x for x in one.processes() if "1000" in x.words], "a session")
         one.kill_sshd_sessions()
         assert session.wait() == 255
-    assert is_reached(lab, one)
+    assert answers(lab, one)
 
 
 def test_a_killed_sshd_refuses_connections_until_it_is_started(lab: Lab, one: Host):
     one.kill_sshd()
     assert "Connection refused" in login(lab, one, "true").stderr
     one.start_sshd()
-    assert is_reached(lab, one)
+    assert answers(lab, one)
 
 
 def test_a_full_disk_has_room_again_when_it_is_freed(one: Host):

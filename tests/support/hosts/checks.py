@@ -30,14 +30,21 @@ def module(name: str, *words: str) -> list[str]:
 
 
 def login(
-    lab: Lab, host: Remote, *words: str, user: str = "root"
+    lab: Lab, host: Remote, *words: str, user: str = "root", patience_s: int = 50
 ) -> subprocess.CompletedProcess[str]:
     """An ssh session of the operator, whatever comes of it."""
     command = lab.ssh(host, *words, user=user)
-    return lab.operator.run([*command[:1], "-o", "ConnectTimeout=2", *command[1:]], check=False)
+    patience = ("-o", f"ConnectTimeout={patience_s}")
+    return lab.operator.run([*command[:1], *patience, *command[1:]], check=False)
 
 
 def is_reached(lab: Lab, host: Remote) -> bool:
+    """Whether it answers within two seconds; to be repeated, or for hosts that cannot."""
+    return login(lab, host, "true", patience_s=2).returncode == 0
+
+
+def answers(lab: Lab, host: Remote) -> bool:
+    """The same, however long it takes."""
     return login(lab, host, "true").returncode == 0
 
 
