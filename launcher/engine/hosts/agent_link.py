@@ -17,7 +17,7 @@ from launcher.engine.hosts.frames import (
     Kind,
     pack,
 )
-from launcher.engine.hosts.link import LinkContext, LinkState
+from launcher.engine.hosts.link import LinkContext, LinkState, beat_s
 from launcher.engine.hosts.reports import decode_event
 from launcher.engine.hosts.session_process import SessionProcess
 from launcher.engine.machine import Command
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from launcher.engine.posix.reactor import Timer
     from launcher.hosts.order import Order
 
-BEAT_S = 1.0
 UNREACHABLE_S = 3.0
 RENEW_S = 6.0  # of silence, after which another connection is tried
 CONNECT_S = 30.0
@@ -234,7 +233,7 @@ class AgentLink:
         if silent_s > RENEW_S and self._process is not None and self._has_greeted:
             self._channel.detach()
             self._process.kill()
-        self._later("beat", BEAT_S, self._beat)
+        self._later("beat", beat_s(self.stop_after_s), self._beat)
 
     def _echo(self, frame: Frame) -> None:
         try:
@@ -249,7 +248,7 @@ class AgentLink:
                 return
             self._offset_s = min(self._round_trips)[1]
             self._cancel("connect")
-            self._later("beat", BEAT_S, self._beat)
+            self._later("beat", beat_s(self.stop_after_s), self._beat)
             self._change(LinkState.READY, "")
         elif self._state is LinkState.UNREACHABLE:
             self._catch_up = last

@@ -17,6 +17,15 @@ if TYPE_CHECKING:
     from launcher.hosts.order import Order
 
 
+BEAT_S = 1.0
+_BEATS = 4  # in the time after which a host without the operator stops its processes
+
+
+def beat_s(stop_after_s: float | None) -> float:
+    """How often a host hears of the operator: well before it would stop its processes."""
+    return BEAT_S if stop_after_s is None else max(0.05, min(BEAT_S, stop_after_s / _BEATS))
+
+
 class LinkState(enum.Enum):
     """Whether the host can be reached.
 

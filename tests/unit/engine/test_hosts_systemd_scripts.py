@@ -118,6 +118,40 @@ def test_launchers_of_a_run_have_marks_of_their_own(tmp_path: Path):
         assert asked(reactor) != asked(reactor)
 
 
+@pytest.mark.parametrize(
+    ("stop_after_s", "now", "expires"),
+    [(1.0, "12.05", False), (1.0, "12.20", True), (2.0, "13.10", False), (0.2, "12.05", False)],
+)
+def test_the_watch_expires_after_its_time(
+    tmp_path: Path, stop_after_s: float, now: str, expires: bool
+):
+    """The last beat was at 11.20; it may be a whole second old although the operator is there."""
+    known = facts(tmp_path)
+    scripts = Scripts("k3", Host("bot1", "b"), known)
+    uptime, tools = tmp_path / "uptime", tmp_path / "bin"
+    tools.mkdir()
+    for name, text in {
+        "sleep": f"[ ! -e {tmp_path}/looked ] && touch {tmp_path}/looked",
+        "systemctl": "echo stopped",
+        "systemd-cat": "true",
+        "systemd-run": "true",
+    }.items():
+        (tools / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tools / name).chmod(0o755)
+
+    def told(script: str, up: str) -> str:
+        uptime.write_text(f"{up} 99.00\n")
+        env = {"PATH": f"{tools}:{os.environ['PATH']}"}
+        words = ["sh", "-c", script.replace("/proc/uptime", str(uptime))]
+        return subprocess.run(words, env=env, capture_output=True, text=True, check=False).stdout
+
+    shell(scripts.prepare(), tmp_path)
+    told(scripts.watch(stop_after_s), "11.20")
+    watch = Path(scripts.folder, "watch").read_text()
+
+    assert (told(watch, now) == "stopped\n") == expires
+
+
 # ---- nothing that a file or an order says is run by a shell
 
 PIECES = ("$(>F)", "`>F`", "; >F;", "\n", "'", '"', "\\", "${X}", "&", "|>F", "E\n")

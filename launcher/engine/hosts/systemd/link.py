@@ -6,7 +6,7 @@ import functools
 import time
 from collections import deque
 
-from launcher.engine.hosts.link import LinkState
+from launcher.engine.hosts.link import LinkState, beat_s
 from launcher.engine.hosts.systemd import journal, manifest
 from launcher.engine.hosts.systemd.adoption import Adoption
 from launcher.engine.hosts.systemd.facts import why_unusable
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from launcher.hosts.order import Order
 
 LOOK_S = 3.0  # between looks at the states of the units
-BEAT_S = 1.0  # for the watch there
 FINISH_S = 3.0  # for the last lines
 READABLE_S = 15.0  # for the first record to come through the journal
 
@@ -187,7 +186,7 @@ class SystemdLink:
         if self.stop_after_s is not None and not self._has_watch:
             self._has_watch = True
             self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
-            self._timers.every("beat", BEAT_S, self._send_beat)
+            self._timers.every("beat", beat_s(self.stop_after_s), self._send_beat)
 
     def _write_manifest(self) -> None:
         document = manifest.encode(self._run, self._context.title, self._started, self._orders)

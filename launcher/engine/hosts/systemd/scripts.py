@@ -229,7 +229,8 @@ exit $code"""
     def watch(self, stop_after_s: float) -> str:
         """Starts a unit that stops the run if no beat comes for so long."""
         script = WATCH.format(
-            seconds=max(1, round(stop_after_s)),
+            seconds=(seconds := max(1, round(stop_after_s))),
+            hundredths=100 * seconds,
             beat=shlex.quote(f"{self.folder}/beat"),
             record=f"systemd-cat -t {journal.records_identifier(self._run)} echo",
             stop=f"{self._systemctl} stop {shlex.quote(self._slice)}",
@@ -254,7 +255,7 @@ exit $code"""
     def beat(self) -> str:
         """Tells the watch that the operator is there."""
         beat = shlex.quote(f"{self.folder}/beat")
-        return f'read -r up _ </proc/uptime; echo "${{up%%.*}}" >{beat}'
+        return f'read -r up _ </proc/uptime; echo "${{up%.*}}${{up#*.}}" >{beat}'
 
     def finish(self, names: Iterable[str], *, at_once: bool) -> str:
         """Stops what is left, and removes all traces; prints the units that were still active."""
@@ -300,11 +301,13 @@ read -r up _ </proc/uptime
 read -r began <{folder}/"$1"/began
 [ $((${{up%%.*}} - ${{began:-0}})) -gt 2 ] || timeout 3 journalctl --sync 2>/dev/null
 """
+# The time of a beat is in hundredths of a second, as in /proc/uptime: in whole ones, a beat of a
+# second ago may look like one of two.
 WATCH = """\
 while sleep 1; do
   read -r now _ </proc/uptime
   read -r beat <{beat} || continue
-  [ $((${{now%%.*}} - beat)) -lt {seconds} ] && continue
+  [ $((${{now%.*}}${{now#*.}} - beat)) -lt {hundredths} ] && continue
   {record} expired {seconds}
   {stop}
   exit
