@@ -96,7 +96,7 @@ def test_the_agent_is_killed(lab: Lab, bot: Host, tmp_path: Path):
         assert run.end() == 1
 
 
-@pytest.mark.parametrize("policy", ["stop-after=1", "keep"])
+@pytest.mark.parametrize("policy", ["stop-after=3", "keep"])
 def test_the_launcher_is_killed(lab: Lab, bot: Host, tmp_path: Path, policy: str):
     with Run(lab, tmp_path, {bot: {"on_link_loss": policy}}, PLACE) as run:
         is_counting(run)

@@ -282,7 +282,7 @@ def test_requests_wait_for_the_connection():
 
 
 def test_without_the_operator_the_host_stops_them():
-    with Recorder(host(stop_after_s=0.5), words=RELAYED) as recorder:
+    with Recorder(host(stop_after_s=3.0), words=RELAYED) as recorder:
         recorder.ready().start(1, python(SLEEP))
         agent = agent_pid(recorder)
         recorder.until(lambda: recorder.text(), "it is up")
