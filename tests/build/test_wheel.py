@@ -21,7 +21,7 @@ from elftools.elf.elffile import ELFFile
 from tests.build.small_packages import files_package, python_package
 from tests.support.environments import environment_with_ros
 from tests.support.node_process import REPOSITORY
-from tests.support.workspaces import EXAMPLE, launcher
+from tests.support.workspaces import COMPILED, EXAMPLE, launcher
 from tests.unit.build.source_tree import write
 
 STATION = {
@@ -194,7 +194,7 @@ def test_what_cannot_be_packed(workspace, tmp_path):
 
 
 def test_a_package_that_is_not_built(tmp_path):
-    shutil.copytree(EXAMPLE / "src", tmp_path / "src")
+    shutil.copytree(EXAMPLE / "src", tmp_path / "src", ignore=COMPILED)
     answer = launcher(tmp_path, "wheel", "fleet_nodes")
     assert answer.code == 1
     assert answer.err.startswith("error: fleet_interfaces is not built\nhint: ")
@@ -205,7 +205,7 @@ def test_a_package_that_is_not_built(tmp_path):
 def test_sources_that_changed_after_the_build(workspace, tmp_path):
     """`install/` has links to the sources: the wheel would not fit its libraries."""
     copy = tmp_path / "copy"
-    shutil.copytree(workspace, copy, symlinks=True)
+    shutil.copytree(workspace, copy, symlinks=True, ignore=COMPILED)
     message = copy / "src/fleet_interfaces/msg/RobotStatus.msg"
     message.write_text(message.read_text() + "bool is_late\n")
     answer = launcher(copy, "wheel", "fleet_interfaces")

@@ -15,6 +15,7 @@ from tests.support.hosts.requirements import program, why_no_hosts
 from tests.support.hosts.tool import failure
 from tests.support.hosts.tree import NoTreeError, tree
 from tests.support.node_process import REPOSITORY
+from tests.support.workspaces import COMPILED
 
 _PROGRAMS = ("podman", "runc", "catatonit", "mmdebstrap")
 _BUILD_TIMEOUT_S = 500.0
@@ -126,7 +127,7 @@ def _sources(context: Path) -> Path:
     folder = context.parent / "sources"
     names = ("launcher", "group_gp1", "launch", "resource")
     for name in names:
-        shutil.copytree(REPOSITORY / name, folder / name, dirs_exist_ok=True)
+        shutil.copytree(REPOSITORY / name, folder / name, ignore=COMPILED, dirs_exist_ok=True)
     for name in ("setup.py", "setup.cfg", "pyproject.toml", "package.xml", "README.md"):
         shutil.copy(REPOSITORY / name, folder)
     return folder

@@ -19,6 +19,8 @@ from tests.support.verbs import Answer
 EXAMPLE = REPOSITORY / "examples/fleet_workspace"
 TYPE_MATRIX = REPOSITORY / "tests/support/type_matrix"  # interfaces with fields of every kind
 BUILD_TIMEOUT_S = 500.0
+# Others import from the same folders, and rename what they have compiled while it is copied.
+COMPILED = shutil.ignore_patterns("__pycache__")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
