@@ -89,11 +89,12 @@ class Run:
         found: list[int] = []
 
         def is_there() -> bool:
+            has_ended = self._has_ended()  # before the lines are looked at
             for number, line in enumerate(self.lines[after:], after):
                 if re.search(pattern, line):
                     found.append(number + 1)
                     return True
-            assert self.process.poll() is None or not self._has_ended(), self.text[-3000:]
+            assert not has_ended, self.text[-3000:]
             return False
 
         try:
@@ -103,8 +104,8 @@ class Run:
         return found[0]
 
     def _has_ended(self) -> bool:
-        self._reader.join(1.0)
-        return not self._reader.is_alive()
+        """Whether it has, and all its lines are there."""
+        return self.process.poll() is not None and not self._reader.is_alive()
 
     def interrupt(self) -> None:
         self.process.send_signal(signal.SIGINT)
