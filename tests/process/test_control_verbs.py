@@ -163,7 +163,7 @@ def test_a_process_that_is_queued_for_its_start_can_be_stopped(control_bench: Co
             connection.send("start", ["sleeper"])
             assert run.row("sleeper")["state"] == "STARTING"
             assert run.ask_text("stop", "sleeper") == never
-            assert connection.read(20)["error"]["message"] == never
+            assert connection.read(TIMEOUT_S)["error"]["message"] == never
         assert run.row("sleeper")["state"] == "STOPPED"
         assert run.screen.count("[sleeper-2]: process was not started: stopped") == 2
 
@@ -177,7 +177,7 @@ def test_stopping_a_process_queued_for_its_restart_does_not_report_its_last_exit
         connection.send("start", ["sleeper"])
         assert run.row("sleeper")["state"] == "STARTING"
         run.ask_text("stop", "sleeper")
-        message = connection.read(20)["error"]["message"]
+        message = connection.read(TIMEOUT_S)["error"]["message"]
         assert message == "sleeper-1 was stopped before it had started"
 
 

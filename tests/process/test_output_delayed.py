@@ -92,7 +92,7 @@ class ReaderBench:
 
     def shown(self, end: bytes) -> list[bytes]:
         """Run until this is shown; all that was."""
-        until_s = self.reactor.now() + 30.0
+        until_s = self.reactor.now() + 60.0
 
         def look() -> None:
             if end in self._path.read_bytes() or self.reactor.now() > until_s:

@@ -48,7 +48,7 @@ def test_many_small_frames_that_were_kept_arrive_after_a_return():
         sender.channel.attach(back[0], there[1])
         receiver.channel.attach(there[0], back[1])
         sender.channel.resume(0)
-        reactor.call_later(30.0, reactor.stop)
+        reactor.call_later(60.0, reactor.stop)
         reactor.run()
         assert receiver.payloads == payloads
         assert sender.lost_because == receiver.lost_because == []
