@@ -194,11 +194,21 @@ def receivers(host: Host) -> list[int]:
     ]
 
 
-def large(workspace: Path) -> Path:
-    """A file that takes a while, so that the command can be interrupted."""
+@contextlib.contextmanager
+def started_slowly(command: Command, bot: Host, workspace: Path) -> Iterator[subprocess.Popen[str]]:
+    """The command, while a large file is received, which takes six seconds more."""
     path = workspace / "install/maps/share/maps/big.bin"
     path.write_bytes(os.urandom(60_000_000))
-    return path
+    bot.slow_link(bytes_per_s=10_000_000)
+    try:
+        process = command.start(workspace)
+        wait_until(
+            lambda: received(bot) > 1_000_000 or process.poll() is not None, "it is received"
+        )
+        assert process.poll() is None, process.communicate()
+        yield process
+    finally:
+        bot.normal_link()
 
 
 def received(host: Host) -> int:
@@ -222,24 +232,20 @@ def test_whatever_is_killed_the_old_release_stays(
     lab: Lab, command: Command, bot: Host, workspace: Path, victim: str
 ):
     command.run(workspace)
-    large(workspace)
-    process = command.start(workspace)
-    wait_until(lambda: received(bot) > 1_000_000 or process.poll() is not None, "it is received")
-    assert process.poll() is None, process.communicate()
-
-    if victim == "operator":
-        os.kill(process.pid, signal.SIGKILL)
-    elif victim == "receiver":
-        os.kill(receivers(bot)[0], signal.SIGKILL)
-    elif victim == "ssh":
-        os.kill(_ssh(process.pid), signal.SIGKILL)
-    elif victim == "sshd":
-        bot.kill_sshd_sessions()
-    else:
-        bot.power_off()
-        process.kill()
-        bot.power_on()
-    process.communicate(timeout=60)
+    with started_slowly(command, bot, workspace) as process:
+        if victim == "operator":
+            os.kill(process.pid, signal.SIGKILL)
+        elif victim == "receiver":
+            os.kill(receivers(bot)[0], signal.SIGKILL)
+        elif victim == "ssh":
+            os.kill(_ssh(process.pid), signal.SIGKILL)
+        elif victim == "sshd":
+            bot.kill_sshd_sessions()
+        else:
+            bot.power_off()
+            process.kill()
+            bot.power_on()
+        process.communicate(timeout=60)
     wait_until(lambda: not receivers(bot), "the receiver ends")
 
     assert hall(bot).read_text() == "first"
@@ -255,12 +261,9 @@ def _ssh(pid: int) -> int:
 
 
 def test_ctrl_c_ends_it_and_the_receiver(command: Command, bot: Host, workspace: Path):
-    large(workspace)
-    process = command.start(workspace)
-    wait_until(lambda: received(bot) > 1_000_000, "it is received")
-
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    with started_slowly(command, bot, workspace) as process:
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
 
     assert process.returncode == 130
     assert "interrupted; not done: bot1 (a release is used only when it is complete: " in err
@@ -272,21 +275,19 @@ def test_a_link_that_is_down_for_long_frees_the_lock(
     lab: Lab, bot: Host, workspace: Path, tmp_path: Path
 ):
     """The receiver gives up by itself: sshd would not notice."""
-    impatient = {"ServerAliveInterval": 1, "ServerAliveCountMax": 2}
+    impatient = {"ServerAliveInterval": 1, "ServerAliveCountMax": 6}
     options = {"ssh": {**lab.ssh_options(), **impatient}}
     command = Command(lab, tmp_path, {bot: options})
     command.run(workspace)
-    large(workspace)
-    process = command.start(workspace)
-    wait_until(lambda: received(bot) > 1_000_000, "it is received")
-    bot.link_down()
-    try:
-        _, err = process.communicate(timeout=120)
-        assert process.returncode == 1
-        assert "host 'bot1': the connection was lost" in err
-        wait_until(lambda: not receivers(bot), "the receiver ends", 120)
-    finally:
-        bot.link_up()
+    with started_slowly(command, bot, workspace) as process:
+        bot.link_down()
+        try:
+            _, err = process.communicate(timeout=120)
+            assert process.returncode == 1
+            assert "host 'bot1': the connection was lost" in err
+            wait_until(lambda: not receivers(bot), "the receiver ends", 120)
+        finally:
+            bot.link_up()
 
     assert hall(bot).read_text() == "first"
     assert command.run(workspace).code == 0
