@@ -111,7 +111,7 @@ def test_a_killed_agent_takes_its_processes_along(host: Host, start: Start):
 
 
 def test_a_killed_launcher_leaves_its_processes_to_the_leash(host: Host, start: Start):
-    run = start("stop-after=2 s", counter=COUNT)
+    run = start("stop-after=6 s", counter=COUNT)
     run.wait_for(r"^\[counter-1\] 5$")
     run.process.kill()
     assert scripts(host)

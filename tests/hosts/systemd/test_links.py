@@ -154,7 +154,7 @@ def test_no_start_is_lost_by_a_detach(lab: Lab, robot: Robot, start: Start):
 
 def test_without_the_launcher_the_robot_stops_its_processes(robot: Robot, start: Start, user: str):
     run = start(
-        ("counter", COUNT, SCREEN, "respawn=True"), user=user, on_link_loss="stop-after=2 s"
+        ("counter", COUNT, SCREEN, "respawn=True"), user=user, on_link_loss="stop-after=6 s"
     )
     run.wait_for(r"\] 40$")
     run.process.kill()
