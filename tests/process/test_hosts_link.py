@@ -39,6 +39,7 @@ def test_a_lost_link_is_a_state_and_is_caught_up(bench: HostsBench):
     actions = f"{counter}, {SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}"
     with bench.launch(actions) as run:
         run.wait_for("count 3")
+        wait_until(lambda: is_running(run, "bot1_a"), "the process")
         pid = run.row("bot1_a")["pid"]
         bench.switch("cut bot1")
         wait_until(lambda: run.row("bot1_a")["unreachable_s"] is not None, "a lost link")
@@ -115,6 +116,7 @@ def test_a_host_that_is_gone_takes_its_processes_along(bench: HostsBench):
     again = 'sh("exec sleep 1000", name="bot1_again", respawn=True)'
     with bench.launch(f"{handler}, {FLEET}, {again}") as run:
         wait_for_fleet(run)
+        wait_until(lambda: is_running(run, "bot1_again"), "a process that it would restart")
         bench.switch("power_off bot1")
         run.wait_for("bot1_again-4 -9")
         assert "bot1 is lost: it was restarted" in run.screen
