@@ -10,9 +10,10 @@ from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
-from launcher.doctor.facts import Finding, Level, WorkspaceFacts
+from launcher.doctor.facts import Finding, WorkspaceFacts
 from launcher.doctor.repairs import repair
 from launcher.errors import ExitCode
+from launcher.model.level import Level
 from launcher.workspace import Workspace, current
 from launcher.workspace.activation import activate
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
-from launcher.doctor.facts import Facts, Finding, Leftover, Level, Unreachable
+from launcher.doctor.facts import Facts, Finding, Leftover, Unreachable
 from launcher.doctor.network_checks import check_network
 from launcher.doctor.workspace_checks import check_workspace
+from launcher.model.level import Level
 from launcher.program import program
 from launcher.text import count
 

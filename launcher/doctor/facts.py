@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-import enum
-
 from launcher.engine.monitor.shared_memory import Stale
+from launcher.model.level import Level
 from launcher.model.record import Record
-
-
-class Level(enum.Enum):
-    """Severity of a finding; only a problem makes the exit code 1."""
-
-    OK = "ok"
-    NOTE = "note"
-    PROBLEM = "problem"
 
 
 class Finding(Record):

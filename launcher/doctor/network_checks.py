@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from launcher.doctor.facts import Finding, Level, NetworkFacts, Node
+from launcher.doctor.facts import Finding, NetworkFacts, Node
+from launcher.model.level import Level
 from launcher.program import program
 from launcher.text import count
 

@@ -12,10 +12,11 @@ from launcher import cli, proc
 from launcher.commands import doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
-from launcher.doctor.facts import Facts, Finding, Leftover, Level, Prefix, Space, Unreachable
+from launcher.doctor.facts import Facts, Finding, Leftover, Prefix, Space, Unreachable
 from launcher.engine.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
 from launcher.engine.monitor.shared_memory import Stale
 from launcher.errors import UsageError
+from launcher.model.level import Level
 from launcher.model.record import replace
 
 HEALTHY = Facts(

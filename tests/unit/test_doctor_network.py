@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from launcher.doctor.facts import Finding, Level, NetworkFacts, Node
+from launcher.doctor.facts import Finding, NetworkFacts, Node
 from launcher.doctor.network_checks import check_network
+from launcher.model.level import Level
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 

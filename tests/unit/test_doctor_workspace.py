@@ -11,8 +11,9 @@ import pytest
 from launcher.build import records, sources
 from launcher.build.place import Place
 from launcher.doctor import workspace
-from launcher.doctor.facts import Level, WorkspaceFacts
+from launcher.doctor.facts import WorkspaceFacts
 from launcher.doctor.workspace_checks import check_workspace
+from launcher.model.level import Level
 from launcher.workspace import Workspace
 from tests.unit.build.source_tree import python_package, write
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from launcher.errors import LauncherError, UsageError
 from launcher.hosts import discovery
-from launcher.hosts.check.facts import Finding, Level, Needs, Survey
+from launcher.hosts.check.facts import Finding, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
@@ -19,6 +19,7 @@ from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
 from launcher.hosts.discovery import Wiring
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
+from launcher.model.level import Level
 from launcher.model.record import Record
 
 _ORDER = (Level.PROBLEM, Level.NOTE)

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.hosts.failures import HostError
 from launcher.hosts.model import LOCAL, Host
+from launcher.model.level import Level
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
-
-
-class Level(enum.Enum):
-    """Severity of a finding; only a problem makes the exit code 1."""
-
-    OK = "ok"
-    NOTE = "note"
-    PROBLEM = "problem"
 
 
 class Finding(Record):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from launcher.hosts.check.facts import Finding, Level, Member
+from launcher.hosts.check.facts import Finding, Member
 from launcher.hosts.model import LOCAL, HostEngine
+from launcher.model.level import Level
 from launcher.program import program
 from launcher.text import count
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from launcher.hosts.check.examine import Examination
-from launcher.hosts.check.facts import Finding, Level, Member
+from launcher.hosts.check.facts import Finding, Member
 from launcher.hosts.check.host_judges import MB, duration, engine_of
 from launcher.hosts.check.pair_judges import distro_of, domain_of, middleware_of
 from launcher.hosts.model import HostEngine
+from launcher.model.level import Level
 from launcher.text import count, escape
 
 _HEAD = (

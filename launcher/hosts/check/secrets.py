@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 
-from launcher.hosts.check.facts import Finding, Level, Member
+from launcher.hosts.check.facts import Finding, Member
 from launcher.hosts.model import LOCAL, Secret
+from launcher.model.level import Level
 
 
 def missing_secrets(members: Iterable[Member], environ: Mapping[str, str]) -> Iterator[Finding]:

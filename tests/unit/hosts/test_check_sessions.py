@@ -12,9 +12,9 @@ import pytest
 
 from launcher.hosts import discovery
 from launcher.hosts.check import examine
-from launcher.hosts.check.facts import Level
 from launcher.hosts.check.probe_session import ProbeSession, remote_command
 from launcher.hosts.model import Discovery, DiscoveryMode, Host, HostsFile
+from launcher.model.level import Level
 
 
 def test_a_login_is_told_before_a_setup_file_fails(tmp_path: Path):
