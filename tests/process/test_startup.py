@@ -134,7 +134,9 @@ def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_pat
 
 
 #: A line of ours in a traceback; line 0 or 1 of the module is noticed before its first line runs.
-OURS = re.compile(r'/launcher/(?!__main__\.py", line [01], in <module>)')
+OURS = re.compile(
+    re.escape(f"{REPOSITORY}/launcher/") + r'(?!__main__\.py", line [01], in <module>)'
+)
 
 
 @pytest.mark.parametrize("words", [("-m", "launcher"), ("-c", SCRIPT)], ids=["module", "script"])
