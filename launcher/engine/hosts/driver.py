@@ -224,7 +224,8 @@ class HostsDriver(ProcessDriver):
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
         host = self._remote[process_id].host
         assert host is not None
-        host.lines += data.count(b"\n")
+        if host.state is LinkState.UNREACHABLE:  # it is being caught up with
+            host.lines += data.count(b"\n")
         if self._backlog is not None:
             self._backlog.add(host.name, (process_id, stream, data, at_s))
         else:

@@ -113,7 +113,8 @@ def test_the_past_of_a_host_is_awaited_as_long_as_it_may_return(state: LinkState
     fleet: Any = SimpleNamespace(pause=None, named=str, link_changed=lambda *state: None)
     with Reactor() as reactor:
         driver = HostsDriver(reactor, reader, nobody, nobody, fleet)
-        driver._remote[1] = cast(Any, SimpleNamespace(host=SimpleNamespace(name="bot1", lines=0)))
+        host = SimpleNamespace(name="bot1", state=LinkState.READY)
+        driver._remote[1] = cast(Any, SimpleNamespace(host=host))
         driver.begin_with(1, ["bot1", "bot2"])
         driver.output(1, "both", b"past\n", 1.0)
         driver.link_changed("bot1", state, "")
