@@ -18,6 +18,7 @@ import psutil
 import pytest
 
 from launcher.control.runs import wait_for_run
+from launcher.engine.hosts import agent_link
 from tests.support.controlled_run import ControlledRun
 from tests.support.screen_terminal import ScreenTerminal
 from tests.support.terminal import Terminal, marked_processes
@@ -226,3 +227,10 @@ def run(control_bench: ControlBench) -> Iterator[ControlledRun]:
     """A run with one process, `cat-1`, which echoes its input."""
     with control_bench.launch('sh("exec cat", name="cat")') as one:
         yield one
+
+
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links give an agent 60 s to answer, and to end: a busy machine may take long."""
+    monkeypatch.setattr(agent_link, "CONNECT_S", 60.0)
+    monkeypatch.setattr(agent_link, "LEAVE_S", 60.0)

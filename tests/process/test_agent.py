@@ -21,6 +21,8 @@ from launcher.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
 from tests.support.link_recorder import AGENT, RELAYED, Recorder, python
 from tests.support.waiting import wait_until
 
+pytestmark = pytest.mark.usefixtures("patient")
+
 SLEEP = "print('up'); import time; time.sleep(600)"
 KEEP = LinkPolicy(stop_after_s=None)
 

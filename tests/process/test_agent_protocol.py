@@ -25,6 +25,8 @@ from launcher.hosts import order_json
 from tests.support.link_recorder import AGENT, Recorder, python
 from tests.support.node_process import REPOSITORY
 
+pytestmark = pytest.mark.usefixtures("patient")
+
 # ---- what cannot serve
 
 
