@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from launcher.engine.monitor.shared_memory import FOLDER, held
+from launcher.ros.discovery.reader import read_graph
 from tests.ros.conftest import talking
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW, is_drawn
 from tests.support.probe_process import ProbeProcess, names
@@ -24,8 +25,22 @@ SAMPLE = {"/talker", "/site/east/listener", "/twin", "/_shy"}
 
 @pytest.fixture(scope="module")
 def probe(env: dict[str, str]) -> Iterator[ProbeProcess]:
+    """A probe that knows the sample nodes, and every endpoint and service that they have."""
+    seen = read_graph(int(env["ROS_DOMAIN_ID"]), 60.0, remote=False)
+    assert seen.missing == 0
+    gids = {endpoint.gid for endpoint in seen.snapshot.topic_graph().endpoints}
+
+    def has_all(graph: dict[str, Any]) -> bool:
+        # names, publishers and subscriptions of a participant come in streams of their own
+        return (
+            graph["complete"]
+            and names(graph) >= SAMPLE
+            and gids <= {endpoint["gid"] for endpoint in graph["endpoints"]}
+            and {"/switch", "/occupy"} <= {service["name"] for service in graph["services"]}
+        )
+
     with ProbeProcess(env) as probe:
-        probe.graph(lambda graph: names(graph) >= SAMPLE and graph["complete"], "the sample nodes")
+        probe.graph(has_all, "the sample nodes with all that they have")
         yield probe
 
 
