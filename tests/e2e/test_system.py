@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from launcher.engine.monitor.shared_memory import FOLDER, held
-from launcher.pytest_plugin import Launch
+from launcher.pytest_plugin import Launch, LaunchedSystem
 from tests.e2e.conftest import LONG_STOP, LONG_STOP_WORDS, MARK, REPOSITORY, World
 from tests.support.terminal import marked_processes
 from tests.support.waiting import wait_until
@@ -162,18 +162,55 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     assert world.survivors() == [line for line in world.survivors() if "bash" in line]
 
 
-@pytest.mark.alone  # what `doctor --fix` of another test frees, the launcher cannot
 @pytest.mark.thorough
 def test_a_killed_node_is_reported_and_its_shared_memory_freed(launched_system: Launch):
     fleet = launched_system("system", probe=False, **LONG_STOP)
     fleet.wait_for_log("robot_1", "Task ")
     # The launcher looks once a second what its processes hold; robot_3 comes later than that.
     fleet.wait_for_log("robot_3", "Received task ")
+    segments = segments_of(fleet, "robot_1")
+    assert segments
     fleet.kill("robot_1")
     fleet.wait_for_log("launch", r"process has died \[pid ")
-    fleet.wait_for_log("launch", "of shared memory of killed nodes")
+    # By the launcher, or by the Fast DDS of a node that has read there: whichever looks first.
+    wait_until(lambda: not [path for path in segments if path.exists()], "they are freed")
     ending = fleet.system.stop(150.0)
     assert (ending.returncode, ending.left_memory) == (130, ())
     assert any(
         "first unexpected exit: robot_1-3 (SIGKILL)" in line for line in fleet.logs("launch")
     )
+
+
+ONE_NODE = """
+import sys
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def generate_launch_description():
+    command = [sys.executable, "-m", "group_gp1.{name}"]
+    return LaunchDescription([
+        ExecuteProcess(cmd=command, name="{name}", cwd="{folder}", output="screen"),
+        ExecuteProcess(cmd=["sleep", "1000"], name="other"),
+    ])
+"""
+
+
+@pytest.mark.alone  # what `doctor --fix` of another test frees, the launcher cannot
+@pytest.mark.thorough
+def test_the_launcher_frees_what_no_other_node_has_read(launched_system: Launch, tmp_path: Path):
+    file = tmp_path / "one.launch.py"
+    file.write_text(ONE_NODE.format(name="monitor", folder=REPOSITORY))
+    system = launched_system(file, probe=False, **LONG_STOP)
+    # The launcher looks once a second what its processes hold.
+    system.wait_for_log("monitor", "Fleet report", count=2)
+    segments = segments_of(system, "monitor")
+    assert segments
+    system.kill("monitor")
+    system.wait_for_log("launch", "of shared memory of killed nodes")
+    assert not [path for path in segments if path.exists()]
+
+
+def segments_of(system: LaunchedSystem, name: str) -> list[Path]:
+    """What its process holds in /dev/shm, without ports."""
+    pids = {row["pid"] for row in system.processes().values() if row["label"] == name}
+    return [FOLDER / one for one, pid in held().items() if pid in pids and "_port" not in one]
