@@ -72,7 +72,14 @@ def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
     for name in ("ROS_DOMAIN_ID", "ROS_LOG_DIR"):
         monkeypatch.setenv(name, env[name])
     # The sample nodes may be kept from answering for longer than a person would wait.
-    monkeypatch.setattr("launcher.ros.discovery.domains.SPIN_TIME_S", 60.0)
+    for limit in (
+        "launcher.ros.discovery.domains.SPIN_TIME_S",
+        "launcher.ros.services.ANSWER_S",
+        "launcher.ros.services._CONNECT_S",
+        "launcher.ros.services._PREFETCHED_S",
+        "launcher.commands.service._CONNECT_S",
+    ):
+        monkeypatch.setattr(limit, 60.0)
     return in_process
 
 
