@@ -170,8 +170,9 @@ def new_control_path(env: Mapping[str, str]) -> str:
 
 
 def _literal(path: str) -> str:
-    """A path in a value of ssh_config, where `%` begins a token."""
-    return path.replace("%", "%%")
+    """A path as a value of ssh_config, where `%` begins a token and a blank ends a word."""
+    escaped = path.replace("%", "%%").replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
 
 
 def _own(host: Host) -> list[str]:

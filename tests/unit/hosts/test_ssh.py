@@ -94,6 +94,17 @@ def test_a_path_that_is_too_long_for_a_socket_is_not_taken(tmp_path: Path):
     assert new_control_path({"TMPDIR": str(longer)}).startswith("/tmp/ros-launcher-")
 
 
+@pytest.mark.skipif(shutil.which("ssh") is None, reason="needs ssh")
+@pytest.mark.parametrize("folder", ["/run/a b", '/run/it\'s "x"', "/run/%h\\\\$x", "/run/#1,=~"])
+def test_a_socket_may_be_in_any_folder(folder: str):
+    words = Connection(host(), f"{folder}/1.ssh").session("true")
+    place = words.index("--")
+
+    found = subprocess.run([*words[:place], "-G", *words[place:]], capture_output=True, check=False)
+    assert found.stderr == b""
+    assert f"controlpath {folder}/1.ssh" in found.stdout.decode().splitlines()
+
+
 def test_the_socket_of_a_killed_ssh_is_removed():
     killed, used = (Path(new_control_path(os.environ)) for _ in range(2))
     with socket.socket(socket.AF_UNIX) as first, socket.socket(socket.AF_UNIX) as second:
