@@ -19,7 +19,9 @@ from launcher.engine.hosts.link import LinkContext, LinkListener
 from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.facts import Facts, hello, read_facts
 from launcher.engine.hosts.systemd.link import SystemdLink
+from launcher.engine.hosts.systemd.samples import Samples
 from launcher.engine.hosts.systemd.scripts import Scripts
+from launcher.engine.hosts.systemd.shell import Answer, Answers, Request
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
@@ -150,6 +152,25 @@ def test_the_watch_expires_after_its_time(
     watch = Path(scripts.folder, "watch").read_text()
 
     assert (told(watch, now) == "stopped\n") == expires
+
+
+@pytest.mark.parametrize("missing", ["getconf", "grep"])
+def test_a_sample_needs_no_program_of_the_host(tmp_path: Path, missing: str):
+    for name in {"getconf", "grep"} - {missing}:
+        (tmp_path / name).symlink_to(str(shutil.which(name)))
+    pid, samples = os.getpid(), Samples()
+    answered: list[Answer] = []
+    answers = Answers(lambda beat: None)
+    script = answers.framed(Request(samples.script([pid], 1.0), answered.append))
+
+    words, env = [str(shutil.which("sh"))], {"PATH": str(tmp_path)}
+    answers.feed(
+        subprocess.run(words, input=script, env=env, capture_output=True, check=True).stdout
+    )
+
+    (found,) = samples.read(answered[0].text, {3: pid}, 1.0).values()
+    assert found["rss_bytes"] > 1_000_000
+    assert (found["uss_bytes"] is None) == (missing == "grep")
 
 
 # ---- nothing that a file or an order says is run by a shell

@@ -20,7 +20,9 @@ NEW_S = 5.0  # the memory of a new process grows while it loads what it needs
 
 # A process of which no unit is known counts alone.
 _SCRIPT = """
-echo "units $(getconf CLK_TCK) $(getconf PAGESIZE)"
+ticks=$(getconf CLK_TCK 2>/dev/null) || ticks=100
+page=$(getconf PAGESIZE 2>/dev/null) || page=4096
+echo "units $ticks $page"
 files=
 for pid in {pids}; do
   unit= members=$pid
