@@ -283,16 +283,21 @@ def stat(cpu_ticks: int, threads: int = 7, pages: int = 256) -> str:
     )
 
 
+def units(up_s: float) -> str:
+    """The first line of an answer, so many seconds after the host was started."""
+    return f"units 100 4096 {up_s:.2f}"
+
+
 def test_samples_are_sums_of_all_processes_of_a_unit():
     found = Samples()
-    lines = ["units 100 4096", f"process 77 77 5 {stat(150)}", f"process 77 78 2 {stat(10, 1, 4)}"]
+    lines = [units(10.0), f"process 77 77 5 {stat(150)}", f"process 77 78 2 {stat(10, 1, 4)}"]
 
     (first,) = found.read("\n".join(lines), {3: 77}, 10.0).values()
     assert (first["pid"], first["threads"], first["fds"], first["processes"]) == (77, 8, 7, 2)
     assert (first["rss_bytes"], first["uss_bytes"]) == (260 * 4096, None)
     assert first["cpu_percent"] is None
     # One of them has ended, another is new.
-    lines = ["units 100 4096", f"process 77 77 5 {stat(230)}", f"process 77 79 2 {stat(-30)}"]
+    lines = [units(12.0), f"process 77 77 5 {stat(230)}", f"process 77 79 2 {stat(-30)}"]
     memory = [
         "/proc/77/smaps_rollup:Private_Clean: 4 kB",
         "/proc/77/smaps_rollup:Private_Dirty: 8 kB",
@@ -303,7 +308,7 @@ def test_samples_are_sums_of_all_processes_of_a_unit():
     # It stays until it is read again, and that of a restarted process is unknown.
     (third,) = found.read("\n".join(lines), {3: 77}, 15.0).values()
     assert third["uss_bytes"] == 12 * 1024
-    again = ["units 100 4096", f"process 80 80 5 {stat(1)}"]
+    again = [units(18.0), f"process 80 80 5 {stat(1)}"]
     (fourth,) = found.read("\n".join(again), {3: 80}, 18.0).values()
     assert (fourth["uss_bytes"], fourth["cpu_percent"]) == (None, None)
 
@@ -313,8 +318,18 @@ def test_memory_is_read_of_new_processes_and_then_every_ten_seconds():
     looks = []
     for now in range(0, 60, 3):
         looks.append("grep" in found.script([77], now))
-        found.read(f"units 100 4096\nprocess 77 77 5 {stat(1)}", {3: 77}, now)
+        found.read(f"{units(now)}\nprocess 77 77 5 {stat(1)}", {3: 77}, now)
     assert [3 * n for n, look in enumerate(looks) if look] == [0, 3, 15, 27, 39, 51]
+
+
+def test_cpu_time_is_divided_by_the_time_between_looks_and_not_between_answers():
+    found = Samples()
+    for up_s, cpu_ticks, came_s in ((50.0, 0, 10.0), (53.0, 150, 15.9), (56.0, 300, 16.0)):
+        text = f"{units(up_s)}\nprocess 77 77 5 {stat(cpu_ticks)}"
+        (sample,) = found.read(text, {3: 77}, came_s).values()
+
+    assert sample["cpu_percent"] == pytest.approx(50.0)
+    assert found.read("sh: Killed", {3: 77}, 17.0) == {}
 
 
 def test_a_manifest_has_no_values_of_variables():

@@ -22,7 +22,8 @@ NEW_S = 5.0  # the memory of a new process grows while it loads what it needs
 _SCRIPT = """
 ticks=$(getconf CLK_TCK 2>/dev/null) || ticks=100
 page=$(getconf PAGESIZE 2>/dev/null) || page=4096
-echo "units $ticks $page"
+read -r up _ </proc/uptime
+echo "units $ticks $page $up"
 files=
 for pid in {pids}; do
   unit= members=$pid
@@ -51,11 +52,14 @@ _MEMORY = '[ -z "$files" ] || grep -H "^Private_" $files 2>/dev/null || :\n'
 
 
 class Samples:
-    """Samples of units by the pids of their main processes; CPU time since the last one."""
+    """Samples of units by the pids of their main processes; CPU time since the last one.
+
+    Times between samples are those of the host: answers may come late, and two at a time.
+    """
 
     def __init__(self) -> None:
         self._since: dict[int, float] = {}  # main process -> when it was seen first
-        self._read_s: dict[int, float] = {}  # main process -> when it was read last
+        self._read_s: dict[int, float] = {}  # main process -> when it was read last, there
         self._cpu_s: dict[int, float] = {}  # any process -> its CPU time then
         self._uss: dict[int, int] = {}
         self._uss_s = float("-inf")
@@ -73,7 +77,10 @@ class Samples:
     def read(self, text: str, pids: Mapping[int, int], now: float) -> dict[int, Mapping[str, Any]]:
         """By process id, for pids by process id; what cannot be read is left out."""
         lines = [line.split() for line in text.splitlines()]
-        units = next((line for line in lines if line[:1] == ["units"]), ["units", "100", "4096"])
+        units = next((line[1:] for line in lines if line[:1] == ["units"]), None)
+        if units is None:
+            return {}
+        ticks, page, up_s = int(units[0]), int(units[1]), float(units[2])
         members: dict[int, dict[int, list[str]]] = {}
         for line in lines:
             if line[:1] == ["process"] and len(line) > _RSS + 4:
@@ -83,14 +90,14 @@ class Samples:
         found: dict[int, Mapping[str, Any]] = {}
         cpu_s: dict[int, float] = {}
         for pid, of_unit in members.items():
-            readings = list(self._readings(pid, of_unit, int(units[1]), int(units[2]), cpu_s))
+            readings = list(self._readings(pid, of_unit, ticks, page, cpu_s))
             if pid in ids:
-                sample = summed(pid, readings, now - self._read_s.get(pid, now))
+                sample = summed(pid, readings, up_s - self._read_s.get(pid, up_s))
                 found[ids[pid]] = as_dict(sample)
         self._cpu_s = cpu_s
         self._uss = {pid: size for pid, size in self._uss.items() if pid in cpu_s}
         self._since = {pid: self._since.get(pid, now) for pid in members}
-        self._read_s = dict.fromkeys(members, now)
+        self._read_s = dict.fromkeys(members, up_s)
         return found
 
     def _readings(
