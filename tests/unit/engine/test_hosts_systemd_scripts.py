@@ -173,6 +173,35 @@ def test_a_sample_needs_no_program_of_the_host(tmp_path: Path, missing: str):
     assert (found["uss_bytes"] is None) == (missing == "grep")
 
 
+@pytest.mark.parametrize(
+    ("table", "root"),
+    [
+        ("0::UNIT", "."),
+        ("2:cpu:/\n1:name=systemd:UNIT\n0::UNIT", "systemd"),
+        ("2:cpu:/\n1:name=systemd:UNIT\n0::/", "systemd"),  # systemd does not use version 2
+        ("1:name=systemd:/\n0::UNIT", "unified"),
+        ("1:name=systemd:/user.slice/session-1.scope\n0::/", "systemd"),
+    ],
+)
+def test_all_processes_of_a_unit_are_found(tmp_path: Path, table: str, root: str):
+    unit = r"/launcher_k3.slice/launcher-k3-a\x20b:c-1.service"
+    groups = tmp_path / "groups"
+    for folder in (groups / root / unit[1:], *(tmp_path / pid for pid in "78")):
+        folder.mkdir(parents=True)
+    (groups / root / unit[1:] / "cgroup.procs").write_text("8\n7\n9\n")
+    (tmp_path / "uptime").write_text("5.00 1.00\n")
+    (tmp_path / "7/cgroup").write_text(f"{table.replace('UNIT', unit)}\n")
+    for pid in "78":
+        (tmp_path / pid / "stat").write_text(f"{pid} (a) b) S {'1 ' * 40}\n")
+
+    script = Samples().script([7], 1.0).replace("/proc/", f"{tmp_path}/")
+    found = shell(script.replace("/sys/fs/cgroup", str(groups)), tmp_path).stdout.decode()
+
+    lines = [line.split()[:3] for line in found.splitlines() if line.startswith("process")]
+    members = ["7", "8"] if unit in (tmp_path / "7/cgroup").read_text() else ["7"]
+    assert lines == [["process", "7", member] for member in members]
+
+
 # ---- nothing that a file or an order says is run by a shell
 
 PIECES = ("$(>F)", "`>F`", "; >F;", "\n", "'", '"', "\\", "${X}", "&", "|>F", "E\n")

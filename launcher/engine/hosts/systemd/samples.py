@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 _UTIME, _STIME, _THREADS, _RSS = 11, 12, 17, 21
 NEW_S = 5.0  # the memory of a new process grows while it loads what it needs
 
-# A process of which no unit is known counts alone.
+# A process of which no unit is known counts alone. With version 1 of control groups, that of the
+# unit may be in the hierarchy of systemd alone, although there is one of version 2.
 _SCRIPT = """
 ticks=$(getconf CLK_TCK 2>/dev/null) || ticks=100
 page=$(getconf PAGESIZE 2>/dev/null) || page=4096
@@ -28,18 +29,15 @@ files=
 for pid in {pids}; do
   unit= members=$pid
   while IFS=: read -r _ kind path; do
-    case $kind in ""|name=systemd) unit=$path ;; esac
+    case $kind:$path in :*.service|name=systemd:*.service) unit=$path ;; esac
   done <"/proc/$pid/cgroup"
-  case $unit in
-    *.service)
-      for root in /sys/fs/cgroup /sys/fs/cgroup/systemd /sys/fs/cgroup/unified; do
-        [ -r "$root$unit/cgroup.procs" ] || continue
-        while read -r member; do
-          [ "$member" = "$pid" ] || members="$members $member"
-        done <"$root$unit/cgroup.procs"
-        break
-      done ;;
-  esac
+  for root in /sys/fs/cgroup /sys/fs/cgroup/systemd /sys/fs/cgroup/unified; do
+    [ -n "$unit" ] && [ -r "$root$unit/cgroup.procs" ] || continue
+    while read -r member; do
+      [ "$member" = "$pid" ] || members="$members $member"
+    done <"$root$unit/cgroup.procs"
+    break
+  done
   for member in $members; do
     read -r line <"/proc/$member/stat" || continue
     set -- "/proc/$member/fd/"*
