@@ -17,7 +17,7 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
 from launcher.model.events import Outcome
-from launcher.model.spec import RestartMode, RestartPolicy
+from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 from tests.support.waiting import wait_until
 
 FACTS = Facts(
@@ -223,6 +223,23 @@ def test_what_does_not_wait_any_more_for_its_restart(
 
 
 FORGOTTEN = {"ActiveState": "inactive", "ExecMainCode": "0"}
+
+
+def test_a_stop_that_is_told_after_its_end_is_not_escalated(there: There):
+    """The link was lost, and the watch has stopped the process."""
+    there.process.machine.stop = StopPolicy(0.01, 60.0)
+    there.begin()
+    there.process.suspend_timers()
+    there.process.noted_stop(there.reactor.now(), by_user=False)
+    until_s = there.reactor.now() + 0.1
+    while there.reactor.now() < until_s:
+        there.reactor.turn()
+    there.process.noted_exit("i1", Outcome(returncode=-2), there.reactor.now())
+    there.process.resume_timers()  # before it is handled
+    there.await_exit()
+
+    assert there.asked() == []
+    assert Command.TICK not in there.events
 
 
 def test_an_exit_that_the_journal_tells_late_is_not_guessed(there: There):

@@ -89,6 +89,7 @@ class UnitProcess:
         self._stopped_s = float("-inf")  # a start that was before is of a unit that is stopped
         self._doubt = Doubt(mark)
         self._last_s = 0.0
+        self._is_suspended = False  # the host cannot be reached, or tells what has happened
         self._timer: Timer | None = None
         self._drain: Timer | None = None
         self._hold: Timer | None = None
@@ -246,6 +247,7 @@ class UnitProcess:
             )
         self._exits.append(invocation)
         self._pending = outcome, at_s
+        self._cancel("_timer")
         self._recent.ended()
         self._after("_drain", DRAIN_S, self._drain_output)
 
@@ -362,9 +364,11 @@ class UnitProcess:
     # ---- timers
 
     def _set_timer(self) -> None:
+        """None while its exit is known, or may be among what the host has still to tell."""
         self._cancel("_timer")
         deadline = self.machine.deadline
-        if deadline is not None and not self.restarts_by_itself:
+        waits = self._is_suspended or self._pending is not None
+        if deadline is not None and not self.restarts_by_itself and not waits:
             self._after("_timer", deadline - self._reactor.now(), self._due)
 
     def _due(self) -> None:
@@ -372,9 +376,12 @@ class UnitProcess:
 
     def suspend_timers(self) -> None:
         """The host cannot be reached."""
-        self._cancel("_timer")
+        self._is_suspended = True
+        self._set_timer()
 
     def resume_timers(self) -> None:
+        """It can, and has told what has happened."""
+        self._is_suspended = False
         self._set_timer()
 
     def close(self) -> None:
