@@ -11,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -118,6 +118,34 @@ def test_launchers_of_a_run_have_marks_of_their_own(tmp_path: Path):
 
     with Reactor() as reactor:
         assert asked(reactor) != asked(reactor)
+
+
+class Shell:
+    """A channel to a shell on the host."""
+
+    def __init__(self) -> None:
+        self.written = b""
+
+    def write(self, data: bytes) -> None:
+        self.written += data
+
+
+def test_the_watch_is_told_of_the_operator_before_all_lines_have_been_caught_up_with(
+    tmp_path: Path,
+):
+    known = facts(tmp_path)
+    with Reactor() as reactor:
+        listener = cast("LinkListener", None)
+        link = SystemdLink(LinkContext(Host("bot1", "b"), listener, reactor, "1-k3", {}))
+        link._know(known)
+        link._has_watch = True
+        link._send_beat()  # there is no shell
+        link._sessions._shell = there = cast("Any", Shell())
+
+        assert link.met_again(known)
+        assert there.written.count(b"/k3/beat") == 1
+        link._send_beat()
+        assert there.written.count(b"/k3/beat") == 2
 
 
 @pytest.mark.parametrize(

@@ -201,8 +201,7 @@ class SystemdLink:
             self._listener.warn(self._host.name, f"cannot prepare its processes: {lines[-1]}")
 
     def _send_beat(self) -> None:
-        if self.state is LinkState.READY:
-            self._request(Request(self._scripts.beat(), lasts=False))
+        self._sessions.send_beat(self._scripts.beat())
 
     def _write_stdin(self, process_id: int, data: bytes) -> None:
         name = self._units[process_id].order.name
@@ -256,6 +255,8 @@ class SystemdLink:
 
     def met_again(self, facts: Facts) -> bool:
         if facts.boot_id == self._facts.boot_id:
+            if self._has_watch:
+                self._send_beat()
             return True
         if self._attached is not None:
             self._sessions.give_up("it was restarted, which has ended its processes")

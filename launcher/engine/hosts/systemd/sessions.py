@@ -188,6 +188,11 @@ class Sessions:
         else:
             self._queue.append(request)
 
+    def send_beat(self, script: str) -> None:
+        """Run it there as soon as the shell answers, also while the journal is caught up with."""
+        if self._shell is not None and "limit" not in self._timers:
+            self._send(Request(script, lasts=False))
+
     @property
     def has_requests(self) -> bool:
         """Whether one that lasts was not answered yet: the host may not know of it."""
