@@ -116,6 +116,7 @@ def _index(value: object, number: int) -> tuple[int, ...]:
 
 
 _STOP_AFTER = re.compile(r"(?:stop-after *= *)?(.+)")
+_LEAST_STOP_AFTER_S = 0.1  # two beats of the launcher (`engine/hosts/link`)
 
 
 def _on_link_loss(value: object) -> LinkPolicy:
@@ -123,12 +124,15 @@ def _on_link_loss(value: object) -> LinkPolicy:
         return LinkPolicy()
     found = _STOP_AFTER.fullmatch(value) if isinstance(value, str) else None
     try:
-        return LinkPolicy(stop_after_s=DURATION.parse(found[1] if found else value))
+        stop_after_s = DURATION.parse(found[1] if found else value)
     except ValueError:
         shown = f"'{value}'" if isinstance(value, str) else "this"
         message = f"{shown} is not keep, or stop-after= with a time, as in stop-after=10 s"
         hint = near(value, ["keep", "stop-after=10 s"])
         raise FieldError(message, hint=hint if "did you" in str(hint) else None) from None
+    if stop_after_s < _LEAST_STOP_AFTER_S:
+        raise FieldError(f"'{value}' is too short: at least {_LEAST_STOP_AFTER_S * 1000:g} ms")
+    return LinkPolicy(stop_after_s=stop_after_s)
 
 
 def _variables(value: object) -> dict[str, str | Secret]:
