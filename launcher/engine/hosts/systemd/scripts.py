@@ -228,9 +228,10 @@ exit $code"""
 
     def watch(self, stop_after_s: float) -> str:
         """Starts a unit that stops the run if no beat comes for so long."""
+        hundredths = max(100, round(100 * stop_after_s))
         script = WATCH.format(
-            seconds=(seconds := max(1, round(stop_after_s))),
-            hundredths=100 * seconds,
+            seconds=f"{hundredths / 100:g}",
+            hundredths=hundredths,
             beat=shlex.quote(f"{self.folder}/beat"),
             record=f"systemd-cat -t {journal.records_identifier(self._run)} echo",
             stop=f"{self._systemctl} stop {shlex.quote(self._slice)}",
