@@ -145,8 +145,9 @@ class Fleet:
         self._forget_timer("")
         if self._refused:
             names = ", ".join(name for name in self._hosts if name in self._refused)
-            options = " ".join(f"--skip-host {name}" for name in self._refused)
-            self._log.log("INFO", "launch", f"to start the others without: {options}")
+            if self._plan.attached is None:
+                options = " ".join(f"--skip-host {name}" for name in self._refused)
+                self._log.log("INFO", "launch", f"to start the others without: {options}")
             self._listener.host_failed(f"cannot be used: {names}")
         else:
             self._begin()
@@ -154,6 +155,11 @@ class Fleet:
     def _begin(self) -> None:
         self.has_connected = True
         self._connected()
+
+    @property
+    def _is_apart(self) -> bool:
+        """Whether there is a run on the hosts that was not attached to yet: leave it alone."""
+        return self._plan.attached is not None and not self.has_connected
 
     # ---- processes
 
@@ -318,6 +324,9 @@ class Fleet:
         """Have every host stop what is left there; `done` is called when all have."""
         self._done = done
         used = [one for one in self.hosts if not (one.is_abandoned or one.is_gone)]
+        if self._is_apart:
+            self._log.log("INFO", "launch", "not attached: the run goes on without this launcher")
+            used = []
         waiting = [one for one in used if one.state is not LinkState.CONNECTING]
         self._connecting.clear()
         self._forget_timer("")
@@ -354,6 +363,6 @@ class Fleet:
             timer.cancel()
         self._timers.clear()
         for host in self.hosts:
-            if not is_orderly:
+            if not (is_orderly or self._is_apart):
                 host.link.finish(at_once=True)
             host.link.close()
