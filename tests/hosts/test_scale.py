@@ -52,10 +52,10 @@ def hosts(lab: Lab) -> list[Host]:
 
 @contextmanager
 def running(lab: Lab, hosts: list[Host], tmp_path: Path) -> Iterator[Run]:
-    """Four processes on each host, which stops them when the operator is silent for two seconds."""
+    """Four processes on each host, which stops them when the operator is silent for six seconds."""
     file, output = lab.folder / "scale.launch.py", tmp_path / "output"
     file.write_text(LAUNCH_FILE)
-    settings = {"engine": "ssh", "on_link_loss": "stop-after=2"}
+    settings = {"engine": "ssh", "on_link_loss": "stop-after=6"}
     places = {f"process:host{number}_*": host.name for number, host in enumerate(hosts)}
     path = lab.hosts_file(lab.folder / "scale.yaml", dict.fromkeys(hosts, settings), places)
     words = launcher_words([file, "--hosts", path])
@@ -105,7 +105,7 @@ def test_a_host_that_is_lost_is_named_and_nothing_is_left_on_any(
         hosts[7].link_down()
         try:
             run.await_text("scale7 is unreachable")
-            assert "its processes are stopped there after 2 s" in run.text
+            assert "its processes are stopped there after 6 s" in run.text
             run.process.send_signal(signal.SIGINT)
             assert run.process.wait(60) == 1
             wait_until(lambda: started(hosts[7]) == 0, "the lost host has stopped its own")
