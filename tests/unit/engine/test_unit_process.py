@@ -242,6 +242,34 @@ def test_a_stop_that_is_told_after_its_end_is_not_escalated(there: There):
     assert Command.TICK not in there.events
 
 
+@pytest.mark.parametrize(
+    ("state", "escalates"),
+    [
+        ("ActiveState=deactivating\nInvocationID=i1\nMainPID=7", True),
+        ("ActiveState=inactive\nInvocationID=\nMainPID=0", False),
+        ("ActiveState=failed\nInvocationID=i1\nMainPID=0", False),
+        ("ActiveState=activating\nSubState=auto-restart\nInvocationID=i1", False),
+    ],
+)
+def test_only_what_still_runs_there_is_escalated(there: There, state: str, escalates: bool):
+    """The exit may be behind much output in the journal."""
+    there.process.machine.stop = StopPolicy(0.01, 60.0)
+    there.begin()
+    there.process.command(Command.STOP)
+    assert there.asked() == ["stop"]
+    there.answer()
+
+    def is_asked() -> bool:
+        there.reactor.turn()
+        return bool(there.requests)
+
+    wait_until(is_asked, "the look before SIGTERM")
+    assert there.asked() == ["show"]
+    there.answer(state)
+    assert there.asked() == ["kill"] * escalates
+    assert (Command.TICK in there.events) == escalates
+
+
 def test_an_exit_that_the_journal_tells_late_is_not_guessed(there: There):
     """Behind much output; systemd has forgotten the unit, and its exit code."""
     there.begin()

@@ -372,7 +372,17 @@ class UnitProcess:
             self._after("_timer", deadline - self._reactor.now(), self._due)
 
     def _due(self) -> None:
-        self._handle(Command.TICK, self._reactor.now())
+        if self.machine.state is ProcessState.STOPPING:
+            script = self._scripts().show([self.order.name])
+            self._request(Request(script, self._escalate, lasts=False))
+        else:
+            self._handle(Command.TICK, self._reactor.now())
+
+    def _escalate(self, answer: Answer) -> None:
+        """Unless the unit has ended, which the journal tells behind much output."""
+        found = (read_properties(answer.text) or [{}])[-1]
+        if self._pending is None and not self._contradicts(found):
+            self._handle(Command.TICK, self._reactor.now())
 
     def suspend_timers(self) -> None:
         """The host cannot be reached."""
