@@ -369,6 +369,9 @@ class Supervisor:
     def may_have_left(self, process: Process, session: int) -> None:
         self._shutdown.end_session(process, session)
 
+    def stop(self, reason: str) -> None:
+        self._shutdown.stop(reason)
+
     def host_failed(self, cause: str) -> None:
         self._shutdown.host_failed(cause)
 

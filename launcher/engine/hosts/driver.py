@@ -256,6 +256,9 @@ class HostsDriver(ProcessDriver):
             self._backlog.flush()
         self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 
+    def run_ended(self, host: str, operator: str) -> None:
+        self._listener.stop(f"{escape(operator, keep='')} has ended the run on {host}")
+
     def warn(self, host: str, text: str) -> None:
         self._log.warn(f"{host}: {escape(text, keep='')}")
 

@@ -125,6 +125,9 @@ class LinkListener(Protocol):
     # A run that is attached to: its last lines have come, and what comes now is new.
     def past_told(self, host: str) -> None: ...
 
+    # An operator ends the run there; it may have been this one.
+    def run_ended(self, host: str, operator: str) -> None: ...
+
     # A message of the host's engine for the user.
     def warn(self, host: str, text: str) -> None: ...
 

@@ -127,9 +127,22 @@ def test_detach_and_attach(lab: Lab, robot: Robot, start: Start, tmp_path: Path,
         for one in (first, second):
             one.wait_for("process started with pid")
         assert first.interrupt() == 0
-        second.wait_for("process was stopped|finished cleanly")
-        second.interrupt()
+        second.wait_for("root@operator has ended the run on bot1: shutting down")
+        assert second.wait() == 0
     assert_no_traces(robot, user)
+
+
+def test_a_run_that_is_stopped_by_another_operator_ends(
+    lab: Lab, robot: Robot, start: Start, tmp_path: Path
+):
+    run = start(("counter", COUNT, SCREEN, "respawn=True"))
+    run.wait_for(r"\] 3$")
+    stopped = lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
+
+    assert stopped.returncode == 0, stopped.stdout
+    assert run.wait() == 0
+    assert "ended by: root@operator has ended the run on bot1" in run.text
+    assert_no_traces(robot, "root")
 
 
 def test_no_start_is_lost_by_a_detach(lab: Lab, robot: Robot, start: Start):

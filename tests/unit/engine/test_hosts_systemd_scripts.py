@@ -302,7 +302,7 @@ def scripts_of(chance: random.Random, home: Path) -> Iterator[str]:
     yield scripts.mark("m1")
     yield scripts.manifest({"title": nasty(chance)})
     yield scripts.watch(1.0)
-    yield scripts.finish([order.name], at_once=True)
+    yield scripts.finish([order.name], nasty(chance), at_once=True)
     yield hello(host)
     yield python_script(host, [nasty(chance)])
     yield sync_session.script(host)

@@ -214,6 +214,8 @@ class JournalEvents:
                     exited.noted_exit(invocation, outcome, at_s)
             case ("expired", waited):
                 self._expired(waited, at_s)
+            case ("ended", *operator):
+                self._listener.run_ended(self._host, " ".join(operator))
 
     def _numbered(self, number: str) -> UnitProcess | None:
         return self._units.get(int(number)) if number.isdecimal() else None

@@ -368,7 +368,8 @@ class SystemdLink:
     def _finish(self, *, at_once: bool) -> None:
         names = [one.order.name for one in self._units.values()]
         answered = functools.partial(self._finish_answered, at_once)
-        self._request(Request(self._scripts.finish(names, at_once=at_once), answered))
+        script = self._scripts.finish(names, manifest.operator(), at_once=at_once)
+        self._request(Request(script, answered))
         self._when_marked(self._finished)
 
     def _finish_answered(self, at_once: bool, answer: Answer) -> None:

@@ -36,13 +36,18 @@ class Manifest(Record):
     orders: Mapping[int, Order]
 
 
+def operator() -> str:
+    """Who starts or stops a run, as other operators see it."""
+    return f"{getpass.getuser()}@{os.uname().nodename}"
+
+
 def encode(run: str, title: str, started: float, orders: Mapping[int, Order]) -> dict[str, Any]:
     """What is written to the host."""
     return {
         "version": VERSION,
         "run": run,
         "title": title,
-        "operator": f"{getpass.getuser()}@{os.uname().nodename}",
+        "operator": operator(),
         "started": started,
         "processes": {
             str(number): order_json.encode(replace(order, environment={}, variables={}, files={}))

@@ -110,7 +110,7 @@ def _stop(run: FoundRun, host: Host) -> str:
             run_there(connection, hello(host), timeout_s=TIMEOUT_S).stdout.decode(errors="replace")
         )
         names: Iterable[str] = (n for n, place in run.host_of.items() if place == host.name)
-        script = Scripts(run.run, host, facts).finish(names, at_once=False)
+        script = Scripts(run.run, host, facts).finish(names, manifest.operator(), at_once=False)
         run_there(connection, script, timeout_s=STOP_S)
     except (LauncherError, KeyError, ValueError) as error:
         return f"{host.name}: {error}"

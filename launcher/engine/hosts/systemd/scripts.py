@@ -258,12 +258,16 @@ exit $code"""
         beat = shlex.quote(f"{self.folder}/beat")
         return f'read -r up _ </proc/uptime; echo "${{up%.*}}${{up#*.}}" >{beat}'
 
-    def finish(self, names: Iterable[str], *, at_once: bool) -> str:
-        """Stops what is left, and removes all traces; prints the units that were still active."""
+    def finish(self, names: Iterable[str], by: str, *, at_once: bool) -> str:
+        """Stops what is left, and removes all traces; prints the units that were still active.
+
+        Launchers of other operators are told who does it.
+        """
         units = quoted(map(self.unit, names)) or shlex.quote(self._slice)
         group = shlex.quote(self._slice)
         kill = f"{self._systemctl} kill --signal=9 {group} 2>/dev/null" if at_once else ":"
         return f"""
+systemd-cat -t {journal.records_identifier(self._run)} echo ended {shlex.quote(by)}
 {self._systemctl} list-units --plain --no-legend --state=active,deactivating,activating \
   {units} 2>/dev/null | while read -r one _; do printf '%s\\n' "$one"; done
 {self._systemctl} stop {shlex.quote(self.watch_unit)} 2>/dev/null
