@@ -36,7 +36,7 @@ def enable(request: LaunchRequest, options: RunOptions) -> int:
             print(f"not installed, since they run on this machine: {labels}")
             continue
         if file.hosts[name].is_skipped:
-            print(f"{name}: skipped; not installed: {labels}")
+            print(f"{name}: skipped; left as it is: {labels}")
             continue
         try:
             _install(system, file.hosts[name], processes)
@@ -53,6 +53,7 @@ def disable(request: LaunchRequest, options: RunOptions) -> int:
     name, code = _name(request), ExitCode.OK
     for host in _hosts_file(options).hosts.values():
         if host.is_skipped:
+            print(f"{host.name}: skipped; left as it is")
             continue
         try:
             was_there = Installer(host).remove(name)
@@ -67,7 +68,8 @@ def disable(request: LaunchRequest, options: RunOptions) -> int:
 def _hosts_file(options: RunOptions) -> HostsFile:
     if options.hosts is None:
         raise UsageError("--enable and --disable need --hosts FILE")
-    return skip(read(options.hosts), options.skip_hosts)
+    file = read(options.hosts)
+    return skip(replace(file, discovery=file.discovery.by(options.discovery)), options.skip_hosts)
 
 
 def _name(request: LaunchRequest) -> str:

@@ -64,4 +64,4 @@ def _is_number(address: str) -> bool:
 
 
 def _place(discovery: Discovery) -> str:
-    return discovery.where.rpartition("/")[2] or "the hosts file"
+    return discovery.where.rpartition("/")[2] or "--discovery"

@@ -116,7 +116,7 @@ def _index(value: object, number: int) -> tuple[int, ...]:
 
 
 _STOP_AFTER = re.compile(r"(?:stop-after *= *)?(.+)")
-_LEAST_STOP_AFTER_S = 0.1  # two beats of the launcher (`engine/hosts/link`)
+_LEAST_STOP_AFTER_S = 1.0  # a beat may come late: `engine/hosts/link` sends four in this time
 
 
 def _on_link_loss(value: object) -> LinkPolicy:
@@ -131,7 +131,7 @@ def _on_link_loss(value: object) -> LinkPolicy:
         hint = near(value, ["keep", "stop-after=10 s"])
         raise FieldError(message, hint=hint if "did you" in str(hint) else None) from None
     if stop_after_s < _LEAST_STOP_AFTER_S:
-        raise FieldError(f"'{value}' is too short: at least {_LEAST_STOP_AFTER_S * 1000:g} ms")
+        raise FieldError(f"'{value}' is too short: at least {_LEAST_STOP_AFTER_S:g} s")
     return LinkPolicy(stop_after_s=stop_after_s)
 
 

@@ -112,8 +112,8 @@ class Discovery(Record):
     where: str = ""
 
     def by(self, mode: str | None) -> Discovery:
-        """In this way, if one is given."""
-        return self if mode is None else replace(self, mode=DiscoveryMode(mode))
+        """In this way, if an option says so."""
+        return self if mode is None else replace(self, mode=DiscoveryMode(mode), where="")
 
 
 class HostsFile(Record):

@@ -12,7 +12,10 @@ from launcher.text import suggest
 
 
 def skip(file: HostsFile, patterns: Sequence[str]) -> HostsFile:
-    """Mark the hosts that match; UsageError for a pattern without a match, or a server's host."""
+    """Mark the hosts that match; UsageError for a pattern without a match, or a server's host.
+
+    That of the backup server may be one of them; then there is no backup.
+    """
     skipped: set[str] = set()
     for pattern in patterns:
         found = fnmatch.filter(file.hosts, pattern)
@@ -20,17 +23,20 @@ def skip(file: HostsFile, patterns: Sequence[str]) -> HostsFile:
             raise _no_host(pattern, file)
         skipped.update(found)
     wanted = file.discovery
+    warnings = file.warnings
     if wanted.mode is DiscoveryMode.SERVER:
-        for server in (wanted.server, wanted.backup):
-            if server in skipped:
-                hint = "name another host in `discovery:`, or --discovery peers"
-                message = f"--skip-host: the discovery server runs on '{server}'"
-                raise UsageError(message, hint=hint, where=wanted.where or None)
+        if wanted.server in skipped:
+            hint = "name another host in `discovery:`, or --discovery peers"
+            message = f"--skip-host: the discovery server runs on '{wanted.server}'"
+            raise UsageError(message, hint=hint, where=wanted.where or None)
+        if wanted.backup in skipped:
+            warnings += (f"no backup of the discovery server: '{wanted.backup}' is skipped",)
+            wanted = replace(wanted, backup=None)
     hosts = {
         name: replace(host, is_skipped=True) if name in skipped else host
         for name, host in file.hosts.items()
     }
-    return replace(file, hosts=hosts)
+    return replace(file, hosts=hosts, discovery=wanted, warnings=warnings)
 
 
 def _no_host(pattern: str, file: HostsFile) -> UsageError:

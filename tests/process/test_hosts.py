@@ -105,6 +105,12 @@ def test_a_run_goes_on_without_a_host_that_is_skipped(bench: HostsBench):
         assert "2 processes ended as expected" in run.screen
 
 
+def test_what_is_required_is_not_skipped(bench: HostsBench):
+    done = bench.run(FLEET, "--skip-host", "bot2", "--required", "*_b")
+    assert done.returncode == 2
+    assert b"error: bot2_b-2 is required, and its host, 'bot2', is skipped\nhint: " in done.stderr
+
+
 def test_a_run_of_which_everything_is_skipped_ends(bench: HostsBench):
     done = bench.run(SLEEPER.format("bot1_a"), "--skip-host", "bot1")
     assert done.returncode == 0

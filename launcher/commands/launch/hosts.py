@@ -47,6 +47,7 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
     placement = Placement(file)
     wanted = file.discovery
     specs = _planned(request, file)
+    _check_required(options, placement, specs)
     _warn_of_many(wanted, placement, specs)
     needed = _needed(file, wanted, placement, specs)
     wiring = _wire(wanted, needed)
@@ -74,6 +75,18 @@ def _planned(request: LaunchRequest, file: HostsFile) -> list[ProcessSpec]:
     if findings.errors:
         raise together(findings.errors)
     return [process.spec for process in plan.processes]
+
+
+def _check_required(
+    options: RunOptions, placement: Placement, specs: Iterable[ProcessSpec]
+) -> None:
+    """UsageError if one is required whose host is skipped."""
+    for spec in specs:
+        host = placement.host_of(spec)
+        if host is not None and host.is_skipped and options.is_required(spec):
+            message = f"{spec.name} is required, and its host, '{host.name}', is skipped"
+            hint = f"leave out --required, or --skip-host, or place {spec.name} elsewhere"
+            raise UsageError(message, hint=hint)
 
 
 def _warn_of_many(wanted: Discovery, placement: Placement, specs: Iterable[ProcessSpec]) -> None:

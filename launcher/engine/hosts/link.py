@@ -23,7 +23,7 @@ _BEATS = 4  # in the time after which a host without the operator stops its proc
 
 def beat_s(stop_after_s: float | None) -> float:
     """How often a host hears of the operator: well before it would stop its processes."""
-    return BEAT_S if stop_after_s is None else max(0.05, min(BEAT_S, stop_after_s / _BEATS))
+    return BEAT_S if stop_after_s is None else min(BEAT_S, stop_after_s / _BEATS)
 
 
 class LinkState(enum.Enum):

@@ -203,6 +203,12 @@ def test_a_stop_on_the_robot_of_what_waits_for_its_restart(
     assert run.interrupt() == 0, run.text
 
 
+def test_processors_that_a_robot_does_not_have_are_refused(start: Start):
+    run = start(("picky", "true", SCREEN), options=("--cpus", "picky=1023"))
+    assert run.wait() == 1
+    assert "[picky-1]: process could not be started: cpus=1023: Invalid argument" in run.text
+
+
 def test_a_stubborn_process_is_killed(robot: Robot, start: Start):
     script = "trap '' INT TERM; echo ready; while :; do sleep 0.1; done"
     more = (SCREEN, "sigterm_timeout='0.3'", "sigkill_timeout='0.3'")
@@ -247,8 +253,9 @@ def test_enabled_processes_start_at_boot_and_are_removed(
     launch = ("boots.launch.py", "--hosts", "hosts.yaml")
     unit = "launcher-boots-sleeps.service"
 
-    enabled = lab.operator.launcher(*launch, "--enable", cwd=tmp_path)
+    enabled = lab.operator.launcher(*launch, "--enable", "--discovery=server", cwd=tmp_path)
     assert enabled.returncode == 0, enabled.stderr
+    assert "not installed: --discovery: discovery server: " in enabled.stderr
     field = "_SYSTEMD_UNIT" if user == "root" else "_SYSTEMD_USER_UNIT"
     read = ["journalctl", "--boot", "--output=cat", f"{field}={unit}"]
     for _ in range(2):
@@ -260,6 +267,9 @@ def test_enabled_processes_start_at_boot_and_are_removed(
     with RemoteRun(lab, tmp_path / "screen", *launch) as run:
         run.wait_for("bot1: launcher-boots.target is installed there")
         run.interrupt()
+    skipped = lab.operator.launcher(*launch, "--disable", "--skip-host=bot1", cwd=tmp_path)
+    assert (skipped.stdout, skipped.returncode) == ("bot1: skipped; left as it is\n", 0)
+    assert systemctl(robot, user, "is-active", unit) == "active\n"
     disabled = lab.operator.launcher(*launch, "--disable", cwd=tmp_path)
     assert disabled.returncode == 0, disabled.stderr
     assert systemctl(robot, user, "list-units", "--all", "--no-legend", "launcher-boots*") == ""

@@ -21,7 +21,7 @@ COUNTER = 'sh("i=0; while :; do i=$((i+1)); echo count $i; sleep 0.05; done", na
 class HostsBench(ControlBench):
     """Processes run on the host that their names begin with: `bot1_talker` on `bot1`.
 
-    `leashed` stops its processes 0.2 s after its link was lost.
+    `leashed` stops its processes 1 s after its link was lost.
     """
 
     def __init__(self, folder: Path, runtime: Path) -> None:
@@ -59,7 +59,7 @@ def events(run: ControlledRun) -> list[dict[str, Any]]:
 
 def _hosts_file(actions: str) -> str:
     """With rules for the hosts that the actions name."""
-    leash = {"leashed": ", on_link_loss: stop-after=0.2"}
+    leash = {"leashed": ", on_link_loss: stop-after=1"}
     hosts = [f"  {name}: {{address: 127.0.0.1{leash.get(name, '')}}}" for name in HOSTS]
     rules = [f"  '{name}_*': {name}" for name in HOSTS if f"{name}_" in actions]
     return "\n".join(["hosts:", *hosts, *(["place:"] if rules else []), *rules, ""])

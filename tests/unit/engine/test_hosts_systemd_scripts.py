@@ -156,7 +156,6 @@ def test_the_watch_is_told_of_the_operator_before_all_lines_have_been_caught_up_
         (2.0, "13.10", False),
         (2.5, "13.60", False),
         (2.5, "13.70", True),
-        (0.2, "12.05", False),
     ],
 )
 def test_the_watch_expires_after_its_time(

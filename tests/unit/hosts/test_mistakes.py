@@ -58,7 +58,7 @@ OF_HOST = {
     "stop-after=10 s | did you mean 'keep'?",
     "on_link_loss: stop-after=soon": "15 'stop-after=soon' is not keep, or stop-after= with a "
     "time, as in stop-after=10 s | did you mean 'stop-after=10 s'?",
-    "on_link_loss: stop-after=0 s": "15 'stop-after=0 s' is too short: at least 100 ms",
+    "on_link_loss: stop-after=900 ms": "15 'stop-after=900 ms' is too short: at least 1 s",
     "on_link_loss: -3 s": "15 '-3 s' is not keep, or stop-after= with a time, as in "
     "stop-after=10 s",
     "environment: [A=1]": "14 expected variables by name, as in {ROS_DOMAIN_ID: 7}",

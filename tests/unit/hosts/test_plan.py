@@ -94,6 +94,14 @@ def test_a_host_that_cannot_be_skipped_is_an_error(
     assert "hint: " in errors
 
 
+def test_a_backup_server_may_be_skipped(plan: Plan):
+    discovery = "discovery: {mode: server, server: bot1, backup: bot2}"
+    code, output, _ = plan('node("one"),', "one: bot1", "--skip-host", "bot2", more=discovery)
+
+    assert code == 0
+    assert "no backup of the discovery server: 'bot2' is skipped" in output
+
+
 def test_each_process_shows_its_host_and_what_runs_there(plan: Plan):
     actions = 'node("one"), node("two", parameters=[{"speed": 2}]), node("three"),'
 

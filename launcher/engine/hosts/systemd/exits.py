@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 
+from launcher.engine.machine import SpawnError
 from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from launcher.hosts.order import Order
+
 _EXITED, _WAS_KILLED, _DUMPED = 1, 2, 3  # CLD_EXITED and so on
+_EXIT_CPUAFFINITY = 215  # of systemd.exec(5): no such processor
 _UNKNOWN = -9  # of a unit that is forgotten
+
+
+def why_not_started(said: str, order: Order) -> SpawnError:
+    """From what systemd-run has said, or the exit status of the unit if it has said nothing."""
+    text = (said.strip().splitlines() or ["systemd-run failed"])[0]
+    cpus = () if order.limits is None else order.limits.cpus or ()
+    if cpus and text == f"ExecMainStatus={_EXIT_CPUAFFINITY}":
+        return SpawnError(errno.EINVAL, f"cpus={','.join(map(str, cpus))}")
+    return SpawnError(errno.EIO, text)
 
 
 def outcome_of_record(result: str, code: str, status: str) -> Outcome:

@@ -158,7 +158,10 @@ if [ "$(cat {token_file} 2>/dev/null)" != {token} ]; then
     sleep 0.1
   done
   echo {token} > {token_file}
-  [ $code = 0 ] || printf '%s\\n' "$said"
+  if [ $code != 0 ]; then
+    [ -n "$said" ] || said=$({self._systemctl} show -p ExecMainStatus {name})
+    printf '%s\\n' "$said"
+  fi
 fi
 [ $code != 0 ] || {self._systemctl} show -p {_SHOWN},{_SHOWN_MORE} {name}
 exit $code"""
@@ -228,10 +231,9 @@ exit $code"""
 
     def watch(self, stop_after_s: float) -> str:
         """Starts a unit that stops the run if no beat comes for so long."""
-        hundredths = max(100, round(100 * stop_after_s))
         script = WATCH.format(
-            seconds=f"{hundredths / 100:g}",
-            hundredths=hundredths,
+            seconds=f"{stop_after_s:g}",
+            hundredths=round(100 * stop_after_s),
             beat=shlex.quote(f"{self.folder}/beat"),
             record=f"systemd-cat -t {journal.records_identifier(self._run)} echo",
             stop=f"{self._systemctl} stop {shlex.quote(self._slice)}",

@@ -15,7 +15,7 @@ from collections import deque
 
 from launcher.engine.hosts.replica import ReportingMachine
 from launcher.engine.hosts.systemd.doubt import Doubt
-from launcher.engine.hosts.systemd.exits import outcome_of_unit
+from launcher.engine.hosts.systemd.exits import outcome_of_unit, why_not_started
 from launcher.engine.hosts.systemd.recent_output import RecentOutput
 from launcher.engine.hosts.systemd.scripts import read_properties
 from launcher.engine.hosts.systemd.shell import Answer, Request
@@ -203,8 +203,7 @@ class UnitProcess:
             return  # the journal was faster
         now = self._reactor.now()
         if answer.code:
-            lines = answer.text.strip().splitlines() or ["systemd-run failed"]
-            self._handle(SpawnError(errno.EIO, lines[0]), now)
+            self._handle(why_not_started(answer.text, self.order), now)
             return
         found = (read_properties(answer.text) or [{}])[-1]
         invocation, pid = found.get("InvocationID", ""), int(found.get("ExecMainPID") or 0)
