@@ -76,7 +76,8 @@ def main(words: Sequence[str]) -> int:
     for warning in found.warnings:
         print(f"warning: {escape(warning)}", flush=True)
     if parsed.is_list:
-        print("\n".join(_rows(found.runs) or ["no runs"]))
+        where = " on the hosts that can be reached" if found.warnings else ""
+        print("\n".join(_rows(found.runs) or [f"no runs{where}"]))
         return ExitCode.OK
     run = _chosen(found.runs, parsed.run, bool(found.warnings))
     if parsed.stops:

@@ -80,7 +80,11 @@ class Shutdown:
     def causes(self) -> list[str]:
         """Why the exit code is not 0."""
         causes = self._machine.causes(has_lost_output=self._log.has_lost_output)
-        return causes or ["nothing was started"] * self._is_early
+        if causes or not self._is_early:
+            return causes
+        return [
+            "not attached" if self._fleet and self._fleet.is_attaching else "nothing was started"
+        ]
 
     def exit_code(self) -> ExitCode:
         code = self._machine.exit_code(has_lost_output=self._log.has_lost_output)

@@ -157,7 +157,7 @@ class Fleet:
         self._connected()
 
     @property
-    def _is_apart(self) -> bool:
+    def is_attaching(self) -> bool:
         """Whether there is a run on the hosts that was not attached to yet: leave it alone."""
         return self._plan.attached is not None and not self.has_connected
 
@@ -324,7 +324,7 @@ class Fleet:
         """Have every host stop what is left there; `done` is called when all have."""
         self._done = done
         used = [one for one in self.hosts if not (one.is_abandoned or one.is_gone)]
-        if self._is_apart:
+        if self.is_attaching:
             self._log.log("INFO", "launch", "not attached: the run goes on without this launcher")
             used = []
         waiting = [one for one in used if one.state is not LinkState.CONNECTING]
@@ -363,6 +363,6 @@ class Fleet:
             timer.cancel()
         self._timers.clear()
         for host in self.hosts:
-            if not (is_orderly or self._is_apart):
+            if not (is_orderly or self.is_attaching):
                 host.link.finish(at_once=True)
             host.link.close()

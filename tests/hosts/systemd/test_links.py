@@ -158,7 +158,7 @@ def test_no_start_is_lost_by_a_detach(lab: Lab, robot: Robot, start: Start):
     os.kill(shell, signal.SIGCONT)
 
     assert starting.wait(60) == 0
-    assert "cannot detach from bot1: it is being told of processes" in refused.stderr
+    assert "cannot detach from bot1: it has not got all requests yet" in refused.stderr
     run.wait_for("late-2]: process started", 2)
     wait_until(lambda: lab.operator.launcher("detach").returncode == 0, "it can be left")
     assert run.wait() == 0

@@ -130,9 +130,9 @@ class SystemdLink:
         if self.stop_after_s is not None:
             raise OSError(f"its processes are stopped {self.stop_after_s:g} s after the launcher")
         if self._calls or self._sessions.has_requests or "manifest" in self._timers:
-            is_here = self.state is LinkState.READY
-            why = "it is being told of processes" if is_here else "it cannot be reached"
-            raise OSError(f"{why}, and has not got all requests; try again")
+            if self.state is LinkState.READY:
+                raise OSError("it has not got all requests yet; try again")
+            raise OSError("it cannot be reached, and has not got all requests: wait until it can")
         if self._facts.is_user and not self._facts.lingers:
             user = self._facts.user
             raise OSError(
