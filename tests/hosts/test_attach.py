@@ -149,6 +149,6 @@ def test_a_run_goes_on_after_ctrl_c_before_its_hosts_answer(
         events = Path(re.findall("below (.*)", run.text)[0], "events.jsonl")
         wait_until(lambda: '"ready"' in events.read_text(), "bot1 has answered")
         assert run.interrupt() == 130
-    assert "exit code 130: not attached; ended by: ctrl-c (SIGINT)" in run.text
+    assert "exit code 130: not attached" in run.text
     assert "not attached: the run goes on without this launcher" in run.text
     assert runs_on(lab, left)

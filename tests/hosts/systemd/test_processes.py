@@ -47,12 +47,12 @@ def test_the_end_of_a_run_names_what_is_left_and_spares_other_runs(robot: Robot)
         robot.run(["sh", "-c", scripts.start(1, order, "t")])
 
     assert systemctl(robot, "root", "list-units", "--no-legend", "launcher.slice") == ""
-    found = robot.run(["sh", "-c", mine.finish([order.name], at_once=False)]).stdout
+    found = robot.run(["sh", "-c", mine.finish([order.name], "me", at_once=False)]).stdout
     assert found == mine.unit(order.name) + "\n"
     assert mine.unit(order.name) not in systemctl(robot, "root", "list-units", "launcher*")
     shown = systemctl(robot, "root", "show", "-p", "ActiveState", other.unit(order.name))
     assert shown == "ActiveState=active\n"
-    robot.run(["sh", "-c", other.finish([order.name], at_once=True)])
+    robot.run(["sh", "-c", other.finish([order.name], "me", at_once=True)])
     assert_no_traces(robot, "root")
 
 
