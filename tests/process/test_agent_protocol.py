@@ -57,11 +57,20 @@ def test_an_agent_of_another_version_is_told_with_both():
     assert "hosts sync" in reason
 
 
-def test_what_is_no_agent_is_told():
-    state, reason = refusal_of("head -c 200000 /dev/zero; echo 'not an agent' >&2; exit 3")
+NO_AGENT = "head -c 200000 /dev/zero; echo 'not an agent' >&2; exit 3"
 
-    assert state is LinkState.UNREACHABLE
-    assert "not an agent" in reason
+
+def test_what_is_no_agent_is_told():
+    assert refusal_of(NO_AGENT) == (LinkState.UNREACHABLE, "not an agent")
+
+
+def test_what_is_no_agent_is_told_if_its_end_is_noticed_before_its_output():
+    with Recorder(words=("sh", "-c", NO_AGENT, "sh")) as recorder:
+        channel = recorder.link._channel
+        recorder.until(lambda: channel.is_attached, "its start")
+        recorder.reactor.remove(channel._read_fd)  # epoll may tell of several in any order
+        recorder.until(lambda: recorder.states, "an answer")
+        assert recorder.states == [(LinkState.UNREACHABLE, "not an agent")]
 
 
 # ---- the agent obeys frames only

@@ -356,9 +356,10 @@ class AgentLink:
             self._change(LinkState.UNREACHABLE, reason or "the connection has ended")
 
     def malformed(self, reason: str) -> None:
-        if not self._has_greeted and self._process is not None:
-            self._channel.detach()  # the process will say more
-            self._later("leave", LEAVE_S, self._process.kill)
+        if not self._has_greeted:
+            self._channel.detach()  # the process will say more, or has just ended
+            if self._process is not None:
+                self._later("leave", LEAVE_S, self._process.kill)
             return
         # What it reports is not known any more, so what it runs has to end.
         self._channel.send(Kind.FINISH, pack({"at_once": False}))
