@@ -114,7 +114,8 @@ def _systemd(system: System, python: str) -> Iterator[str]:
             *_copy_files(system, processes),
             f"install -m 644 {shlex.join([*units, target])} /etc/systemd/system/",
             "systemctl daemon-reload",
-            f"systemctl enable --now {shlex.join([*enabled, target])}",
+            f"systemctl enable {shlex.join([*enabled, target])}",
+            f"systemctl start {shlex.quote(target)}",
             f"journalctl -f -u {shlex.quote(processes[0].unit)}",
             f"systemctl stop {shlex.quote(target)}",
         ]

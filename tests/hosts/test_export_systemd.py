@@ -93,7 +93,7 @@ def installed(robot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 def install_as_told(robot: Robot, readme: Path, folder: str) -> None:
     """Run the commands of the README that install and start the units."""
-    command = r"^(?:install|systemctl (?:daemon-reload|enable)).*$"
+    command = r"^(?:install|systemctl (?:daemon-reload|enable|start)).*$"
     install = re.findall(command, readme.read_text(), re.MULTILINE)
     robot.run(["sh", "-e", "-c", f"cd {folder}\n" + "\n".join(install)])
 

@@ -249,7 +249,8 @@ def test_enabled_processes_start_at_boot_and_are_removed(
     settings = {"user": user, "engine": "systemd", "environment": secret}
     lab.hosts_file(tmp_path / "hosts.yaml", {robot: settings}, {"*": robot.name})
     script = 'echo "token $API_TOKEN"; exec sleep 1000'
-    (tmp_path / "boots.launch.py").write_text(launch_file((("sleeps", script),)), encoding="utf-8")
+    processes = (("sleeps", script), ("brief", "echo once"))
+    (tmp_path / "boots.launch.py").write_text(launch_file(processes), encoding="utf-8")
     launch = ("boots.launch.py", "--hosts", "hosts.yaml")
     unit = "launcher-boots-sleeps.service"
 
@@ -258,10 +259,13 @@ def test_enabled_processes_start_at_boot_and_are_removed(
     assert "not installed: --discovery: discovery server: " in enabled.stderr
     field = "_SYSTEMD_UNIT" if user == "root" else "_SYSTEMD_USER_UNIT"
     read = ["journalctl", "--boot", "--output=cat", f"{field}={unit}"]
+    brief = [*read[:-1], read[-1].replace("sleeps", "brief")]
     for _ in range(2):
+        wait_until(lambda: "once\n" in robot.run(brief).stdout, "the short one has run")
         wait_until(lambda: systemctl(robot, user, "is-active", unit) == "active\n", "it runs")
         wait_until(lambda: "token s3 $cret\n" in robot.run(read).stdout, "its line")
         assert "s3" not in systemctl(robot, user, "cat", unit)
+        assert robot.run(brief).stdout.count("once\n") == 1
         robot.power_off()
         robot.power_on()
     with RemoteRun(lab, tmp_path / "screen", *launch) as run:
@@ -275,6 +279,18 @@ def test_enabled_processes_start_at_boot_and_are_removed(
     assert systemctl(robot, user, "list-units", "--all", "--no-legend", "launcher-boots*") == ""
     found = robot.run(["find", "/etc", "/home/robot/.config", "-name", "launcher*"], check=False)
     assert [line for line in found.stdout.splitlines() if "boots" in line] == []
+
+
+def test_what_fails_at_once_is_not_told_to_be_started(lab: Lab, robot: Robot, tmp_path: Path):
+    lab.hosts_file(tmp_path / "hosts.yaml", {robot: {"user": "root"}}, {"*": robot.name})
+    processes = (("lost", "sleep 1000", "cwd='/missing'"),)
+    (tmp_path / "lost.launch.py").write_text(launch_file(processes), encoding="utf-8")
+    launch = ("lost.launch.py", "--hosts", "hosts.yaml")
+
+    enabled = lab.operator.launcher(*launch, "--enable", cwd=tmp_path)
+    assert enabled.returncode == 1
+    assert "cannot install units: launcher-lost-lost.service has failed" in enabled.stderr
+    assert lab.operator.launcher(*launch, "--disable", cwd=tmp_path).returncode == 0
 
 
 def test_a_full_disk_for_the_journal_loses_lines_and_no_states(

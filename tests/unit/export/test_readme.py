@@ -62,7 +62,7 @@ def test_the_readme_names_no_machine_if_there_is_only_one(exported: Export):
 def test_the_readme_has_the_commands(exported: Export):
     system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
     text = export("systemd", system, Settings()).files["README.md"]
-    assert "systemctl enable --now a.service b.timer demo.target\n" in text
+    assert "systemctl enable a.service b.timer demo.target\nsystemctl start demo.target\n" in text
     text = export("kubernetes", system, Settings()).files["README.md"]
     assert "kubectl logs -f deploy/a\n" in text
 

@@ -48,8 +48,9 @@ class Installer:
         secrets: bytes,
         enabled: Sequence[str],
     ) -> None:
-        """Replace the units of the system `name`, and start them.
+        """Replace the units of the system `name`, enable these, and start its target.
 
+        The target starts all, each once: a short process may have ended when the next is started.
         `files` are units, and others below `files/`; `secrets` is the content of `NAME.env`.
         """
         facts = self.facts
@@ -70,7 +71,12 @@ class Installer:
         content = "".join(f"{one}\n" for one in units).encode()
         lines.append(_or_exit(written(f"{self._raw_folder(name)}/{_LIST}", content)))
         ctl = self._systemctl
-        lines.append(f"{ctl} daemon-reload && {ctl} enable --now --quiet {quoted(enabled)}")
+        start = f"{ctl} start {shlex.quote(f'{name}.target')}"
+        enable = f"{ctl} daemon-reload && {ctl} enable --quiet {quoted(enabled)}"
+        lines.append(_or_exit(f"{enable} && {start}"))
+        fails = f'{ctl} is-failed --quiet "$one"'
+        tell = '{ echo "$one has failed" >&2; exit 1; }'
+        lines.append(f"for one in {quoted(enabled)}; do ! {fails} || {tell}; done")
         self._run("\n".join(lines))
 
     def remove(self, name: str) -> bool:
