@@ -39,6 +39,10 @@ def run() -> int:
         return main(sys.argv[1:])
     except KeyboardInterrupt:
         return INTERRUPTED
+    except RuntimeError as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):  # in __set_name__, before Python 3.12
+            return INTERRUPTED
+        raise
     except BrokenPipeError:
         return 0  # the reader of the output has gone
 

@@ -133,6 +133,27 @@ def test_ctrl_c_before_the_first_process_ends_the_command_without_a_word(tmp_pat
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
+IN_SET_NAME = """
+import functools, sys
+
+def interrupt(self, owner, name):
+    raise KeyboardInterrupt
+
+functools.cached_property.__set_name__ = interrupt
+from launcher.__main__ import main
+sys.exit(main())
+"""
+
+
+def test_ctrl_c_while_a_class_is_made_ends_the_command_without_a_word(tmp_path: Path):
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE, encoding="utf-8")
+    command = [sys.executable, "-S", "-c", IN_SET_NAME, str(file)]
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
 #: A line of ours in a traceback; line 0 or 1 of the module is noticed before its first line runs.
 OURS = re.compile(
     re.escape(f"{REPOSITORY}/launcher/") + r'(?!__main__\.py", line [01], in <module>)'
