@@ -291,6 +291,7 @@ def test_what_fails_at_once_is_not_told_to_be_started(lab: Lab, robot: Robot, tm
     assert enabled.returncode == 1
     assert "cannot install units: launcher-lost-lost.service has failed" in enabled.stderr
     assert lab.operator.launcher(*launch, "--disable", cwd=tmp_path).returncode == 0
+    assert systemctl(robot, "root", "list-units", "--all", "--no-legend", "launcher-lost*") == ""
 
 
 def test_a_full_disk_for_the_journal_loses_lines_and_no_states(

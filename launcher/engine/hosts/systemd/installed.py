@@ -94,6 +94,7 @@ class Installer:
         return (
             f"if [ -f {self._folder(name)}/{_LIST} ]; then while read -r one; do\n"
             f'  {self._systemctl} disable --now --quiet "$one" </dev/null\n'
+            f'  {self._systemctl} reset-failed "$one" </dev/null 2>/dev/null\n'
             f'  rm -f {self._units}/"$one"\n'
             f"done <{self._folder(name)}/{_LIST}; fi"
         )
