@@ -14,10 +14,10 @@ from launcher.export.model import NO_HOST, Process, System
 from launcher.export.system import system_of
 from launcher.export.systemd import Systemd
 from launcher.hosts import unit
+from launcher.hosts.changes import changed
 from launcher.hosts.file import read
 from launcher.hosts.model import Host, HostsFile
 from launcher.hosts.placement import Placement
-from launcher.hosts.skipping import skip
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
 
@@ -68,8 +68,7 @@ def disable(request: LaunchRequest, options: RunOptions) -> int:
 def _hosts_file(options: RunOptions) -> HostsFile:
     if options.hosts is None:
         raise UsageError("--enable and --disable need --hosts FILE")
-    file = read(options.hosts)
-    return skip(replace(file, discovery=file.discovery.by(options.discovery)), options.skip_hosts)
+    return changed(read(options.hosts), options.discovery, options.skip_hosts)
 
 
 def _name(request: LaunchRequest) -> str:

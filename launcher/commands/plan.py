@@ -109,13 +109,12 @@ def _hosts_file(
         raise UsageError("--skip-host needs --hosts FILE")
     if path is None and discovery is None:
         return None
+    from launcher.hosts.changes import changed
     from launcher.hosts.file import read
     from launcher.hosts.model import HostsFile
-    from launcher.hosts.skipping import skip
-    from launcher.model.record import replace
 
     file = HostsFile(path="", hosts={}) if path is None else read(path, with_secrets=False)
-    return skip(replace(file, discovery=file.discovery.by(discovery)), skip_hosts)
+    return changed(file, discovery, skip_hosts)
 
 
 def _placing(plan: Plan, file: HostsFile) -> Placing:

@@ -16,12 +16,12 @@ from launcher.document.reader import together
 from launcher.engine.hosts.fleet import FleetPlan
 from launcher.errors import UsageError
 from launcher.hosts import discovery, discovery_server
+from launcher.hosts.changes import changed
 from launcher.hosts.file import read
 from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
 from launcher.hosts.placement import Placement
-from launcher.hosts.skipping import skip
 from launcher.model.options import RunOptions
-from launcher.model.record import Record, replace
+from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.planner import make_plan
 from launcher.stdio import silence
@@ -42,8 +42,7 @@ def prepare(request: LaunchRequest, options: RunOptions) -> Preparation:
     if options.hosts is None:
         wiring = _wire(Discovery().by(options.discovery), ())
         return Preparation(services=_services(wiring))
-    file = read(options.hosts)
-    file = skip(replace(file, discovery=file.discovery.by(options.discovery)), options.skip_hosts)
+    file = changed(read(options.hosts), options.discovery, options.skip_hosts)
     placement = Placement(file)
     wanted = file.discovery
     specs = _planned(request, file)

@@ -1,4 +1,4 @@
-"""`--skip-host`: hosts of a hosts file that a run does without."""
+"""The hosts file as the options `--discovery` and `--skip-host` change it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from launcher.model.record import replace
 from launcher.text import suggest
 
 
-def skip(file: HostsFile, patterns: Sequence[str]) -> HostsFile:
-    """Mark the hosts that match; UsageError for a pattern without a match, or a server's host.
+def changed(file: HostsFile, mode: str | None, skip_hosts: Sequence[str]) -> HostsFile:
+    """With this mode of discovery, if one is given, and with hosts that match marked as skipped.
 
-    That of the backup server may be one of them; then there is no backup.
+    UsageError for a pattern without a match, or the host of the discovery server. That of its
+    backup may be skipped; then there is no backup.
     """
     skipped: set[str] = set()
-    for pattern in patterns:
+    for pattern in skip_hosts:
         found = fnmatch.filter(file.hosts, pattern)
         if not found:
             raise _no_host(pattern, file)
         skipped.update(found)
-    wanted = file.discovery
+    wanted = file.discovery.by(mode)
     warnings = file.warnings
     if wanted.mode is DiscoveryMode.SERVER:
         if wanted.server in skipped:
