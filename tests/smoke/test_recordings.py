@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from pathlib import Path
 
@@ -28,7 +29,10 @@ def test_a_recorded_file_is_met_by_the_next_run_and_never_replaced(bench: Bench,
     text = path.read_text(encoding="utf-8")
     assert "- {log: here I am, process: patient, within: " in text
     assert "- {process: setup, exits: 0}" in text and "process: patient, alive: true" in text
-    assert "arguments: {sigterm_timeout: '4'}" in text and "for: 3 s" in text
+    assert "arguments: {sigterm_timeout: '4'}" in text
+    # Longer where a process began late, on a busy machine.
+    (for_s,) = re.findall(r"^for: (\d+) s$", text, re.MULTILINE)
+    assert int(for_s) >= 3
 
     again = bench.smoke(f"--record={path}", *ONCE)
     assert again.returncode == 2
