@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.hosts.file import DISCOVERY
-from launcher.commands.launch.options import SKIP_HOST
+from launcher.commands.launch.options import PREFIX, SKIP_HOST
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -21,6 +21,8 @@ from launcher.commands.launch.target import (
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import ExitCode, LauncherError, LaunchFileError, UsageError
+from launcher.model.options import RunOptions
+from launcher.model.record import replace
 from launcher.stdio import print_text, stdout_to_stderr
 
 TYPE_CHECKING = False
@@ -49,6 +51,7 @@ launch has done so far.
         option("--hosts FILE", "show where processes run as this file says, and what runs there"),
         SKIP_HOST,
         DISCOVERY,
+        PREFIX,
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -68,6 +71,7 @@ def main(words: Sequence[str]) -> int:
         hosts=parsed.hosts,
         discovery=parsed.discovery,
         skip_hosts=parsed.skip_hosts,
+        prefix=tuple(parsed.prefix),
     )
 
 
@@ -78,14 +82,17 @@ def show(
     hosts: str | None = None,
     discovery: str | None = None,
     skip_hosts: Sequence[str] = (),
+    prefix: tuple[tuple[str, tuple[str, ...]], ...] = (),
 ) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there, and
-    `skip_hosts` are patterns of its hosts.
+    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there,
+    `skip_hosts` are patterns of its hosts, and `prefix` is as in RunOptions.
     """
     file = _hosts_file(hosts, discovery, skip_hosts)
     plan = evaluate(request, with_scopes=file is not None)
+    if prefix:
+        _add_prefixes(plan, RunOptions(prefix=prefix))
     errors = mistakes_of(plan, request)
     placing = None if file is None else _placing(plan, file)
     if placing is not None:
@@ -99,6 +106,16 @@ def show(
     from launcher.commands.launch.mistakes import together
 
     raise together(errors) from (plan.error.fault if plan.error else None)
+
+
+def _add_prefixes(plan: Plan, options: RunOptions) -> None:
+    from launcher.engine.option_warnings import unmatched
+
+    for text, meant in unmatched(options, [process.spec for process in plan.processes]):
+        print(f"warning: {text}{meant}", file=sys.stderr)
+    plan.processes[:] = [
+        replace(process, spec=options.with_prefix(process.spec)) for process in plan.processes
+    ]
 
 
 def _hosts_file(

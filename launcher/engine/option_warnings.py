@@ -48,6 +48,7 @@ def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
     in_files = {pattern for pattern, _ in options.file_names}  # are among the following, too
     for option, settings in (("--restart", options.restart), ("--stop", options.stop)):
         yield from ((option, pattern) for pattern, _ in settings if pattern not in in_files)
+    yield from (("--prefix", pattern) for pattern, _ in options.prefix)
     for pattern, limits in options.limits:
         if pattern not in in_files:
             named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"

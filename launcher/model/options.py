@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 class RunOptions(Record):
     """`restart` and `stop` are (pattern, policy) pairs, of which the last that matches counts.
 
-    `limits` are such pairs, too, which are merged; later ones override. `stagger_s` is the least
+    `limits` are such pairs, too, which are merged; later ones override. `prefix` are (pattern,
+    words in front of the command), of which the last that matches counts. `stagger_s` is the least
     time between two starts, `max_starting` how many processes may be starting at the same time
     (None: any number). The run ends when a process that matches `required` exits, after
     `timeout_s`, or with `exit_when_any_dies` after the first failure without a restart. `budgets`
@@ -30,6 +31,7 @@ class RunOptions(Record):
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
     stop: tuple[tuple[str, StopPolicy], ...] = ()
     limits: tuple[tuple[str, Limits], ...] = ()
+    prefix: tuple[tuple[str, tuple[str, ...]], ...] = ()
     stagger_s: float = 0.0
     max_starting: int | None = None
     required: tuple[str, ...] = ()
@@ -54,8 +56,8 @@ class RunOptions(Record):
 
     @property
     def name_processes(self) -> bool:
-        by_words = self.restart or self.stop or self.limits or self.required or self.budgets
-        return bool(by_words or self.file_names)
+        by_words = self.restart or self.stop or self.limits or self.prefix or self.required
+        return bool(by_words or self.budgets or self.file_names)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         for pattern, policy in self.restart:
@@ -67,7 +69,18 @@ class RunOptions(Record):
         for pattern, limits in self.limits:
             if matches(pattern, spec):
                 spec = replace(spec, limits=limits.over(spec.limits) if spec.limits else limits)
-        return spec
+        return self.with_prefix(spec) if self.prefix else spec
+
+    def with_prefix(self, spec: ProcessSpec) -> ProcessSpec:
+        found = [words for pattern, words in self.prefix if matches(pattern, spec)]
+        if not found:
+            return spec
+        words = found[-1]
+        if spec.shell:  # its words become a text, which the shell splits again
+            import shlex
+
+            words = tuple(map(shlex.quote, words))
+        return replace(spec, argv=(*words, *spec.argv))
 
     def is_required(self, spec: ProcessSpec) -> bool:
         return any(matches(pattern, spec) for pattern in self.required)

@@ -87,6 +87,7 @@ def main(words: Sequence[str]) -> int:
             hosts=options.hosts,
             discovery=options.discovery,
             skip_hosts=options.skip_hosts,
+            prefix=options.prefix,
         )
     if parsed.enable or parsed.disable:
         from launcher.commands import enable
@@ -148,7 +149,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         try:
             services = () if hosts is None else hosts.services
             fleet = None if hosts is None else hosts.fleet
-            core = LaunchCore(interpreter, description, request, services)
+            core = LaunchCore(interpreter, description, request, services, options.with_prefix)
             core.evaluate()
             _check(core, interpreter, options)
             with supervising(core, options, run_path, request, session, fleet) as (supervisor, _):

@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import LaunchFileError
@@ -40,6 +40,7 @@ class LaunchCore:
 
     `services` are processes of the launcher's own, which start first and stop last. The
     interpreter does not know them: no handler hears of them, and no run goes on for their sake.
+    `adapt` makes of a process in a plan what options make of it.
     """
 
     def __init__(
@@ -48,10 +49,12 @@ class LaunchCore:
         description: LaunchDescription,
         request: LaunchRequest,
         services: Sequence[ProcessSpec] = (),
+        adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
     ) -> None:
         self._interpreter = interpreter
         self._description = description
         self._request = request
+        self._adapt = adapt
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
         self._services = dict(enumerate(services, _FIRST_SERVICE))
@@ -111,13 +114,13 @@ class LaunchCore:
         """The plan document of the run so far."""
         from launcher.commands.launch.run_plan import run_document
 
-        return run_document(self._interpreter, self._request.path, self._steps)
+        return run_document(self._interpreter, self._request.path, self._steps, self._adapt)
 
     def plan_lines(self) -> Sequence[str]:
         """The same as a tree, line by line."""
         from launcher.commands.launch.run_plan import run_text
 
-        return run_text(self._interpreter, self._request.path, self._steps)
+        return run_text(self._interpreter, self._request.path, self._steps, self._adapt)
 
 
 def _ended_process(event: Event) -> int | None:

@@ -50,6 +50,14 @@ SKIP_HOST = option(
     default=(),
     repeat="all",
 )
+PREFIX = option(
+    "--prefix NAME=WORDS",
+    "put words in front of the command of processes, as in 'robot_1=gdb -ex run --args' or "
+    "'*=nice -n 5'; NAME may be a pattern",
+    _later("parse_prefix"),
+    default=(),
+    repeat="all",
+)
 # The names are fields of RunOptions; `settings` sets several of them.
 RUN_OPTIONS = (
     option(
@@ -76,6 +84,7 @@ RUN_OPTIONS = (
         _later("parse_limit", most_granted=_unlimited),
         name="limits",
     ),
+    PREFIX,
     option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
     SKIP_HOST,
     option(
@@ -144,6 +153,10 @@ def run_options(parsed: Parsed) -> RunOptions:
     options = RunOptions(**fields)
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
+    if options.prefix and options.hosts is None:
+        from launcher.commands.launch.process_options import refuse_absent_programs
+
+        refuse_absent_programs(options.prefix)
     if options.skip_hosts and options.hosts is None:
         raise UsageError("--skip-host needs --hosts FILE")
     if options.ros and not options.control:

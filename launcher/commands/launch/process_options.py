@@ -9,7 +9,7 @@ import functools
 import os
 import resource
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from launcher import proc
 from launcher.command_line import count, seconds
@@ -215,6 +215,30 @@ def _amount(text: str) -> int:
     if amount >= 1 << 63:
         raise ValueError(f"'{text}' is too large")
     return amount
+
+
+@for_pattern("=", "--prefix 'robot_1=gdb -ex run --args'")
+def parse_prefix(text: str) -> tuple[str, ...]:
+    """Words as in a shell, with its quotes."""
+    import shlex
+
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise ValueError(f"{str(error).lower()} in {text!r}") from None
+    if not words or not words[0]:
+        raise ValueError("there are no words to put in front of the command")
+    return tuple(words)
+
+
+def refuse_absent_programs(prefixes: Sequence[tuple[str, Sequence[str]]]) -> None:
+    """UsageError for words in front of a command whose first is no program of this machine."""
+    import shutil
+
+    for pattern, words in prefixes:
+        if shutil.which(words[0]) is None:
+            problem = f"in --prefix '{pattern}={' '.join(words)}': there is no program '{words[0]}'"
+            raise UsageError(problem, hint="is it installed, and in the PATH?")
 
 
 def settings_of(path: str) -> list[tuple[str, Any]]:

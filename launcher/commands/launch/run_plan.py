@@ -14,10 +14,11 @@ requested during the run. It differs from that of `plan` as follows:
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.model import events as model
+from launcher.model.spec import ProcessSpec
 from launcher.planner import (
     USER_LOGGER,
     Plan,
@@ -37,33 +38,39 @@ if TYPE_CHECKING:
 # What an event led to: time on the monotonic clock, process_id if the event was the end of a
 # process, effects. The first step is the start.
 RunStep = tuple[float, "int | None", Sequence[model.Effect]]
+Adapt = Callable[[ProcessSpec], ProcessSpec]  # by options of the run
 
 
-def run_document(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> dict[str, Any]:
+def run_document(
+    interpreter: Interpreter, path: str, steps: Sequence[RunStep], adapt: Adapt
+) -> dict[str, Any]:
     """The document of the steps so far, ready for `json.dumps`."""
-    return document(run_plan(interpreter, path, steps))
+    return document(run_plan(interpreter, path, steps, adapt))
 
 
-def run_text(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> list[str]:
+def run_text(
+    interpreter: Interpreter, path: str, steps: Sequence[RunStep], adapt: Adapt
+) -> list[str]:
     """The same as a tree, line by line."""
-    tree = draw(run_tree(run_plan(interpreter, path, steps)), colour=False)
+    tree = draw(run_tree(run_plan(interpreter, path, steps, adapt)), colour=False)
     return tree.split("\n")
 
 
-def run_plan(interpreter: Interpreter, path: str, steps: Sequence[RunStep]) -> Plan:
+def run_plan(interpreter: Interpreter, path: str, steps: Sequence[RunStep], adapt: Adapt) -> Plan:
     plan = Plan(path)
     plan.environment = interpreter.environment
     plan.arguments = list(interpreter.host.declared_arguments.values())
     plan.declared = dict(interpreter.host.declared_values)
-    _PlanBuilder(plan, interpreter).add(steps)
+    _PlanBuilder(plan, interpreter, adapt).add(steps)
     if interpreter.failure is not None:
         plan.error = plan_error(interpreter.failure, "run", "run")
     return plan
 
 
 class _PlanBuilder:
-    def __init__(self, plan: Plan, interpreter: Interpreter) -> None:
+    def __init__(self, plan: Plan, interpreter: Interpreter, adapt: Adapt) -> None:
         self._plan = plan
+        self._adapt = adapt
         self._interpreter = interpreter
         self._indices: dict[int, int] = {}  # process_id -> index in the plan
         self._is_over = False
@@ -101,7 +108,7 @@ class _PlanBuilder:
         with contextlib.suppress(FileNotFoundError):  # a temporary file that has been removed
             spec = with_temporary_files(spec)
         return PlannedProcess(
-            spec=spec,
+            spec=self._adapt(spec),
             respawn=respawn,
             respawn_delay=delay_s,
             respawn_max_retries=retries,

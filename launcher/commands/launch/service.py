@@ -76,7 +76,9 @@ class ServiceRun:
         self._interpreter = Interpreter(
             LaunchDescription(), path=self._request.path, context=context, stays=self._stays
         )
-        self._core = LaunchCore(self._interpreter, LaunchDescription(), self._request)
+        self._core = LaunchCore(
+            self._interpreter, LaunchDescription(), self._request, adapt=options.with_prefix
+        )
 
     # ---- the side of the service
 

@@ -53,6 +53,7 @@ def launched(monkeypatch) -> Any:
         hosts: str | None,
         discovery: str | None,
         skip_hosts: Sequence[str],
+        prefix: Sequence[tuple[str, Sequence[str]]],
     ) -> int:
         note("plan", request)
         if as_json:
@@ -63,6 +64,8 @@ def launched(monkeypatch) -> Any:
             seen[-1][2].add(f"discovery={discovery}")
         if skip_hosts:
             seen[-1][2].add(f"skip={','.join(skip_hosts)}")
+        for pattern, words in prefix:
+            seen[-1][2].add(f"prefix={pattern}={','.join(words)}")
         return 0
 
     monkeypatch.setattr(launch, "launch", lambda request, options: note("launch", request, options))
@@ -111,6 +114,12 @@ ONCE = ("x", RestartMode.ALWAYS)
         (f"{F} --stagger .5 --max-starting 3", {}, {}, {"stagger_s": 0.5, "max_starting": 3}),
         (f"{F} --required a --required=b*", {}, {}, {"required": ("a", "b*")}),
         (f"{F} --budget x:fds=9 --budget=y:cpu=1", {}, {}, {"budgets": ("x:fds=9", "y:cpu=1")}),
+        (
+            f"{F} --prefix 'x=sh -c \"a b\"' --prefix=y=nice",
+            {},
+            {},
+            {"prefix": (("x", ("sh", "-c", "a b")), ("y", ("nice",)))},
+        ),
     ],
     ids=str,
 )
@@ -159,6 +168,7 @@ def test_a_launch_may_show_the_plan(launched, word):
             f"{F} a:=1 --hosts h.yaml --discovery peers --skip-host b1 --skip-host=c*",
             {"--hosts=h.yaml", "--discovery=peers", "--skip=b1,c*"},
         ),
+        (f"{F} a:=1 --prefix=b=nice", {"--prefix=b=nice"}),
     ],
 )
 def test_words_of_a_plan(launched, line, flags):
