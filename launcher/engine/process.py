@@ -30,15 +30,25 @@ class History:
     `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
     outcome of the first. `refusals` are starts that failed, but for those of which a stop was
     requested meanwhile. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
+    `core_note` is about the core file of the last death.
     """
 
-    __slots__ = ("deaths", "first_death", "first_error", "peak_uss", "refusals", "run_s", "starts")
+    __slots__ = (
+        "core_note",
+        "deaths",
+        "first_death",
+        "first_error",
+        "peak_uss",
+        "refusals",
+        "run_s",
+        "starts",
+    )
 
     def __init__(self) -> None:
         self.starts = self.refusals = 0
         self.deaths = 0
         self.first_death: Outcome | None = None
-        self.first_error = ""
+        self.first_error = self.core_note = ""
         self.run_s = 0.0
         self.peak_uss: int | None = None
 

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.oom import OomWatch
     from launcher.engine.start_pacing import StartPacing
 
+SIGNALLED = 128  # a shell adds it to the number of the signal that has ended its command
+
 
 class ProcessDriver:
     """Spawns, signals, reaps and reports."""
@@ -268,9 +270,23 @@ class ProcessDriver:
                 asked=end.asked,
                 restart_in_s=end.retry_in_s,
             )
+            self._report_core(process, pid, end)
         self._report_restart(process, end)
         self.release(process)
         self._listener.ended(process, pid, end)
+
+    def _report_core(self, process: Process, pid: int, end: Ended) -> None:
+        """Name the core file after a death by a signal; how to get one is told once."""
+        code = end.outcome.returncode or 0
+        if end.asked or process.host is not None or 0 <= code <= SIGNALLED:
+            return
+        from launcher.engine.logs import core_file
+
+        note = core_file.note_of(process, pid, end.outcome)
+        has_core = end.outcome.core_dumped or code > 0
+        if note and (has_core or process.history.core_note != note):
+            self._log.report(process, messages.Line("ERROR" if has_core else "INFO", note))
+        process.history.core_note = note
 
     def _add_to_history(self, process: Process, end: Ended, at_s: float) -> None:
         history = process.history

@@ -96,10 +96,12 @@ def first_failure(process: Process, outcome: Outcome) -> str:
     """The summary at the end: which process failed first, and the last lines of its output."""
     host = f" on {process.host_name}" if process.host is not None else ""
     head = f"first unexpected exit: {process.name}{host} ({outcome})"
+    note = process.history.core_note
+    after = [f"  {note}"] if note else []
     lines = process.last_lines(LAST_LINES)
     if not lines:
-        return f"{head}; it had printed nothing"
-    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in lines)])
+        return "\n".join([f"{head}; it had printed nothing", *after])
+    return "\n".join([f"{head}; its last lines:", *(f"    {line}" for line in lines), *after])
 
 
 def waiting_for(processes: Iterable[Process], now: float) -> str:
