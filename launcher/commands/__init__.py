@@ -41,6 +41,7 @@ CONTROL_VERBS = (
     "unmute",
     "solo",
     "level",
+    "loglevel",
     "grep",
     "show",
     "format",

@@ -269,6 +269,11 @@ class Service:
             raise BadCallError("bad-option", str(error), hint) from None
         _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
 
+    def _do_loglevel(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control.loglevel import answer
+
+        answer(self._control, self._chosen(call), call.options, exchange)
+
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""
         from launcher.engine.output import line_format

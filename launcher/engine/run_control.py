@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 
 from launcher.engine.logs.run_log import RunLog
@@ -18,6 +19,7 @@ from launcher.model.record import Record
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core
+    from launcher.engine.helpers.logger_levels import LoggerLevels
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
@@ -91,6 +93,17 @@ class RunControl:
         if process.child is None or sample is None or sample.pid != process.child.pid:
             return None
         return sample
+
+    @functools.cached_property
+    def logger_levels(self) -> LoggerLevels:
+        """Imported with the first request."""
+        from launcher.engine.helpers.logger_levels import LoggerLevels
+
+        return LoggerLevels(self.reactor)
+
+    def close(self) -> None:
+        if "logger_levels" in vars(self):
+            self.logger_levels.close()
 
     def adopt(self, process: Process) -> None:
         self.filters.adopt(process)

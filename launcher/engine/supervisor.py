@@ -270,6 +270,8 @@ class Supervisor:
 
     def _close_helpers(self) -> None:
         self._core_driver.close_requests()
+        if self._control is not None:
+            self._control.close()
         if "_checks" in vars(self):
             self._checks.close()
 

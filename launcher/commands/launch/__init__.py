@@ -87,7 +87,7 @@ def main(words: Sequence[str]) -> int:
             hosts=options.hosts,
             discovery=options.discovery,
             skip_hosts=options.skip_hosts,
-            prefix=options.prefix,
+            options=options,
         )
     if parsed.enable or parsed.disable:
         from launcher.commands import enable

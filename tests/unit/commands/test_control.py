@@ -16,6 +16,7 @@ WORDS = {
     "top": "a -p 2",
     "kill": "a -s INT",
     "level": "WARN a",
+    "loglevel": "a a.part debug",
     "grep": "found a",
     "format": "compact",
     "logs": "a -n 3",
