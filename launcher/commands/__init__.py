@@ -35,6 +35,7 @@ CONTROL_VERBS = (
     "stop",
     "start",
     "restart",
+    "reload",
     "pause",
     "resume",
     "mute",

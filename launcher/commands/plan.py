@@ -53,6 +53,11 @@ launch has done so far.
         DISCOVERY,
         PREFIX,
         LOG_LEVEL,
+        option(
+            "--diff",
+            "what reloading the running launch (of TARGET) would start, stop and restart, with its "
+            "launch file as it is now",
+        ),
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -62,6 +67,8 @@ launch has done so far.
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
+    if parsed.diff:
+        return _show_diff(parsed)
     if not parsed.words:
         return _show_running(parsed)
     if parsed.run is not None:
@@ -156,6 +163,31 @@ def _show_running(parsed: Parsed) -> int:
         raise UsageError("the launch file is missing, and no run is active", hint=hint) from None
     with run.connect() as connection:
         reply = connection.ask("plan")
+    if parsed.json:
+        import json
+
+        print_text(json.dumps(reply.result, indent=1))
+    else:
+        print_text("\n".join(reply.text))
+    return ExitCode.OK
+
+
+def _show_diff(parsed: Parsed) -> int:
+    """Ask the run, which has the arguments and the environment; LauncherError."""
+    from launcher.control.runs import find_run
+
+    which = parsed.run
+    if parsed.words and which is not None:
+        raise UsageError("--run and TARGET exclude each other")
+    if parsed.words:
+        request = LaunchRequest.of(parsed)
+        if request.arguments:
+            words = " ".join(f"{name}:={value}" for name, value in request.arguments)
+            hint = "the launch file is compared with the arguments that the run has got"
+            raise UsageError(f"--diff takes no arguments: {words}", hint=hint)
+        which = request.path
+    with find_run(which, read_only=True).connect() as connection:
+        reply = connection.ask("reload", dry_run=True)
     if parsed.json:
         import json
 

@@ -220,6 +220,11 @@ class Service:
             at_once = is_signal and process.machine.state is ProcessState.STOPPING
             exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
 
+    def _do_reload(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control import reloads
+
+        reloads.serve(self._control, call, exchange)
+
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
         control = self._control.process_control
         signum = call.options.get("signal")

@@ -106,6 +106,7 @@ PERIOD = option(
     name="period_s",
     kind="seconds",
 )
+DRY_RUN = option("--dry-run", "only show what would be done")
 NEW = option("--new", "only events from now on", name="history", value=False)
 LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 FORMAT = option("FORMAT", "default, compact, or a template with {message}")
@@ -130,6 +131,12 @@ VERBS = (
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
     Verb("start NAME ...", "start processes that have ended"),
     Verb("restart NAME ...", "stop processes and start them again"),
+    Verb(
+        "reload [--dry-run]",
+        "evaluate the launch file again: start what is new, stop what is gone, restart what has "
+        "changed",
+        (DRY_RUN,),
+    ),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
     Verb("mute NAME ...", "hide the output of processes; it is still written to the log files"),

@@ -18,11 +18,13 @@ from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.core_driver import Core
+    from launcher.engine.core_driver import Core, CoreDriver
     from launcher.engine.helpers.logger_levels import LoggerLevels
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
+    from launcher.engine.reload import Reloader
+    from launcher.model.spec import ProcessSpec
 
 
 class Detached(Record):
@@ -59,7 +61,9 @@ class RunControl:
         driver: ProcessDriver,
         shutdown: Shutdown,
         core: Core,
+        core_driver: CoreDriver,
         *,
+        adapt: Callable[[ProcessSpec], ProcessSpec],
         processes: Mapping[int, Process],
         housekeeper: Housekeeper,
         log_dir: str | None,
@@ -80,12 +84,31 @@ class RunControl:
         self.on_process: Callable[[Process], None] = lambda process: None
         self.housekeeper = housekeeper
         self._shutdown = shutdown
+        self._core_driver = core_driver
+        self._adapt = adapt
         self._processes = processes
 
     @property
     def processes(self) -> list[Process]:
-        """All of the run, in order of first start."""
-        return list(self._processes.values())
+        """All of the launch file, in order of first start."""
+        return [one for one in self._processes.values() if not one.is_gone]
+
+    @functools.cached_property
+    def reloader(self) -> Reloader:
+        """Imported with the first request: most runs have none."""
+        from launcher.engine.reload import Reloader
+
+        return Reloader(
+            self.reactor,
+            self.core,
+            self._core_driver,
+            self.process_control,
+            self._shutdown,
+            self.log,
+            processes=self._processes,
+            adapt=self._adapt,
+            has_hosts=self.has_hosts,
+        )
 
     def sample_of(self, process: Process) -> Sample | None:
         """Its last sample; None if there is none yet, or if it is not running."""

@@ -25,6 +25,7 @@ WORDS = {
     "show": "",
     "detach": "",
     "quit": "",
+    "reload": "--dry-run",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"
 )
