@@ -113,18 +113,23 @@ def start_ticks(pid: int) -> int | None:
     return int(fields[START_TICKS])
 
 
-def children(pid: int) -> list[int]:
-    """Pids of its children, zombies included; one that was born just now may be missing."""
-    folder = f"{ROOT}/{pid}/task"
+def threads(pid: int) -> list[int]:
+    """Its threads, the main one included; empty if there is no such process."""
     try:
-        threads = os.listdir(folder)
+        return [int(name) for name in os.listdir(f"{ROOT}/{pid}/task")]
     except OSError:
         return []
-    if not os.path.exists(f"{folder}/{pid}/children"):  # the kernel was built without it
+
+
+def children(pid: int) -> list[int]:
+    """Pids of its children, zombies included; one that was born just now may be missing."""
+    tasks = threads(pid)
+    if tasks and not os.path.exists(f"{ROOT}/{pid}/task/{pid}/children"):
+        # The kernel was built without it.
         return [
             child for child in pids() if stat_fields(child)[PARENT : PARENT + 1] == [b"%d" % pid]
         ]
-    return [int(child) for each in threads for child in read(pid, f"task/{each}/children").split()]
+    return [int(child) for each in tasks for child in read(pid, f"task/{each}/children").split()]
 
 
 def family(roots: Iterable[int]) -> dict[int, int]:

@@ -9,7 +9,7 @@ from typing import Any
 from prompt_toolkit.utils import get_cwidth
 
 from launcher.console.format import cpu, end_cut, ending, is_in_trouble, memory, middle_cut
-from launcher.control.format import unreachable
+from launcher.control.format import concern, unreachable
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -149,7 +149,7 @@ def _joined(cells: Sequence[Line]) -> Line:
 
 
 def _style(process: Mapping[str, Any]) -> str:
-    if process.get("paused") or unreachable(process):
+    if process.get("paused") or concern(process):
         return "class:bar.waiting"
     if process["state"] == "EXITED" and is_in_trouble(process):
         return "class:bar.trouble"
@@ -158,7 +158,7 @@ def _style(process: Mapping[str, Any]) -> str:
 
 def _marks(process: Mapping[str, Any]) -> list[str]:
     marks = [] if process["state"] == "RUNNING" else [_state(process)]
-    marks += filter(None, [unreachable(process)])
+    marks += filter(None, [concern(process)])
     if process.get("restarts"):
         marks.append(f"x{process['restarts']}")
     if process.get("paused"):

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import filters, folder, log_file, unreachable, variables
+from launcher.control.format import concern, filters, folder, log_file, variables
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -115,9 +115,9 @@ def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], T
 
 
 def state(process: Process) -> Text:
-    """State of a process; with its last exit, unless it runs; with how old it is, if it is."""
-    if unreachable(process):
-        return Text(f"{process['state'].lower()}, {unreachable(process)}", "yellow")
+    """State of a process; with its last exit, unless it runs; with what else concerns it."""
+    if concern(process):
+        return Text(f"{process['state'].lower()}, {concern(process)}", "yellow")
     if process.get("paused"):
         return Text("paused", "yellow")
     word = process["state"].lower()

@@ -113,8 +113,14 @@ def unreachable(row: Mapping[str, Any]) -> str:
     return f"unreachable {_duration(int(silent_s))}" if silent_s >= 1 else "unreachable"
 
 
-def _with_reachability(state: str, row: Mapping[str, Any]) -> str:
-    return ", ".join(filter(None, [state, unreachable(row)]))
+def concern(row: Mapping[str, Any]) -> str:
+    """What its state does not say: `unreachable 4 s`, `debugger at 127.0.0.1:5678`; or empty."""
+    address = row.get("debugger")
+    return unreachable(row) or (f"debugger at {address}" if address else "")
+
+
+def _with_concern(state: str, row: Mapping[str, Any]) -> str:
+    return ", ".join(filter(None, [state, concern(row)]))
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -123,7 +129,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         remarks.append(row["last_exit"]["text"])
     return (
         row["name"],
-        _with_reachability("PAUSED" if row["paused"] else row["state"], row),
+        _with_concern("PAUSED" if row["paused"] else row["state"], row),
         _or_dash(row["pid"]),
         str(row["restarts"]),
         _duration(row["uptime_s"]),
@@ -140,7 +146,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
     facts = {
         **({"host": row["host"]} if "host" in row else {}),
         **({"unit": row["unit"]} if row.get("unit") else {}),
-        "state": _with_reachability(f"{row['state']}{', paused' if row['paused'] else ''}", row),
+        "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         "pid": _or_dash(row["pid"]),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",

@@ -150,6 +150,20 @@ class Service:
         text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
+    def _do_stack(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control.stack import StackRequest
+
+        StackRequest(self._control, call, exchange).ask(self._chosen(call))
+
+    def _do_debug(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control.debug import DebugRequest
+
+        chosen = self._chosen(call)
+        if len(chosen) > 1:
+            names = ", ".join(process.name for process in chosen)
+            raise BadCallError("bad-request", f"debug takes one process, not {names}")
+        DebugRequest(self._control, call, exchange).begin(chosen[0])
+
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
         core = self._control.core
         exchange.reply(core.plan(), core.plan_lines())
@@ -220,11 +234,6 @@ class Service:
             at_once = is_signal and process.machine.state is ProcessState.STOPPING
             exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
 
-    def _do_reload(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control import reloads
-
-        reloads.serve(self._control, call, exchange)
-
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
         control = self._control.process_control
         signum = call.options.get("signal")
@@ -273,11 +282,6 @@ class Service:
             hint = "known levels: DEBUG, INFO, WARN, ERROR, FATAL, ALL"
             raise BadCallError("bad-option", str(error), hint) from None
         _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
-
-    def _do_loglevel(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.loglevel import answer
-
-        answer(self._control, self._chosen(call), call.options, exchange)
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""

@@ -41,6 +41,7 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": process.is_halted,
+        "debugger": process.debugger and process.debugger.address,
         "last_exit": _last_exit(process),
         **(_place(process) if control.has_hosts else {}),
     }
@@ -87,9 +88,10 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
     """
     spec, ros, logs = process.spec, process.spec.ros, control.log_dir
     is_known = process.host is None or bool(spec.env)
+    started = spec if process.debugger is None else process.debugger.spec
     return {
         **row(control, process),
-        "command": list(process.words_there or spec.argv),
+        "command": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
         "package": ros and ros.package,

@@ -15,6 +15,7 @@ from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.debugger import Debugger
     from launcher.engine.hosts.remote_host import RemoteHost
     from launcher.engine.machine import Ended
     from launcher.engine.output.filters import LineFilter
@@ -63,9 +64,8 @@ class Process:
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
     that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
     runs (None: on this machine), `words_there` and `folder_there` what it runs there;
-    `is_abandoned`: the run has ended without it. `is_gone`: the launch file does not have it any
-    more. `is_replaced`: it is being stopped for a new version of its files, which the launch file
-    is not told. `user_stops`: how often users have stopped it.
+    `is_abandoned`: the run has ended without it. `debugger` is that of its child, `next_debugger`
+    that of its next start only.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -78,8 +78,9 @@ class Process:
         self.host: RemoteHost | None = None
         self.words_there: tuple[str, ...] = ()
         self.folder_there: str | None = None
-        self.is_abandoned = self.is_gone = self.is_replaced = False
-        self.user_stops = 0
+        self.is_abandoned = False
+        self.debugger: Debugger | None = None
+        self.next_debugger: Debugger | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None
@@ -111,10 +112,10 @@ class Process:
             return self.machine.is_pending and not self.is_abandoned
         return self.machine.state.is_alive
 
-    def adopt(self, spec: ProcessSpec) -> None:
-        """From its next start on it has this spec; policies apply at once."""
-        self.spec = spec
-        self.machine.apply(spec.restart, spec.stop)
+    def take_debugger(self) -> ProcessSpec:
+        """What its start, which is due, has to run."""
+        self.debugger, self.next_debugger = self.next_debugger, None
+        return self.spec if self.debugger is None else self.debugger.spec
 
     def abandon(self, now: float) -> None:
         """The run ends without it."""

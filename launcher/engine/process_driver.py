@@ -161,7 +161,7 @@ class ProcessDriver:
             if process.child.status >= 0:
                 self._reactor.remove(process.child.status)
             process.child.close()
-            process.child = None
+            process.child = process.debugger = None
 
     def _set_timer(self, process: Process) -> None:
         if process.timer is not None:

@@ -46,7 +46,7 @@ MAY_IMPORT = {
         "socket_directory",
         "workspace",
     },
-    "engine": {"errors", "model", "hosts"},
+    "engine": {"errors", "model", "hosts", "packages"},
     "agent": {"errors", "model", "engine", "hosts", "socket_directory"},
     "control": {
         "errors",
@@ -148,7 +148,6 @@ STARTED_BY = {
     "launcher.ros.agent": {"engine"},
     "launcher.ros.bridge": {"engine"},
     "launcher.ros.parameter_check": {"engine"},
-    "launcher.ros.logger_levels": {"engine"},
     "launcher.ros.probe": {"smoke"},
     "launcher.commands.launch.forecast": {"smoke"},
 }

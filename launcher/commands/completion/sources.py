@@ -46,11 +46,7 @@ def signals(current: str) -> Candidates:
 
 
 def levels(current: str) -> Candidates:
-    return [*logger_levels(current), ("ALL", "")]
-
-
-def logger_levels(current: str) -> Candidates:
-    return [(name, "") for name in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")]
+    return [(name, "") for name in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")]
 
 
 # ---- launch files and packages

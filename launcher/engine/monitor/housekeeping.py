@@ -169,11 +169,18 @@ class Housekeeper:
 def enforce(
     process: Process, verdict: Verdict, log: RunLog, driver: ProcessDriver, shutdown: Shutdown
 ) -> None:
-    """Carry out the action of a budget that a process has exceeded for too long."""
+    """Carry out the action of a budget that a process has exceeded for too long.
+
+    Under a debugger it is only told.
+    """
     from launcher.engine.monitor.budgets import BudgetAction
 
-    log.log("WARNING", process.name, str(verdict))
+    is_debugged = process.debugger is not None
+    but = "; nothing is done, since it is under a debugger" if is_debugged else ""
+    log.log("WARNING", process.name, f"{verdict}{but}")
     log.note("over budget", process, action=verdict.action.value)
+    if is_debugged:
+        return
     if verdict.action is BudgetAction.RESTART:
         driver.advance(process, Command.RESTART)
     elif verdict.action is BudgetAction.STOP_RUN:

@@ -16,16 +16,16 @@ WORDS = {
     "top": "a -p 2",
     "kill": "a -s INT",
     "level": "WARN a",
-    "loglevel": "a a.part debug",
     "grep": "found a",
     "format": "compact",
     "logs": "a -n 3",
+    "stack": "a --native",
+    "debug": "a --port 5678",
     "send": "a some text",
     "events": "--new",
     "show": "",
     "detach": "",
     "quit": "",
-    "reload": "--dry-run",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"
 )

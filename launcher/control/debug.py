@@ -1,0 +1,84 @@
+"""`debug`: start a process under debugpy, and tell where an editor attaches."""
+
+from __future__ import annotations
+
+import json
+
+from launcher.control.peer import Exchange
+from launcher.control.results import sentence
+from launcher.control.verbs import BadCallError, Call
+from launcher.engine.debugger import Debugger, NotDebuggableError, debugger_for
+from launcher.engine.process import Process
+from launcher.engine.process_control import Kind, Result
+from launcher.engine.run_control import RunControl
+
+POLL_S = 0.1
+LISTENS_S = 60.0  # importing debugpy takes a second, or much longer on a busy machine
+
+
+class DebugRequest:
+    """One request for one process; it is answered when the debugger listens."""
+
+    def __init__(self, control: RunControl, call: Call, exchange: Exchange) -> None:
+        self._control = control
+        self._options = call.options
+        self._exchange = exchange
+
+    def begin(self, process: Process) -> None:
+        """(Re)start the process; BadCallError if it cannot run under the debugger."""
+        if process.host is not None:
+            where = f"{process.name} runs on {process.host_name}"
+            raise BadCallError("wrong-state", f"{where}: debug works on this machine only")
+        if process.next_debugger is not None:
+            text = f"{process.name} is being started under a debugger by another request"
+            raise BadCallError("wrong-state", text)
+        waits, port = bool(self._options.get("wait", True)), self._options.get("port")
+        try:
+            debugger = debugger_for(process.spec, port, waits=waits, before=process.debugger)
+        except NotDebuggableError as error:
+            raise BadCallError("bad-option", f"{process.name}: {error}", error.hint) from None
+        process.next_debugger = debugger
+
+        def restarted(result: Result) -> None:
+            if result.kind is Kind.STARTED and process.debugger is debugger:
+                self._await(process, debugger, self._control.reactor.now() + LISTENS_S)
+                return
+            process.next_debugger = None
+            self._exchange.fail(BadCallError("wrong-state", sentence(result)))
+
+        self._control.process_control.restart(process, restarted)
+
+    def _await(self, process: Process, debugger: Debugger, until_s: float) -> None:
+        if process.debugger is not debugger:
+            end = process.last_end and process.last_end.outcome
+            text = f"{process.name} ended before debugpy listened ({end}); `logs` has its output"
+            self._exchange.fail(BadCallError("wrong-state", text))
+        elif debugger.is_listening:
+            self._answer(process, debugger)
+        elif self._control.reactor.now() > until_s:
+            text = f"{process.name}: debugpy does not listen after {LISTENS_S:.0f} s"
+            self._exchange.fail(BadCallError("wrong-state", text))
+        else:
+            again = lambda: self._await(process, debugger, until_s)  # noqa: E731
+            self._control.reactor.call_later(POLL_S, again)
+
+    def _answer(self, process: Process, debugger: Debugger) -> None:
+        assert process.child is not None
+        does = "waits for" if debugger.waits else "runs, and accepts"
+        state = f"{does} a debugger at {debugger.address}"
+        self._control.log.log("INFO", process.name, f"process {state}")
+        entry = json.dumps(debugger.configuration)
+        text = [
+            f"{process.name} {state} (pid {process.child.pid})",
+            "VS Code: an entry for `configurations` in .vscode/launch.json:",
+            f"    {entry}",
+            f"`restart {process.spec.label}` starts it without the debugger",
+        ]
+        result = {
+            "name": process.name,
+            "pid": process.child.pid,
+            "address": debugger.address,
+            "waits": debugger.waits,
+            "configuration": debugger.configuration,
+        }
+        self._exchange.reply(result, text)
