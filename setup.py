@@ -67,7 +67,16 @@ BUILD_REQUIREMENTS = [
     "setuptools>=70.1,<80",  # colcon needs `setup.py develop`; wheels need `bdist_wheel`
     "ziglang",
 ]
-NODES = ["dispatcher", "robot_1", "robot_2", "robot_3", "monitor", "debug_logger", "qos_probe"]
+NODES = [
+    "dispatcher",
+    "robot",
+    "robot_1",
+    "robot_2",
+    "robot_3",
+    "monitor",
+    "debug_logger",
+    "qos_probe",
+]
 
 setup(
     name=PACKAGE,

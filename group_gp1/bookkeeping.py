@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from group_gp1.messages import RobotStatus, Status
+from group_gp1.summary import FleetSummary
 
 REMEMBERED_IDS = 1000  # per robot; a repeat comes from the last 10 statuses or a backlog of 5
 MAX_WARNING_GAP_S = 60.0  # one line a minute for a robot that is off for long
@@ -44,6 +45,7 @@ class _Account:
     next_mark_s: float  # length of silence at which the next warning is due
     heard: bool = False
     warned: bool = False
+    status: Status = Status.DONE
     count: int = 0
     ids: dict[str, None] = field(default_factory=dict)  # a set that remembers its order
     done_without_id: str | None = None
@@ -80,6 +82,7 @@ class FleetBooks:
             if status.robot_id not in self._accounts:
                 self._accounts[status.robot_id] = self._new_account(now_s)
             account = self._accounts[status.robot_id]
+            account.status = status.status
             _count(account, status)
             return self._note_seen(status.robot_id, account, now_s)
 
@@ -87,6 +90,20 @@ class FleetBooks:
         """Completed tasks of every robot, each task once."""
         with self._lock:
             return {robot_id: account.count for robot_id, account in self._accounts.items()}
+
+    def summary(self, *, now_s: float) -> FleetSummary:
+        """How many robots are in which state, and those that need attention."""
+        with self._lock:
+            heard = {name: one for name, one in self._accounts.items() if one.heard}
+            silent = {name: one for name, one in heard.items() if one.warned}
+            busy = [one for one in heard.values() if not one.warned and one.status is Status.BUSY]
+            return FleetSummary(
+                tasks={name: one.count for name, one in self._accounts.items()},
+                busy=len(busy),
+                idle=len(heard) - len(silent) - len(busy),
+                silent_s={name: now_s - one.last_seen_s for name, one in silent.items()},
+                missing=[name for name in self._accounts if name not in heard],
+            )
 
     def new_silences(self, *, now_s: float) -> list[Silence]:
         """The warnings that are due now; each is returned once."""

@@ -18,6 +18,7 @@ from group_gp1.rejects import Rejects
 REPORT_PERIOD_S = 2.0  # 0.5 Hz
 START_GRACE_S = 7.0  # robot_3 is started 5 s late, and needs a moment until its first status
 SILENCE_CHECK_PERIOD_S = 0.1  # maximum delay of a warning
+MAX_LISTED = 1000
 THREADS = 3  # one for each callback below, whatever the number of cores
 
 
@@ -27,6 +28,15 @@ class Monitor(Node):
     def __init__(self) -> None:
         super().__init__("monitor")
         self._books = self._open_books()
+        self._listed_robots = settings.whole_number(
+            self,
+            "listed_robots",
+            MAX_LISTED,
+            low=0,
+            high=MAX_LISTED,
+            unit="robots",
+            about="Robots that a report lists one by one; of more it has a summary",
+        )
         self._rejects = Rejects(self.get_logger(), topics.STATUS)
         # Guards the dictionaries of counts and times: one status at a time, in order of arrival.
         # It does not exclude the two timers; the lock in FleetBooks does.
@@ -39,7 +49,11 @@ class Monitor(Node):
         silence_group = MutuallyExclusiveCallbackGroup()
         self._reports = self.create_publisher(String, topics.REPORT, qos.REPORT)
         self._statuses = self.create_subscription(
-            String, topics.STATUS, self._enter_status, qos.STATUS, callback_group=status_group
+            String,
+            topics.STATUS,
+            self._enter_status,
+            qos.status_profile(settings.status_queue_depth(self)),
+            callback_group=status_group,
         )
         self._report_timer = self.create_timer(
             REPORT_PERIOD_S, self._report, callback_group=report_group
@@ -55,15 +69,7 @@ class Monitor(Node):
             ["robot_1", "robot_2", "robot_3"],
             about="Robots that are expected to report; others are counted once they do",
         )
-        silence_timeout_s = settings.number(
-            self,
-            "silence_timeout_s",
-            5.0,
-            low=0.1,
-            high=3600.0,
-            unit="s",
-            about="Silence of a robot after which the monitor warns",
-        )
+        silence_timeout_s = settings.silence_timeout_s(self)
         start_grace_s = settings.number(
             self,
             "start_grace_s",
@@ -91,7 +97,11 @@ class Monitor(Node):
             self.get_logger().info(str(arrival))
 
     def _report(self) -> None:
-        text = report_text(self._books.counts())
+        counts = self._books.counts()
+        if len(counts) <= self._listed_robots:
+            text = report_text(counts)
+        else:
+            text = str(self._books.summary(now_s=time.monotonic()))
         self._reports.publish(String(data=text))
         self.get_logger().info(text)
 

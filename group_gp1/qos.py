@@ -29,15 +29,21 @@ def tasks_profile(depth: int = TASKS_DEPTH) -> QoSProfile:
 
 TASKS = tasks_profile()
 
-STATUS = QoSProfile(
-    # repeated every second: the next one replaces a lost one, so a repair is not needed
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    # an old status would look like a robot that is alive
-    durability=DurabilityPolicy.VOLATILE,
-    # one status of each of the three robots while the reader is busy
-    history=HistoryPolicy.KEEP_LAST,
-    depth=STATUS_DEPTH,
-)
+
+def status_profile(depth: int = STATUS_DEPTH) -> QoSProfile:
+    """The profile of `/fleet/status`; other depths are for readers of many robots."""
+    return QoSProfile(
+        # repeated every second: the next one replaces a lost one, so a repair is not needed
+        reliability=ReliabilityPolicy.BEST_EFFORT,
+        # an old status would look like a robot that is alive
+        durability=DurabilityPolicy.VOLATILE,
+        # one status of each of the three robots while the reader is busy
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+    )
+
+
+STATUS = status_profile()
 
 REPORT = QoSProfile(
     # one line every two seconds, read by people: none should be missing

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import random
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import rclpy
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import String
 
@@ -21,19 +24,24 @@ from group_gp1.worklog import WorkLog
 class RobotProfile:
     """What distinguishes the robots."""
 
-    robot_id: str
+    robot_id: str | None  # None: the name that the node gets from its launch file
     task_duration_s: float
+
+
+ANY_ROBOT = RobotProfile(robot_id=None, task_duration_s=1.0)
 
 
 class Robot(Node):
     """Receives assignments on `/fleet/tasks` and reports on `/fleet/status`."""
 
     def __init__(self, profile: RobotProfile) -> None:
-        super().__init__(profile.robot_id)
-        self._robot_id = profile.robot_id
-        self._work = WorkLog(profile.robot_id, run=uuid.uuid4().hex[:8])
-        self._backlog = Backlog(profile.robot_id)
+        super().__init__(profile.robot_id or "robot")
+        self._robot_id = profile.robot_id or self.get_name()
+        self._work = WorkLog(self._robot_id, run=uuid.uuid4().hex[:8])
+        self._backlog = Backlog(self._robot_id)
         self._rejects = Rejects(self.get_logger(), topics.TASKS)
+        self._task_spread = self._declare_task_spread()
+        self._chance = random.Random(f"{self._declare_seed()}:{self._robot_id}")
         self._task_duration_s = self._declare_task_duration(profile.task_duration_s)
         # One group for both callbacks, so that they never overlap with any executor: the
         # subscription writes the current task (in self._work), and the timer reads it.
@@ -69,10 +77,15 @@ class Robot(Node):
     def _execute(self, assignment: TaskAssignment) -> None:
         self.get_logger().info(f"Received task {assignment.task} -- executing...")
         self._publish(self._work.begin(assignment))
-        if not runner.nap(self._task_duration_s):  # simulates the work
+        if not runner.nap(self._next_duration_s()):  # simulates the work
             return  # interrupted: the task is not done, and the context is shut down
         self._publish(self._work.finish())
         self.get_logger().info(f"Task {assignment.task} complete")
+
+    def _next_duration_s(self) -> float:
+        return self._task_duration_s * self._chance.uniform(
+            1.0 - self._task_spread, 1.0 + self._task_spread
+        )
 
     def _repeat_status(self) -> None:
         """Report an idle robot too, and make up for lost statuses."""
@@ -90,6 +103,28 @@ class Robot(Node):
             high=3600.0,
             unit="s",
             about="How long one task takes",
+        )
+
+    def _declare_task_spread(self) -> float:
+        return settings.number(
+            self,
+            "task_spread",
+            0.0,
+            low=0.0,
+            high=1.0,
+            unit="of task_duration_s",
+            about="How much longer or shorter than usual a task may take",
+        )
+
+    def _declare_seed(self) -> int:
+        return settings.whole_number(
+            self,
+            "seed",
+            0,
+            low=0,
+            high=2**31 - 1,
+            unit="number",
+            about="The same durations with the same seed; task_spread says how much they differ",
         )
 
     def _declare_status_period(self) -> float:
@@ -113,3 +148,18 @@ class Robot(Node):
             unit="messages",
             about="Assignments that wait while a task is executed; older ones are dropped",
         )
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run a robot with the name of its node as its id, until SIGINT or SIGTERM."""
+    try:
+        runner.run(lambda: Robot(ANY_ROBOT), args)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # the usual exit; the node is already destroyed
+    finally:
+        if rclpy.ok():
+            rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

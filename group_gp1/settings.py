@@ -13,6 +13,8 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from group_gp1 import qos
+
 
 class SettingError(Exception):
     """A parameter has an invalid value; the text is for the user."""
@@ -44,6 +46,40 @@ def whole_number(
     )
     rule = f"a whole number from {low} to {high} ({unit})"
     return int(_declare(node, name, default, descriptor, rule))
+
+
+def silence_timeout_s(node: Node) -> float:
+    """When a robot counts as silent."""
+    return number(
+        node,
+        "silence_timeout_s",
+        5.0,
+        low=0.1,
+        high=3600.0,
+        unit="s",
+        about="Silence of a robot after which the monitor warns",
+    )
+
+
+def status_queue_depth(node: Node) -> int:
+    """The depth of a reader of `/fleet/status`."""
+    return whole_number(
+        node,
+        "status_queue_depth",
+        qos.STATUS_DEPTH,
+        low=1,
+        high=qos.MAX_DEPTH,
+        unit="messages",
+        about="Statuses that wait while the node is busy: one of each robot is enough",
+    )
+
+
+def switch(node: Node, name: str, *, about: str) -> bool:
+    """Declare a parameter that is false by default and read it."""
+    descriptor = ParameterDescriptor(
+        type=Parameter.Type.BOOL.value, description=about, read_only=True
+    )
+    return bool(_declare(node, name, False, descriptor, "true or false"))
 
 
 def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]:

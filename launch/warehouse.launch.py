@@ -1,0 +1,116 @@
+"""A warehouse: many robots of one class, generated or from a fleet file; dispatcher and monitor.
+
+With an installation of ROS 2: `ros2 launch group_gp1 warehouse.launch.py robots:=20`; without one:
+`python -m launcher warehouse robots:=100 --discovery server`.
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from group_gp1 import fleet
+
+DEFAULT_ROBOTS = 10
+MAX_DEPTH = 1000  # of a queue
+LISTED_ROBOTS = 20  # a report of more is a summary
+START_S = 1.0  # until a robot reports, for each that starts at the same time on a slow machine
+BASE_GRACE_S = 7.0  # what the monitor gives a small fleet
+
+ARGUMENTS = {
+    "robots": ("", f"How many robots, 1 to {fleet.MAX_ROBOTS} ({DEFAULT_ROBOTS} without a fleet)."),
+    "fleet": ("", "A fleet file in YAML, in place of `robots`."),
+    "seed": ("0", "The task durations are drawn with it, where none is given."),
+    "task_period": ("20.0", "Each robot gets a task once in this time, if it is idle (seconds)."),
+    "output": ("screen", "Where the lines of robots go: screen, log, both, own_log or full."),
+    "transport": ("UDPv4", "FASTDDS_BUILTIN_TRANSPORTS of all nodes; DEFAULT has shared memory."),
+}
+
+
+def value_of(context, name, kind=str):
+    """The value of an argument; the error says which one is wrong."""
+    text = LaunchConfiguration(name).perform(context)
+    try:
+        return kind(text)
+    except ValueError:
+        raise fleet.FleetError(f"{name}:={text} is not a number") from None
+
+
+def fleet_of(context):
+    """The robots that the arguments ask for."""
+    path, count = value_of(context, "fleet"), value_of(context, "robots")
+    seed = value_of(context, "seed", int)
+    if not path:
+        return fleet.generate(value_of(context, "robots", int) if count else DEFAULT_ROBOTS, seed)
+    if count:
+        raise fleet.FleetError("robots:= and fleet:= exclude each other: the file has the robots")
+    return fleet.read(path, seed)
+
+
+def nodes(context):
+    """All nodes; what depends on the size of the fleet is in the parameters."""
+    robots = fleet_of(context)
+    period_s = value_of(context, "task_period", float)
+    if not 0.1 <= period_s <= 3600.0:
+        raise fleet.FleetError(f"task_period:={period_s:g} is not between 0.1 and 3600 seconds")
+    rate_hz = min(max(len(robots) / period_s, 0.01), 1000.0)
+    common = {
+        "robot_ids": [robot.robot_id for robot in robots],
+        "silence_timeout_s": max(5.0, 2.0 * max(robot.longest_silence_s for robot in robots)),
+        # one status of each robot, and those before and after a task
+        "status_queue_depth": min(3 * len(robots), MAX_DEPTH),
+    }
+    dispatcher = {
+        **common,
+        "dispatch_rate_hz": rate_hz,
+        "assign_when_idle": True,
+        # a robot that is just being connected gets what was assigned 2 s before
+        "task_history_depth": max(5, min(round(2.0 * rate_hz), MAX_DEPTH)),
+    }
+    monitor = {
+        **common,
+        "listed_robots": LISTED_ROBOTS,
+        "start_grace_s": BASE_GRACE_S + START_S * len(robots),
+    }
+    # assignments to all others arrive while a robot works
+    queue = max(5, min(round(2.0 * rate_hz * common["silence_timeout_s"]), MAX_DEPTH))
+    return [
+        Node(
+            package="group_gp1",
+            executable="dispatcher",
+            name="dispatcher",
+            output="screen",
+            parameters=[dispatcher],
+        ),
+        Node(
+            package="group_gp1",
+            executable="monitor",
+            name="monitor",
+            output="screen",
+            parameters=[monitor],
+        ),
+        *(
+            Node(
+                package="group_gp1",
+                executable="robot",
+                name=robot.robot_id,
+                output=LaunchConfiguration("output"),
+                parameters=[{**robot.parameters(), "task_queue_depth": queue}],
+            )
+            for robot in robots
+        ),
+    ]
+
+
+def generate_launch_description():
+    """Describe the warehouse."""
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=about)
+                for name, (default, about) in ARGUMENTS.items()
+            ),
+            SetEnvironmentVariable("FASTDDS_BUILTIN_TRANSPORTS", LaunchConfiguration("transport")),
+            OpaqueFunction(function=nodes),
+        ]
+    )
