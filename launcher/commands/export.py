@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS, plan
-from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.options import LOG_LEVEL, RUN_OPTIONS, run_options
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -70,7 +70,7 @@ The same launch file gives the same files. Functions and commands of the launch 
     groups=(
         (
             "options about processes",
-            tuple(one for one in RUN_OPTIONS if one.name in _OF_PROCESSES),
+            tuple(one for one in RUN_OPTIONS if one.name in _OF_PROCESSES or one is LOG_LEVEL),
         ),
     ),
     epilog="exit codes: 0 the files are written, 1 they cannot be written, 2 bad command line, "

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.hosts.file import DISCOVERY
-from launcher.commands.launch.options import PREFIX, SKIP_HOST
+from launcher.commands.launch.options import LOG_LEVEL, PREFIX, SKIP_HOST, given_options
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -52,6 +52,12 @@ launch has done so far.
         SKIP_HOST,
         DISCOVERY,
         PREFIX,
+        LOG_LEVEL,
+        option(
+            "--diff",
+            "what reloading the running launch (of TARGET) would start, stop and restart, with its "
+            "launch file as it is now",
+        ),
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -61,6 +67,8 @@ launch has done so far.
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
+    if parsed.diff:
+        return _show_diff(parsed)
     if not parsed.words:
         return _show_running(parsed)
     if parsed.run is not None:
@@ -71,7 +79,7 @@ def main(words: Sequence[str]) -> int:
         hosts=parsed.hosts,
         discovery=parsed.discovery,
         skip_hosts=parsed.skip_hosts,
-        prefix=tuple(parsed.prefix),
+        options=given_options(parsed),
     )
 
 
@@ -82,25 +90,24 @@ def show(
     hosts: str | None = None,
     discovery: str | None = None,
     skip_hosts: Sequence[str] = (),
-    prefix: tuple[tuple[str, tuple[str, ...]], ...] = (),
+    options: RunOptions | None = None,
 ) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there,
-    `skip_hosts` are patterns of its hosts, and `prefix` is as in RunOptions.
+    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there, and
+    `skip_hosts` are patterns of its hosts. `options` change processes as in a run.
     """
     file = _hosts_file(hosts, discovery, skip_hosts)
     plan = evaluate(request, with_scopes=file is not None)
-    if prefix:
-        _add_prefixes(plan, RunOptions(prefix=prefix))
+    remarks = [] if options is None else _apply(options, plan)
     errors = mistakes_of(plan, request)
     placing = None if file is None else _placing(plan, file)
     if placing is not None:
         errors += placing.findings.errors
     if as_json:
-        _show_document(plan, errors, placing, file)
+        _show_document(plan, errors, placing, file, remarks)
         return ExitCode.OK if placing is None or not placing.findings.errors else ExitCode.USAGE
-    _show_tree(plan, placing, file)
+    _show_tree(plan, placing, file, remarks)
     if not errors:
         return ExitCode.OK
     from launcher.commands.launch.mistakes import together
@@ -108,14 +115,16 @@ def show(
     raise together(errors) from (plan.error.fault if plan.error else None)
 
 
-def _add_prefixes(plan: Plan, options: RunOptions) -> None:
-    from launcher.engine.option_warnings import unmatched
+def _apply(options: RunOptions, plan: Plan) -> list[str]:
+    """Change the processes of the plan as a run does; warnings about the options."""
+    if not (options.log_levels or options.prefix):
+        return []
+    from launcher.engine.option_warnings import unmatched, without_node
 
-    for text, meant in unmatched(options, [process.spec for process in plan.processes]):
-        print(f"warning: {text}{meant}", file=sys.stderr)
-    plan.processes[:] = [
-        replace(process, spec=options.with_prefix(process.spec)) for process in plan.processes
-    ]
+    plan.processes = [replace(one, spec=options.adapt(one.spec)) for one in plan.processes]
+    specs = [process.spec for process in plan.processes]
+    missing = [f"{text}{meant}" for text, meant in unmatched(options, specs)]
+    return [f"warning: {text}" for text in (*missing, *without_node(options, specs))]
 
 
 def _hosts_file(
@@ -154,6 +163,31 @@ def _show_running(parsed: Parsed) -> int:
         raise UsageError("the launch file is missing, and no run is active", hint=hint) from None
     with run.connect() as connection:
         reply = connection.ask("plan")
+    if parsed.json:
+        import json
+
+        print_text(json.dumps(reply.result, indent=1))
+    else:
+        print_text("\n".join(reply.text))
+    return ExitCode.OK
+
+
+def _show_diff(parsed: Parsed) -> int:
+    """Ask the run, which has the arguments and the environment; LauncherError."""
+    from launcher.control.runs import find_run
+
+    which = parsed.run
+    if parsed.words and which is not None:
+        raise UsageError("--run and TARGET exclude each other")
+    if parsed.words:
+        request = LaunchRequest.of(parsed)
+        if request.arguments:
+            words = " ".join(f"{name}:={value}" for name, value in request.arguments)
+            hint = "the launch file is compared with the arguments that the run has got"
+            raise UsageError(f"--diff takes no arguments: {words}", hint=hint)
+        which = request.path
+    with find_run(which, read_only=True).connect() as connection:
+        reply = connection.ask("reload", dry_run=True)
     if parsed.json:
         import json
 
@@ -207,6 +241,7 @@ def _show_document(
     errors: Sequence[LauncherError],
     placing: Placing | None = None,
     file: HostsFile | None = None,
+    remarks: Sequence[str] = (),
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
     import json
@@ -220,11 +255,16 @@ def _show_document(
 
         found["discovery"] = discovery_document(file.discovery)
     print_text(json.dumps(found, indent=1))
-    for line in [*_warnings(plan, placing), *(error.render() for error in errors)]:
+    for line in [*_warnings(plan, placing), *remarks, *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
 
-def _show_tree(plan: Plan, placing: Placing | None = None, file: HostsFile | None = None) -> None:
+def _show_tree(
+    plan: Plan,
+    placing: Placing | None = None,
+    file: HostsFile | None = None,
+    remarks: Sequence[str] = (),
+) -> None:
     from launcher.engine.output.stdout import wants_colour
     from launcher.render.command_line import ParameterFiles
     from launcher.render.plan_tree import plan_tree
@@ -232,7 +272,7 @@ def _show_tree(plan: Plan, placing: Placing | None = None, file: HostsFile | Non
 
     placed = () if placing is None else placing.placed
     tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
-    lines = [tree, *_warnings(plan, placing)]
+    lines = [tree, *_warnings(plan, placing), *remarks]
     if file is not None and file.discovery.mode is not None:
         from launcher.render.hosts import discovery_line
 

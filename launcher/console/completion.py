@@ -57,6 +57,8 @@ class WordCompleter(Completer):
             return [(flag, one.help) for one in verb.options for flag in one.flags]
         if verb.argument is not None and len(before) == 1:
             return [(word, "") for word in WORDS.get(verb.argument, ())]
+        if verb.behind and len(before) > 1:
+            return [(word, "") for word in WORDS.get(verb.behind[-1].name, ()) if word != "ALL"]
         return [] if self._has_names(verb, before) else self._names()
 
     @staticmethod

@@ -34,7 +34,7 @@ class RefusedError(ControlError):
     def __init__(self, code: str, message: str, hint: str | None) -> None:
         super().__init__(message, hint=hint)
         self.code = code
-        if code in ("bad-option", "bad-request", "unknown-verb"):
+        if code in ("bad-option", "bad-request", "unknown-verb", "bad-launch-file"):
             self.exit_code = ExitCode.USAGE
 
 

@@ -234,6 +234,11 @@ class Service:
             at_once = is_signal and process.machine.state is ProcessState.STOPPING
             exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
 
+    def _do_reload(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control import reloads
+
+        reloads.serve(self._control, call, exchange)
+
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
         control = self._control.process_control
         signum = call.options.get("signal")
@@ -282,6 +287,11 @@ class Service:
             hint = "known levels: DEBUG, INFO, WARN, ERROR, FATAL, ALL"
             raise BadCallError("bad-option", str(error), hint) from None
         _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
+
+    def _do_loglevel(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control.loglevel import answer
+
+        answer(self._control, self._chosen(call), call.options, exchange)
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""

@@ -17,13 +17,15 @@ from launcher.text import did_you_mean
 class Verb(Record):
     """A verb, whose arguments are read from its usage.
 
-    `streams`: with the option `follow` it sends items until the run ends. `shell`: it is also a
-    command of its own.
+    `behind`: options that the words behind the name set, the last one by the last word. `streams`:
+    with the option `follow` it sends items until the run ends. `shell`: it is also a command of
+    its own.
     """
 
     usage: str
     help: str
     options: tuple[Option, ...] = ()
+    behind: tuple[Option, ...] = ()
     streams: bool = False
     shell: bool = True
 
@@ -53,7 +55,8 @@ class Verb(Record):
 
     def option(self, name: str) -> Option | None:
         """The option with this name in requests."""
-        return next((option for option in self.options if option.name == name), None)
+        known = (*self.options, *self.behind)
+        return next((option for option in known if option.name == name), None)
 
     def command(
         self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
@@ -61,7 +64,8 @@ class Verb(Record):
         """Its command line: in the console, or in a shell with `common` options."""
         arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
         if self.names != "none":
-            arguments.append(option("[NAME]" if self.text else "[NAME ...]", name="names"))
+            arguments.append(option(_NAME if self.text or self.behind else _NAMES, name="names"))
+        arguments += self.behind
         if self.text:
             arguments.append(_TEXT_IN_SHELL if in_shell else option("TEXT", count="..."))
         usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
@@ -78,6 +82,7 @@ class Verb(Record):
         )
 
 
+_NAME, _NAMES = "[NAME]", "[NAME ...]"
 FOLLOW = option("-f, --follow", "keep printing new entries until the run ends")
 SIGNAL = option(
     "-s, --signal SIGNAL",
@@ -101,6 +106,7 @@ PERIOD = option(
     name="period_s",
     kind="seconds",
 )
+DRY_RUN = option("--dry-run", "only show what would be done")
 NEW = option("--new", "only events from now on", name="history", value=False)
 NATIVE = option("--native", "with the calls of C and C++ code between them")
 LOCALS = option("--locals", "with the local variables of each call")
@@ -115,6 +121,8 @@ NO_WAIT = option(
 )
 LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 FORMAT = option("FORMAT", "default, compact, or a template with {message}")
+LOGGER = option("[LOGGER]", "a logger, as in its lines; default: that of the node")
+NODE_LEVEL = option("[LEVEL]", "debug, info, warn, error or fatal")
 PATTERN = option("PATTERN", "a regular expression")
 TEXT = option("TEXT", "a line for its standard input")
 TOPIC = option("TOPIC", "a verb")
@@ -134,6 +142,12 @@ VERBS = (
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
     Verb("start NAME ...", "start processes that have ended"),
     Verb("restart NAME ...", "stop processes and start them again"),
+    Verb(
+        "reload [--dry-run]",
+        "evaluate the launch file again: start what is new, stop what is gone, restart what has "
+        "changed",
+        (DRY_RUN,),
+    ),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
     Verb("mute NAME ...", "hide the output of processes; it is still written to the log files"),
@@ -143,6 +157,11 @@ VERBS = (
         "level [LEVEL [NAME ...]]",
         "show only lines of LEVEL and above; without it, print the level",
         (LEVEL,),
+    ),
+    Verb(
+        "loglevel NAME [LOGGER] [LEVEL]",
+        "set from which level on nodes log; without LEVEL, print it",
+        behind=(LOGGER, NODE_LEVEL),
     ),
     Verb(
         "grep [PATTERN [NAME ...]]", "show only lines that match; without PATTERN, all", (PATTERN,)
@@ -340,6 +359,9 @@ def call_of(verb: Verb, parsed: Parsed) -> Call:
         options[verb.argument] = given[verb.argument]
     if verb.text is not None and given[verb.text]:
         options[verb.text] = " ".join(given[verb.text])
+    words = [given[one.name] for one in verb.behind if given[one.name] is not None]
+    last = verb.behind[len(verb.behind) - len(words) :]
+    options.update((one.name, word) for one, word in zip(last, words, strict=True))
     names = given.get("names") or []
     try:
         return check(verb.name, [names] if isinstance(names, str) else names, options)

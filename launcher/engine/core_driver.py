@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
     from launcher.engine.machine import Ended
     from launcher.engine.ros_requests import RosRequests
+    from launcher.model.reload import Known, Reload
+    from launcher.model.spec import ProcessSpec
 
     class Core(Protocol):
         """The interpreter of a run: `launcher.interpreter.Interpreter`, or one of a test."""
@@ -44,6 +46,28 @@ if TYPE_CHECKING:
 
         # What it would still do by itself: `OnProcessExit`, `2 timers`.
         def intentions(self) -> Sequence[str]: ...
+
+    class Evaluation(Protocol):
+        """A launch file that was evaluated again, which changes nothing until it is adopted."""
+
+        @property
+        def reload(self) -> Reload: ...
+        def discard(self) -> None: ...
+
+    class ReloadableCore(Core, Protocol):
+        """The interpreter of a launch file that can be evaluated again during the run."""
+
+        # LauncherError. `adapt` applies the options of the run.
+        def evaluate_again(
+            self, known: Sequence[Known], adapt: Callable[[ProcessSpec], ProcessSpec]
+        ) -> Evaluation: ...
+        def adopt(self, evaluation: Any) -> None: ...
+
+        # Do not end for want of processes while this is true.
+        def stay_while(self, condition: Callable[[], bool]) -> None: ...
+
+        # What the evaluation has read.
+        def launch_files(self) -> list[str]: ...
 
 
 class CoreDriver:
@@ -99,8 +123,26 @@ class CoreDriver:
         self._inbox.append(event)
         self._pump()
 
+    def carry_out(self, effects: Sequence[events.Effect]) -> None:
+        """Effects that do not answer an event."""
+        self._busy = True
+        self._carry_out(effects)
+        self._busy = False
+        self._pump()
+
+    def forget(self) -> None:
+        """Another launch file has the run: drop the timers and events of the earlier one."""
+        self.cancel_timers(all_of_them=True)
+        self._inbox.clear()
+        self._watching.clear()
+        self._outliving.clear()
+        self._on_wall_clock.clear()
+
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         """A process has exited, or could not be started."""
+        if process.is_replaced and end.outcome.returncode is not None:
+            return
+        process.is_replaced = False
         will_restart = end.retry_in_s is not None or process.machine.is_held
         returncode = end.outcome.returncode
         if returncode is None:

@@ -176,12 +176,25 @@ class ProcessMachine:
         self.restarts = 0  # since the last Start or UserStart
         self._chance = chance
         self._step = 0
+        self._next_stop: StopPolicy | None = None
         self._sent: dict[int, float] = {}
         self._quick_ends = 0
         self._starts_again = False
         self._is_stuck = False
         self.running_since = 0.0
         self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
+
+    def apply(self, restart: RestartPolicy, stop: StopPolicy) -> None:
+        """Change its policies; a stop that is under way goes on as it began."""
+        if restart != self.restart:
+            self.restart = restart
+            self._recent = deque(self._recent, maxlen=restart.max_restarts or 0)
+        self._next_stop = stop
+        self._take_stop()
+
+    def _take_stop(self) -> None:
+        if self._next_stop is not None and self.state is not ProcessState.STOPPING:
+            self.stop, self._next_stop = self._next_stop, None
 
     @property
     def stop_signal(self) -> signal.Signals:
@@ -275,6 +288,7 @@ class ProcessMachine:
         self.state = state
         self._is_stuck = False
         self.deadline = deadline
+        self._take_stop()
 
     def _start(self) -> list[Action]:
         # STOPPED, EXITED, FATAL, BACKOFF -> STARTING: a requested start resets the counters

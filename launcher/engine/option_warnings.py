@@ -22,6 +22,17 @@ def unmatched(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[tuple[s
     return [(f"{what} matches no process", meant) for what, meant in found.items()]
 
 
+def without_node(options: RunOptions, specs: Sequence[ProcessSpec]) -> list[str]:
+    """`--log-level 'x' does not apply to x-1: ...` for each process that is no ROS node."""
+    patterns = dict.fromkeys(pattern for pattern, _ in options.log_levels if pattern != "*")
+    return [
+        f"--log-level '{pattern}' does not apply to {spec.name}: it is not started as a ROS node"
+        for pattern in patterns
+        for spec in specs
+        if spec.ros is None and matches(pattern, spec)
+    ]
+
+
 def warn_of_unmatched(
     options: RunOptions, specs: Sequence[ProcessSpec], log: RunLog, *, is_over: bool
 ) -> None:
@@ -29,6 +40,8 @@ def warn_of_unmatched(
     when = "of the whole run" if is_over else "so far"
     for text, meant in unmatched(options, specs):
         log.warn(f"{text} {when}{meant}")
+    for text in () if is_over else without_node(options, specs):
+        log.warn(text)
 
 
 def nearest(pattern: str, specs: Sequence[ProcessSpec]) -> str:
@@ -49,6 +62,7 @@ def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
     for option, settings in (("--restart", options.restart), ("--stop", options.stop)):
         yield from ((option, pattern) for pattern, _ in settings if pattern not in in_files)
     yield from (("--prefix", pattern) for pattern, _ in options.prefix)
+    yield from (("--log-level", pattern) for pattern, _ in options.log_levels)
     for pattern, limits in options.limits:
         if pattern not in in_files:
             named = "--limit" if limits.rlimits else "--cpus" if limits.cpus else "--nice"

@@ -64,8 +64,10 @@ class Process:
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
     that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
     runs (None: on this machine), `words_there` and `folder_there` what it runs there;
-    `is_abandoned`: the run has ended without it. `debugger` is that of its child, `next_debugger`
-    that of its next start only.
+    `is_abandoned`: the run has ended without it. `is_gone`: the launch file does not have it any
+    more. `is_replaced`: it is being stopped for a new version of its files, which the launch file
+    is not told. `user_stops`: how often users have stopped it. `debugger` is that of its child,
+    `next_debugger` that of its next start only.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -78,7 +80,8 @@ class Process:
         self.host: RemoteHost | None = None
         self.words_there: tuple[str, ...] = ()
         self.folder_there: str | None = None
-        self.is_abandoned = False
+        self.is_abandoned = self.is_gone = self.is_replaced = False
+        self.user_stops = 0
         self.debugger: Debugger | None = None
         self.next_debugger: Debugger | None = None
         self.streams: dict[int, Stream] = {}
@@ -111,6 +114,11 @@ class Process:
         if self.host is not None:  # one that waits for its restart may be started meanwhile
             return self.machine.is_pending and not self.is_abandoned
         return self.machine.state.is_alive
+
+    def adopt(self, spec: ProcessSpec) -> None:
+        """From its next start on it has this spec; policies apply at once."""
+        self.spec = spec
+        self.machine.apply(spec.restart, spec.stop)
 
     def take_debugger(self) -> ProcessSpec:
         """What its start, which is due, has to run."""

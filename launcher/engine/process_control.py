@@ -122,6 +122,7 @@ class ProcessControl:
             done(_not_running(process))
             return
         self._note("stop", process)
+        process.user_stops += 1
         was_alive = machine.state.is_alive
         self._driver.advance(process, Command.USER_STOP)
         if waits := _unreachable(process, Kind.STOP_WAITS):
@@ -203,7 +204,7 @@ class ProcessControl:
         self._when(check, done, process)
 
     def restart(self, process: Process, done: Done) -> None:
-        """Stop it if it runs, then start it."""
+        """Stop it if it runs, then start it; not if a user stops it meanwhile."""
         if not process.machine.state.is_alive:
             self.start(process, done)
             return
@@ -217,13 +218,16 @@ class ProcessControl:
             done(Result(process.name, Kind.QUEUED, done=True))
             return
         self._note("restart", process)
-        old_pid, began_s = _pid_of(process), self._reactor.now()
+        old_pid, began_s, stops = _pid_of(process), self._reactor.now(), process.user_stops
 
         def start(ended: Result) -> None:
             if ended.kind in (Kind.STUCK, Kind.LINK_LOST):
                 done(ended)
                 return
             stopped = self._stopped(process, began_s)
+            if process.user_stops != stops:
+                done(stopped)
+                return
             if process.host is not None and process.host.is_gone:
                 lost = Result(process.name, Kind.HOST_LOST, done=False, host=process.host.name)
                 done(replace(lost, stopped=stopped))

@@ -18,11 +18,14 @@ from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.core_driver import Core
+    from launcher.engine.core_driver import Core, CoreDriver
+    from launcher.engine.helpers.logger_levels import LoggerLevels
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
+    from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
+    from launcher.model.spec import ProcessSpec
 
 
 class Detached(Record):
@@ -59,7 +62,9 @@ class RunControl:
         driver: ProcessDriver,
         shutdown: Shutdown,
         core: Core,
+        core_driver: CoreDriver,
         *,
+        adapt: Callable[[ProcessSpec], ProcessSpec],
         processes: Mapping[int, Process],
         housekeeper: Housekeeper,
         log_dir: str | None,
@@ -80,6 +85,8 @@ class RunControl:
         self.on_process: Callable[[Process], None] = lambda process: None
         self.housekeeper = housekeeper
         self._shutdown = shutdown
+        self._core_driver = core_driver
+        self._adapt = adapt
         self._processes = processes
 
     @functools.cached_property
@@ -89,15 +96,27 @@ class RunControl:
 
         return Stacks(self.reactor)
 
-    def close(self) -> None:
-        """The run has ended."""
-        if "stacks" in vars(self):
-            self.stacks.close()
-
     @property
     def processes(self) -> list[Process]:
-        """All of the run, in order of first start."""
-        return list(self._processes.values())
+        """All of the launch file, in order of first start."""
+        return [one for one in self._processes.values() if not one.is_gone]
+
+    @functools.cached_property
+    def reloader(self) -> Reloader:
+        """Imported with the first request: most runs have none."""
+        from launcher.engine.reload import Reloader
+
+        return Reloader(
+            self.reactor,
+            self.core,
+            self._core_driver,
+            self.process_control,
+            self._shutdown,
+            self.log,
+            processes=self._processes,
+            adapt=self._adapt,
+            has_hosts=self.has_hosts,
+        )
 
     def sample_of(self, process: Process) -> Sample | None:
         """Its last sample; None if there is none yet, or if it is not running."""
@@ -105,6 +124,19 @@ class RunControl:
         if process.child is None or sample is None or sample.pid != process.child.pid:
             return None
         return sample
+
+    @functools.cached_property
+    def logger_levels(self) -> LoggerLevels:
+        """Imported with the first request."""
+        from launcher.engine.helpers.logger_levels import LoggerLevels
+
+        return LoggerLevels(self.reactor)
+
+    def close(self) -> None:
+        if "logger_levels" in vars(self):
+            self.logger_levels.close()
+        if "stacks" in vars(self):
+            self.stacks.close()
 
     def adopt(self, process: Process) -> None:
         self.filters.adopt(process)

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from launcher.engine.run_control import RunControl
     from launcher.engine.shutdown import Shutdown
     from launcher.model.events import Event
+    from launcher.model.spec import ProcessSpec
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
@@ -163,6 +164,8 @@ class Supervisor:
                 self._driver,
                 self._shutdown,
                 self._core,
+                self._core_driver,
+                adapt=self._adapt,
                 processes=self._processes,
                 housekeeper=self._housekeeper,
                 log_dir=self._directory.path,
@@ -270,10 +273,10 @@ class Supervisor:
 
     def _close_helpers(self) -> None:
         self._core_driver.close_requests()
-        if "_checks" in vars(self):
-            self._checks.close()
         if self._control is not None:
             self._control.close()
+        if "_checks" in vars(self):
+            self._checks.close()
 
     def _write_plan(self) -> None:
         self._directory.write_plan(self._core.plan)
@@ -290,9 +293,12 @@ class Supervisor:
 
     # ---- requests of the core
 
+    def _adapt(self, spec: ProcessSpec) -> ProcessSpec:
+        return with_printable_name(self._options.adapt(spec))
+
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
-        spec = with_printable_name(self._options.adapt(effect.spec))
+        spec = self._adapt(effect.spec)
         if self._fleet is not None and (host := self._fleet.skipped(spec)):
             self._log.log("WARNING", spec.name, f"not started: {host} is skipped")
             self._core_driver.not_started(effect.process_id, errno.ECANCELED)
@@ -351,6 +357,7 @@ class Supervisor:
         return process.streams_can_merge and not self.watches(process)
 
     def started(self, process: Process, pid: int) -> None:
+        process.is_replaced = False
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
         self._notify_control()
 

@@ -139,6 +139,10 @@ class Interpreter:
         auxiliary = "would be" if self._is_virtual else "was"
         return message(self.host.skipped_actions, auxiliary, self.host.shutdown_reason)
 
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        """Do not end for want of processes while this is true."""
+        self._stays = condition
+
     def note_scopes(self) -> None:
         """From now on give each process the groups and files around it, as rules of hosts need."""
         from launcher.interpreter.scopes import Scopes
@@ -216,6 +220,11 @@ class Interpreter:
             return False
         probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
         return self.context.would_handle_event(probe)
+
+    def succeed(self, other: Interpreter) -> None:
+        """This one has the run of the other, and restores what that would have restored."""
+        self._environment_before = other._environment_before
+        self._stays = other._stays
 
     def close(self) -> None:
         """Delete generated files and restore `os.environ`; idempotent."""

@@ -249,6 +249,39 @@ class RunHost:
             self._loop = make_loop(self)
         return self._loop
 
+    # ---- a later evaluation of the same launch file
+
+    def rename(self, process_id: int, name: str, known_id: int | None = None) -> None:
+        """The name of a process, and the id that it has in the run already."""
+        process = self.processes.pop(process_id)
+        self.processes[process_id if known_id is None else known_id] = process
+        process.action._rename(name)
+
+    def succeed(self, other: RunHost) -> None:
+        """Let no new id be one of the other host."""
+        self._next_id = other._next_id
+
+    @property
+    def numbered(self) -> int:
+        """The number of the last process."""
+        return self._processes_numbered
+
+    @numbered.setter
+    def numbered(self, number: int) -> None:
+        self._processes_numbered = number
+
+    def drop_files(self, paths: Iterable[str]) -> None:
+        """Delete these of the generated files."""
+        for path in paths:
+            if self.generated.pop(path, None) is not None:
+                _delete(path)
+
+    def take_files(self, other: RunHost, paths: Iterable[str]) -> None:
+        """From now on these generated files are this host's."""
+        for path in paths:
+            if path in other.generated:
+                self.generated[path] = other.generated.pop(path)
+
     # ---- for the interpreter
 
     def take_effects(self) -> list[model.Effect]:
@@ -266,7 +299,11 @@ class RunHost:
     def close(self) -> None:
         """Delete the generated files and end the coroutines."""
         for path in self.generated:
-            with contextlib.suppress(FileNotFoundError):
-                os.unlink(path)
+            _delete(path)
         if self._loop is not None:
             self._loop.shut_down()
+
+
+def _delete(path: str) -> None:
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(path)

@@ -108,6 +108,10 @@ class Executable:
     def final_env(self) -> dict[str, str] | None:
         return self.__final_env
 
+    def _rename(self, name: str) -> None:
+        """Set the final name: a process of an earlier evaluation keeps its number."""
+        self.__final_name = name
+
     def prepare(self, context: LaunchContext, action: Any) -> None:
         """Perform all substitutions; `action` is for subclasses."""
         self.apply_context(context)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Mapping
 
 TYPE_CHECKING = False
@@ -54,7 +55,8 @@ class Session:
 
     `environment` is that of the call: launch files change `os.environ` already while they are
     loaded. `sink` takes messages while an interpreter runs; `pending` keeps earlier
-    ones for it. `warn` does the same for warnings with a place, each once.
+    ones for it. `warn` does the same for warnings with a place, each once. `modules` are those that
+    were imported before any launch file.
     """
 
     def __init__(self, *, is_script: bool = False) -> None:
@@ -64,6 +66,7 @@ class Session:
         self.open_ros_node: Callable[[list[str]], RosNode] | None = None
         self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
+        self.modules = frozenset(sys.modules)
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
         self.sink: Sink | None = None

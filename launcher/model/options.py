@@ -16,22 +16,23 @@ class RunOptions(Record):
     """`restart` and `stop` are (pattern, policy) pairs, of which the last that matches counts.
 
     `limits` are such pairs, too, which are merged; later ones override. `prefix` are (pattern,
-    words in front of the command), of which the last that matches counts. `stagger_s` is the least
-    time between two starts, `max_starting` how many processes may be starting at the same time
-    (None: any number). The run ends when a process that matches `required` exits, after
-    `timeout_s`, or with `exit_when_any_dies` after the first failure without a restart. `budgets`
-    are limits on resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since
-    a pipe can be read only once; `file_names` are their patterns, each with its place. `format` is
-    the form of lines on the screen (see `engine.output.line_format`). `control`:
-    open the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a
-    hosts file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are
-    not used.
+    words in front of the command), of which the last that matches counts. `log_levels` are
+    (pattern, (logger or nothing, level)). `stagger_s` is the least time between two starts,
+    `max_starting` how many processes may be starting at the same time (None: any number). The run
+    ends when a process that matches `required` exits, after `timeout_s`, or with
+    `exit_when_any_dies` after the first failure without a restart. `budgets` are limits on
+    resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since a pipe can be
+    read only once; `file_names` are their patterns, each with its place. `format` is the form of
+    lines on the screen (see `engine.output.line_format`). `control`: open the control socket;
+    `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts file, `discovery` how
+    nodes find each other, `skip_hosts` are patterns of hosts that are not used.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
     stop: tuple[tuple[str, StopPolicy], ...] = ()
     limits: tuple[tuple[str, Limits], ...] = ()
     prefix: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    log_levels: tuple[tuple[str, tuple[str, str]], ...] = ()
     stagger_s: float = 0.0
     max_starting: int | None = None
     required: tuple[str, ...] = ()
@@ -57,7 +58,7 @@ class RunOptions(Record):
     @property
     def name_processes(self) -> bool:
         by_words = self.restart or self.stop or self.limits or self.prefix or self.required
-        return bool(by_words or self.budgets or self.file_names)
+        return bool(by_words or self.budgets or self.file_names or self.log_levels)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         for pattern, policy in self.restart:
@@ -69,6 +70,11 @@ class RunOptions(Record):
         for pattern, limits in self.limits:
             if matches(pattern, spec):
                 spec = replace(spec, limits=limits.over(spec.limits) if spec.limits else limits)
+        if self.log_levels and spec.ros is not None:
+            from launcher.model.log_levels import with_levels
+
+            given = [one for one in self.log_levels if matches(one[0], spec)]
+            spec = with_levels(spec, given, names_of(spec))
         return self.with_prefix(spec) if self.prefix else spec
 
     def with_prefix(self, spec: ProcessSpec) -> ProcessSpec:

@@ -148,6 +148,7 @@ STARTED_BY = {
     "launcher.ros.agent": {"engine"},
     "launcher.ros.bridge": {"engine"},
     "launcher.ros.parameter_check": {"engine"},
+    "launcher.ros.logger_levels": {"engine"},
     "launcher.ros.probe": {"smoke"},
     "launcher.commands.launch.forecast": {"smoke"},
 }

@@ -138,6 +138,8 @@ class _Place:
             return sources.executables(self._plain[0])
         if metavar == "PARAMETER":
             return sources.parameters(self._plain[0])
+        if verb == "loglevel" and metavar in ("LOGGER", "LEVEL"):
+            return sources.logger_levels(current)  # the logger may be left out
         if metavar == "NAME" and not option.flags:
             if verb in CONTROL_VERBS:
                 return sources.processes(self._run)

@@ -46,7 +46,11 @@ def signals(current: str) -> Candidates:
 
 
 def levels(current: str) -> Candidates:
-    return [(name, "") for name in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")]
+    return [*logger_levels(current), ("ALL", "")]
+
+
+def logger_levels(current: str) -> Candidates:
+    return [(name, "") for name in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")]
 
 
 # ---- launch files and packages

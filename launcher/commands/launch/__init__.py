@@ -16,6 +16,7 @@ from launcher.commands.launch.target import (
     SYNOPSIS,
     TARGET,
     LaunchRequest,
+    is_declared,
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
@@ -25,7 +26,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.commands.launch.hosts import Preparation
     from launcher.interpreter import Interpreter
-    from launcher.language.description import LaunchDescription
 
 COMMAND = Command(
     "launch",
@@ -87,7 +87,7 @@ def main(words: Sequence[str]) -> int:
             hosts=options.hosts,
             discovery=options.discovery,
             skip_hosts=options.skip_hosts,
-            prefix=options.prefix,
+            options=options,
         )
     if parsed.enable or parsed.disable:
         from launcher.commands import enable
@@ -133,7 +133,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         _read_log_formats()
         with limited(request.time_limit, request.path):
             description = frontends.load(request.path)
-            if not request.lenient and not _is_declared(request, description):
+            if not request.lenient and not is_declared(request, description):
                 from launcher.commands.launch import checks
 
                 checks.refuse_unknown_arguments(request)
@@ -146,18 +146,18 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         )
         if hosts is not None:
             interpreter.note_scopes()
+        services = () if hosts is None else hosts.services
+        fleet = None if hosts is None else hosts.fleet
+        core = LaunchCore(interpreter, description, request, services, options.with_prefix)
         try:
-            services = () if hosts is None else hosts.services
-            fleet = None if hosts is None else hosts.fleet
-            core = LaunchCore(interpreter, description, request, services, options.with_prefix)
             core.evaluate()
             _check(core, interpreter, options)
             with supervising(core, options, run_path, request, session, fleet) as (supervisor, _):
                 code = supervisor.run()
         finally:
-            interpreter.close()
-    if interpreter.failure is not None:
-        print(interpreter.failure.render(), file=sys.stderr)
+            core.interpreter.close()
+    if core.interpreter.failure is not None:
+        print(core.interpreter.failure.render(), file=sys.stderr)
         return ExitCode.PROCESS_FAILED
     if code == ExitCode.PROCESS_FAILED:
         from launcher.packages.unbuilt import repeat_warnings
@@ -185,18 +185,6 @@ def _read_log_formats() -> None:
         config.reset()
     except ValueError as error:
         raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
-
-
-def _is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
-    """Whether the launch file declares all given arguments, so that no dry run is needed."""
-    names = {name for name, _ in request.arguments}
-    if not names:
-        return True
-    try:
-        declared = description.get_launch_arguments()
-    except Exception:
-        return True  # the run reports the error, with its place
-    return names <= {argument.name for argument in declared}
 
 
 def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.commands.launch.helpers import Helpers
+    from launcher.commands.launch.reloading import Evaluation
     from launcher.commands.launch.run_plan import RunStep
     from launcher.commands.launch.target import LaunchRequest
     from launcher.engine.core_driver import Core
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from launcher.language.session import Session
     from launcher.model.events import Effect, Event
     from launcher.model.options import RunOptions
+    from launcher.model.reload import Known
     from launcher.model.spec import ProcessSpec
 
 # What serves the control socket takes 15 ms to import; the first processes start meanwhile.
@@ -51,29 +53,30 @@ class LaunchCore:
         services: Sequence[ProcessSpec] = (),
         adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
     ) -> None:
-        self._interpreter = interpreter
+        self.interpreter = interpreter
         self._description = description
         self._request = request
         self._adapt = adapt
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
+        self._began_s = 0.0
         self._services = dict(enumerate(services, _FIRST_SERVICE))
 
     def evaluate(self) -> None:
         """Visit the static part, before any file or process is created; LauncherError."""
         try:
             with limited(self._request.time_limit, self._request.path):
-                self.effects = self._interpreter.start()
+                self.effects = self.interpreter.start()
         except LaunchFileError as fault:
             from launcher.commands.launch import mistakes
 
             # What a warning is about is often the reason.
-            for warning in self._interpreter.warnings:
+            for warning in self.interpreter.warnings:
                 print(warning.render(), file=sys.stderr)
             errors = mistakes.of_launch_file(
                 fault,
                 self._description,
-                self._interpreter.context,
+                self.interpreter.context,
                 self._request.arguments,
                 os.environ,
             )
@@ -81,7 +84,8 @@ class LaunchCore:
 
     def start(self) -> Sequence[Effect]:
         """Begin the run: the effects of the static part, which are recorded."""
-        self._steps.append((time.monotonic(), None, self.effects))
+        self._began_s = time.monotonic()
+        self._steps.append((self._began_s, None, self.effects))
         if not self._services:
             return self.effects
         from launcher.model.events import StartProcess
@@ -91,36 +95,72 @@ class LaunchCore:
         return [*services, *self.effects]
 
     def handle(self, event: Event) -> Sequence[Effect]:
-        if self._services and getattr(event, "process_id", None) in self._services:
-            return ()
-        effects = self._interpreter.handle(event)
+        process_id = getattr(event, "process_id", None)
+        if process_id is not None and process_id not in self.interpreter.host.processes:
+            return ()  # a service, or a process that the launch file does not have any more
+        effects = self.interpreter.handle(event)
         if effects and len(self._steps) < MAX_RECORDED_STEPS:
             self._steps.append((time.monotonic(), _ended_process(event), effects))
         return effects
 
     def watches_output(self, process_id: int) -> bool:
         """Whether the launch file wants the output of this process."""
-        return self._interpreter.watches_output(process_id)
+        return self.interpreter.watches_output(process_id)
 
     @property
     def has_failed(self) -> bool:
-        return self._interpreter.failure is not None
+        return self.interpreter.failure is not None
 
     def intentions(self) -> Sequence[str]:
         """What the launch file would still do by itself."""
-        return self._interpreter.intentions()
+        return self.interpreter.intentions()
+
+    def evaluate_again(
+        self,
+        known: Sequence[Known],
+        adapt: Callable[[ProcessSpec], ProcessSpec],
+    ) -> Evaluation:
+        """Evaluate the launch file as it is now, which changes nothing yet; LauncherError."""
+        from launcher.commands.launch import reloading
+
+        effects = [effect for _, _, effects in self._steps for effect in effects]
+        return reloading.evaluate(
+            self._request,
+            self.interpreter,
+            [one for one in known if one.process_id not in self._services],
+            effects=effects,
+            adapt=adapt,
+            elapsed_s=time.monotonic() - self._began_s,
+        )
+
+    def adopt(self, evaluation: Evaluation) -> None:
+        """From now on the launch file is the one that was evaluated; its plan begins here."""
+        evaluation.adopt(self.interpreter)
+        self.interpreter = evaluation.interpreter
+        self._description = evaluation.description
+        self._steps = [(time.monotonic(), None, evaluation.plan_effects)]
+
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        """Do not end for want of processes while this is true."""
+        self.interpreter.stay_while(condition)
+
+    def launch_files(self) -> list[str]:
+        """The launch file, and what its evaluation has read."""
+        from launcher.commands.launch import reloading
+
+        return reloading.launch_files(self._request, self.interpreter)
 
     def plan(self) -> Mapping[str, Any]:
         """The plan document of the run so far."""
         from launcher.commands.launch.run_plan import run_document
 
-        return run_document(self._interpreter, self._request.path, self._steps, self._adapt)
+        return run_document(self.interpreter, self._request.path, self._steps, self._adapt)
 
     def plan_lines(self) -> Sequence[str]:
         """The same as a tree, line by line."""
         from launcher.commands.launch.run_plan import run_text
 
-        return run_text(self._interpreter, self._request.path, self._steps, self._adapt)
+        return run_text(self.interpreter, self._request.path, self._steps, self._adapt)
 
 
 def _ended_process(event: Event) -> int | None:

@@ -42,6 +42,13 @@ def _discovery(word: str) -> str:
 
 
 DISCOVERY_MODES = ("multicast", "peers", "server")
+LOG_LEVEL = option(
+    "--log-level NAME[:LOGGER]=LEVEL,...",
+    "log level of ROS processes, or of one logger in them: debug, info, warn, error or fatal; as "
+    "in robot_1=debug,*=warn",
+    _later("parse_log_levels"),
+    name="settings",
+)
 SKIP_HOST = option(
     "--skip-host NAME",
     "do without a host of the hosts file: what would run there is not started; NAME may be a "
@@ -85,6 +92,7 @@ RUN_OPTIONS = (
         name="limits",
     ),
     PREFIX,
+    LOG_LEVEL,
     option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
     SKIP_HOST,
     option(
@@ -142,15 +150,20 @@ RUN_OPTIONS = (
 )
 
 
-def run_options(parsed: Parsed) -> RunOptions:
-    """The options about the run; UsageError."""
+def given_options(parsed: Parsed) -> RunOptions:
+    """The options about the run, each by itself."""
     fields: dict[str, Any] = {}
     for one, _, value in parsed.given:
         if one in RUN_OPTIONS:
             for name, item in value if one.name == "settings" else [(one.name, value)]:
                 several = isinstance(getattr(RunOptions, name), tuple)
                 fields[name] = (*fields.get(name, ()), item) if several else item
-    options = RunOptions(**fields)
+    return RunOptions(**fields)
+
+
+def run_options(parsed: Parsed) -> RunOptions:
+    """The options about the run; UsageError."""
+    options = given_options(parsed)
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
     if options.prefix and options.hosts is None:

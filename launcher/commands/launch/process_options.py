@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 import resource
 import signal
 from collections.abc import Callable, Sequence
@@ -16,6 +17,7 @@ from launcher.command_line import count, seconds
 from launcher.errors import UsageError
 from launcher.model.record import replace
 from launcher.model.spec import UNLIMITED, Limits, RestartMode, RestartPolicy, StopPolicy
+from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -239,6 +241,34 @@ def refuse_absent_programs(prefixes: Sequence[tuple[str, Sequence[str]]]) -> Non
         if shutil.which(words[0]) is None:
             problem = f"in --prefix '{pattern}={' '.join(words)}': there is no program '{words[0]}'"
             raise UsageError(problem, hint="is it installed, and in the PATH?")
+
+
+_LEVELS = ("debug", "info", "warn", "error", "fatal")
+_LOGGER = re.compile(r"[^\s:=,]+")
+
+
+def parse_log_levels(word: str) -> list[tuple[str, Any]]:
+    """(field of RunOptions, (pattern, (logger or nothing, level))) for each part of the word."""
+    return [("log_levels", _log_level(part)) for part in word.split(",")]
+
+
+def _log_level(part: str) -> tuple[str, tuple[str, str]]:
+    name, _, level = part.rpartition("=")
+    pattern, colon, logger = name.partition(":")
+    lower = level.lower()
+    lower = "warn" if lower == "warning" else lower  # which rcl does not take
+    if not pattern:
+        hint = f"for all processes: --log-level '*={lower}'" if lower in _LEVELS else _EXAMPLE
+        raise UsageError(f"in '{part}': expected NAME=LEVEL", hint=hint)
+    if colon and not _LOGGER.fullmatch(logger):
+        raise UsageError(f"in '{part}': '{logger}' is not the name of a logger", hint=_EXAMPLE)
+    if lower not in _LEVELS:
+        hint = did_you_mean(lower, _LEVELS) or f"known: {', '.join(_LEVELS)}"
+        raise UsageError(f"in '{part}': unknown level '{level}'", hint=hint)
+    return pattern, (logger, lower)
+
+
+_EXAMPLE = "for example: --log-level 'robot_1=debug,*=warn' or 'robot_1:rcl=debug'"
 
 
 def settings_of(path: str) -> list[tuple[str, Any]]:

@@ -275,6 +275,12 @@ class ExecuteLocal(Action):
     def _ros_identity(self) -> RosIdentity | None:
         return None
 
+    def _rename(self, name: str) -> None:
+        """The name of its process, which has run since an earlier evaluation of the launch file."""
+        self.process_description._rename(name)
+        if self.__process_event_args is not None:
+            self.__process_event_args["name"] = name
+
     def _started(self, pid: int) -> dict[str, Any]:
         assert self.__process_event_args is not None
         self.__process_event_args["pid"] = pid

@@ -53,9 +53,10 @@ def launched(monkeypatch) -> Any:
         hosts: str | None,
         discovery: str | None,
         skip_hosts: Sequence[str],
-        prefix: Sequence[tuple[str, Sequence[str]]],
+        options: RunOptions,
     ) -> int:
         note("plan", request)
+        seen[-1][2].update(f"level={pattern}" for pattern, _ in options.log_levels)
         if as_json:
             seen[-1][2].add("json")
         if hosts is not None:
@@ -64,7 +65,7 @@ def launched(monkeypatch) -> Any:
             seen[-1][2].add(f"discovery={discovery}")
         if skip_hosts:
             seen[-1][2].add(f"skip={','.join(skip_hosts)}")
-        for pattern, words in prefix:
+        for pattern, words in options.prefix:
             seen[-1][2].add(f"prefix={pattern}={','.join(words)}")
         return 0
 
@@ -164,6 +165,7 @@ def test_a_launch_may_show_the_plan(launched, word):
         (f"--json {F} --lenient a:=1", {"--json", "--lenient"}),
         (f"{F} --debug a:=1 -d", set()),
         (f"{F} --json -- a:=1", {"--json"}),
+        (f"--log-level a=debug,b=info {F} a:=1", {"--level=a", "--level=b"}),
         (
             f"{F} a:=1 --hosts h.yaml --discovery peers --skip-host b1 --skip-host=c*",
             {"--hosts=h.yaml", "--discovery=peers", "--skip=b1,c*"},

@@ -16,6 +16,7 @@ WORDS = {
     "top": "a -p 2",
     "kill": "a -s INT",
     "level": "WARN a",
+    "loglevel": "a a.part debug",
     "grep": "found a",
     "format": "compact",
     "logs": "a -n 3",
@@ -26,6 +27,7 @@ WORDS = {
     "show": "",
     "detach": "",
     "quit": "",
+    "reload": "--dry-run",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"
 )

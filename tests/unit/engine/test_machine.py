@@ -386,3 +386,14 @@ def test_skipping_the_grace_period_of_what_was_not_stopped_stops_it():
     one = running()
     assert one.handle(Command.SKIP_GRACE, 0.0) == [Signal(INT)]
     assert one.state is ProcessState.STOPPING
+
+
+def test_a_new_stop_policy_leaves_a_stop_that_is_under_way_alone():
+    machine = ProcessMachine(RestartPolicy(), StopPolicy(polite=((signal.SIGINT, 9.0),)))
+    machine.handle(Command.START, 0.0)
+    machine.handle(Command.STARTED, 0.0)
+    machine.handle(Command.USER_STOP, 1.0)
+    machine.apply(RestartPolicy(), StopPolicy(polite=()))
+    assert machine.next_signal == (signal.SIGKILL, 10.0)
+    machine.handle(Exited(Outcome(returncode=0)), 2.0)
+    assert machine.stop.steps[0][0] is signal.SIGKILL

@@ -1,0 +1,201 @@
+"""A fresh evaluation of the launch file of a run, which then takes the place of the first one."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import linecache
+import os
+import sys
+import sysconfig
+from collections.abc import Callable, Collection, Iterator, Sequence
+
+from launcher import frontends
+from launcher.commands.launch import mistakes
+from launcher.commands.launch.target import LaunchRequest, is_declared
+from launcher.commands.launch.time_limit import limited
+from launcher.errors import LaunchFileError
+from launcher.interpreter import Interpreter
+from launcher.interpreter.replay import Replay, stale_containers
+from launcher.language import session
+from launcher.language.diagnostics.ros2_quirks import includers
+from launcher.language.session import replace_environment
+from launcher.model.events import (
+    ChangeState,
+    Effect,
+    LoadComponent,
+    LoadRequest,
+    LogMessage,
+    StartProcess,
+)
+from launcher.model.reload import Known, Reload
+from launcher.model.spec_diff import needs_restart
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from launcher.language.description import LaunchDescription
+    from launcher.model.spec import ProcessSpec
+
+_PACKAGE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+class Evaluation:
+    """What a new evaluation has made: `adopt` it, or `discard` it.
+
+    Until then the environment of this process is again that of the run.
+    """
+
+    def __init__(
+        self,
+        interpreter: Interpreter,
+        description: LaunchDescription,
+        reload: Reload,
+        known: Sequence[Known],
+    ) -> None:
+        self.interpreter = interpreter
+        self.description = description
+        self.reload = reload
+        self._known = {one.process_id: one.spec.spec for one in known}
+        self._environment = dict(os.environ)
+
+    def adopt(self, old: Interpreter) -> None:
+        """Let the new interpreter have the run; files of processes that run on stay."""
+        new = self.interpreter
+        same = [one for one in self.reload.kept if not needs_restart(one.changes)]
+        new.host.drop_files(path for one in same for path in _files(one.spec))
+        new.host.take_files(
+            old.host, (path for one in same for path in _files(self._known[one.process_id]))
+        )
+        new.succeed(old)
+        old.host.close()
+        replace_environment(self._environment)
+        session.current().sink = new.host.log
+        session.current().warning_sink = new.host.warn_quirk
+
+    def discard(self) -> None:
+        self.interpreter.host.close()
+
+    @property
+    def plan_effects(self) -> list[Effect]:
+        """As if the run had begun with this launch file."""
+        kept = [StartProcess(one.process_id, one.planned) for one in self.reload.kept]
+        later = [effect for _, effects in self.reload.after for effect in effects]
+        return [*kept, *self.reload.effects, *later]
+
+
+def evaluate(
+    request: LaunchRequest,
+    old: Interpreter,
+    known: Sequence[Known],
+    *,
+    effects: Sequence[Effect],
+    adapt: Callable[[ProcessSpec], ProcessSpec],
+    elapsed_s: float,
+) -> Evaluation:
+    """Evaluate the launch file as it is now, with the same arguments; LauncherError.
+
+    `effects` are those of the run so far.
+    """
+    requests = [one.request for one in effects if isinstance(one, (LoadComponent, ChangeState))]
+    loads = [one for one in requests if isinstance(one, LoadRequest)]
+    said = {one for one in effects if isinstance(one, LogMessage)}
+
+    def attempt(stale: Collection[str]) -> tuple[Evaluation, set[str]]:
+        description = frontends.load(request.path)
+        if not request.lenient and not is_declared(request, description):
+            from launcher.commands.launch import checks
+
+            checks.refuse_unknown_arguments(request)
+            description = frontends.load(request.path)  # the plan has used the first one up
+        new = Interpreter(
+            description,
+            path=request.path,
+            arguments=request.arguments,
+            environment=session.current().environment,
+            noninteractive=old.context.noninteractive,
+        )
+        new.host.succeed(old.host)
+        replay = Replay(
+            new,
+            known,
+            done=requests,
+            said=said,
+            adapt=adapt,
+            numbered=old.host.numbered,
+            stale=stale,
+        )
+        try:
+            reload = replay.run(elapsed_s)
+        except LaunchFileError as fault:
+            new.host.close()
+            errors = mistakes.of_launch_file(
+                fault, description, new.context, request.arguments, os.environ
+            )
+            raise mistakes.together(errors) from fault
+        return Evaluation(new, description, reload, known), stale_containers(loads, replay, reload)
+
+    with _as_at_first(), limited(request.time_limit, request.path):
+        evaluation, stale = attempt(())
+        if stale:
+            evaluation.discard()
+            evaluation, _ = attempt(stale)
+    return evaluation
+
+
+def _files(spec: ProcessSpec) -> list[str]:
+    sources = () if spec.ros is None else spec.ros.parameters
+    return [one.file for one in sources if one.file is not None and one.generated is not None]
+
+
+@contextlib.contextmanager
+def _as_at_first() -> Iterator[None]:
+    """Within, the environment is that of the call, and modules of the user are imported again."""
+    linecache.checkcache()
+    current = session.current()
+    sinks = current.sink, current.warning_sink
+    environment = dict(os.environ)
+    modules = _forget_modules(current.modules)
+    current.sink = current.warning_sink = None
+    replace_environment(current.environment)
+    try:
+        yield
+    except BaseException:
+        sys.modules.update(modules)
+        current.pending.clear()
+        current.pending_warnings.clear()
+        raise
+    finally:
+        replace_environment(environment)
+        current.sink, current.warning_sink = sinks
+
+
+def _forget_modules(older: Collection[str]) -> dict[str, ModuleType]:
+    """Forget what the launch file has imported of the user's own; what was forgotten."""
+    importlib.invalidate_caches()
+    forgotten = {}
+    for name, module in list(sys.modules.items()):
+        if name not in older and is_own(getattr(module, "__file__", None)):
+            forgotten[name] = sys.modules.pop(name)
+    return forgotten
+
+
+def is_own(path: str | None) -> bool:
+    """Whether this is a source file of the user: not Python's, an installed package's, or ours."""
+    if path is None or not path.endswith(".py") or not os.path.isabs(path):
+        return False
+    if "/site-packages/" in path or "/dist-packages/" in path:
+        return False
+    return not path.startswith((_PACKAGE + os.sep, sysconfig.get_paths()["stdlib"] + os.sep))
+
+
+def launch_files(request: LaunchRequest, interpreter: Interpreter) -> list[str]:
+    """The launch file, those that it has included, and its own modules."""
+    modules = [
+        getattr(module, "__file__", None)
+        for name, module in list(sys.modules.items())
+        if name not in session.current().modules
+    ]
+    paths = [request.path, *includers(interpreter.context), *filter(is_own, modules)]
+    return list(dict.fromkeys(os.path.abspath(path) for path in paths if path is not None))

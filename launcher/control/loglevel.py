@@ -1,0 +1,90 @@
+"""The verb `loglevel`: from which level on the nodes of processes log."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+
+from launcher.control.peer import Exchange
+from launcher.control.selection import ProcessNames
+from launcher.control.verbs import BadCallError
+from launcher.engine.helpers.logger_levels import Answers, Question
+from launcher.engine.process import Process
+from launcher.engine.run_control import RunControl
+from launcher.program import program
+from launcher.text import did_you_mean
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+
+
+def answer(
+    control: RunControl, chosen: Sequence[Process], options: Mapping[str, Any], exchange: Exchange
+) -> None:
+    """Ask the nodes of the processes, and answer when they have; BadCallError."""
+    level = None if options.get("level") is None else _level(options["level"])
+    ask = functools.partial(Question, logger=options.get("logger"), level=level)
+    refusals, questions = [], []
+    for process in chosen:
+        refusal = _refusal(process)
+        if refusal:
+            refusals.append({"process": process.name, "node": None, "error": refusal})
+        else:
+            nodes = ProcessNames.of(process.spec).nodes or (None,)
+            questions += [ask(process=process, node=node) for node in nodes]
+
+    def done(answers: Answers) -> None:
+        _reply(exchange, [*refusals, *answers], has_set=level is not None)
+
+    if questions:
+        control.logger_levels.ask(questions, done)
+    else:
+        done([])
+
+
+def _level(word: str) -> str:
+    upper = "WARN" if word.upper() == "WARNING" else word.upper()
+    if upper in LEVELS:
+        return upper
+    known = ", ".join(LEVELS)
+    hint = did_you_mean(upper, LEVELS) or f"known: {known}; `level` hides lines on the screen"
+    raise BadCallError("bad-option", f"unknown level '{word}'", hint)
+
+
+def _refusal(process: Process) -> str:
+    """Why its nodes are not asked; empty if they are."""
+    if process.spec.ros is None:
+        return "is not started as a ROS node"
+    if process.child is None:
+        return f"is not running ({process.machine.state.value})"
+    if process.host is not None and process.spec.ros.node_name is None:
+        return f"is on {process.host_name}, and the launch file does not name its node"
+    return ""
+
+
+def _reply(exchange: Exchange, answers: Answers, *, has_set: bool) -> None:
+    text = [_sentence(one, has_set=has_set) for one in answers]
+    if not all(one["error"] for one in answers):
+        exchange.reply({"levels": answers}, text)
+        return
+    hint = None
+    if any("enable_logger_service" in one["error"] for one in answers):
+        label = answers[0]["process"].rpartition("-")[0]
+        hint = f"or from its start: {program()} launch ... --log-level {label}=debug"
+    exchange.fail(BadCallError("wrong-state", "; ".join(text), hint))
+
+
+def _sentence(answer: Mapping[str, Any], *, has_set: bool) -> str:
+    """`robot_1-2: logger robot_1 is now at DEBUG`."""
+    name = answer["process"]
+    if answer["error"]:
+        verb = "" if answer["error"].startswith("is ") else ":"
+        return f"{name}{verb} {answer['error']}"
+    logger, level, source = answer["logger"], answer["level"], answer["source"]
+    of = "" if source == logger else " (from its process)"
+    if source and source != logger:
+        of = f" (from {source})"
+    return f"{name}: logger {logger} is {'now ' if has_set else ''}at {level}{of}"

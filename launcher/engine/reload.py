@@ -1,0 +1,279 @@
+"""Carries out what a new evaluation of the launch file means for the processes of the run."""
+
+from __future__ import annotations
+
+import enum
+import errno
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from launcher.engine.core_driver import CoreDriver
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import ProcessState
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.engine.process_control import Kind, ProcessControl, Result
+from launcher.engine.shutdown import Shutdown
+from launcher.errors import LauncherError
+from launcher.model.events import (
+    ChangeState,
+    Effect,
+    LoadComponent,
+    StartProcess,
+    TimerFired,
+)
+from launcher.model.record import Record, replace
+from launcher.model.reload import Kept, Known, Reload
+from launcher.model.spec import ProcessSpec
+from launcher.model.spec_diff import comparable, needs_restart
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.engine.core_driver import Core, Evaluation, ReloadableCore
+
+# What is about processes that may only be started when those that are gone have ended.
+_OF_PROCESSES = (StartProcess, LoadComponent, ChangeState)
+_NO_TIMER = -1
+
+
+class Change(enum.Enum):
+    """What becomes of a process."""
+
+    NEW = "new"
+    GONE = "gone"
+    CHANGED = "changed"
+    SAME = "same"
+
+
+class Entry(Record):
+    """A process in a comparison of the run with its launch file; `details`: what has changed.
+
+    `result` is what was done; None if nothing was, or in a comparison without consequences.
+    """
+
+    name: str
+    change: Change
+    details: tuple[str, ...] = ()
+    result: Result | None = None
+
+
+Done = Callable[[Sequence[Entry]], None]
+ResultDone = Callable[["Result | None"], None]
+
+
+class _Countdown:
+    """Calls `finish` when all that was added is done."""
+
+    def __init__(self, finish: Callable[[], None]) -> None:
+        self._finish = finish
+        self._left = 0
+
+    def add(self) -> None:
+        self._left += 1
+
+    def done(self) -> None:
+        self._left -= 1
+        if self._left == 0:
+            self._finish()
+
+    def of(self, ended: Callable[[Result], None]) -> ResultDone:
+        """A callback for one that is added now; with a result it is passed on."""
+        self.add()
+
+        def done(result: Result | None) -> None:
+            if result is not None:
+                ended(result)
+            self.done()
+
+        return done
+
+
+def restart_changed(
+    control: ProcessControl, process: Process, done: Callable[[Result], None]
+) -> None:
+    """Restart it because its files or its description have changed.
+
+    The launch file is not told of its exit: `on_exit` of an edited node must not end the run.
+    """
+
+    def restarted(result: Result) -> None:
+        process.is_replaced = False
+        done(result)
+
+    process.is_replaced = True
+    control.restart(process, restarted)
+
+
+def _begun(process: Process) -> Result:
+    if process.child is not None:
+        return Result(process.name, Kind.STARTED, done=True, pid=process.child.pid)
+    if process.machine.state is ProcessState.STARTING:
+        return Result(process.name, Kind.QUEUED, done=True)
+    outcome = None if process.last_end is None else process.last_end.outcome
+    return Result(process.name, Kind.START_FAILED, done=False, exit=outcome)
+
+
+class Reloader:
+    """One per run; one reload at a time."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        core: Core,
+        core_driver: CoreDriver,
+        control: ProcessControl,
+        shutdown: Shutdown,
+        log: RunLog,
+        *,
+        processes: Mapping[int, Process],
+        adapt: Callable[[ProcessSpec], ProcessSpec],
+        has_hosts: bool,
+    ) -> None:
+        self._reactor = reactor
+        self._core = core
+        self._core_driver = core_driver
+        self._control = control
+        self._shutdown = shutdown
+        self._log = log
+        self._processes = processes
+        self._adapt = adapt
+        self._has_hosts = has_hosts
+        self.is_busy = False
+
+    @property
+    def core(self) -> ReloadableCore:
+        """LauncherError if this run has no launch file that can be evaluated again."""
+        if self._has_hosts:
+            raise LauncherError("a run with processes on other hosts cannot be reloaded")
+        core: ReloadableCore = self._core  # type: ignore[assignment]
+        if not hasattr(core, "evaluate_again"):
+            raise LauncherError("a run without a launch file of its own cannot be reloaded")
+        return core
+
+    def compare(self) -> list[Entry]:
+        """What `reload` would do; LauncherError."""
+        evaluation = self._evaluate()
+        evaluation.discard()
+        return self._entries(evaluation.reload)
+
+    def reload(self, done: Done) -> None:
+        """Call `done` when everything is carried out; LauncherError, and nothing was changed."""
+        evaluation = self._evaluate()
+        reload, entries = evaluation.reload, self._entries(evaluation.reload)
+        self.core.adopt(evaluation)
+        self._core_driver.forget()
+        self._log.note("reloaded", None, None, **_names(entries))
+        self.is_busy = True
+        results: dict[str, Result] = {}
+        waiting = _Countdown(lambda: self._finish(entries, results, done))
+
+        def ended(result: Result) -> None:
+            results[result.process] = result
+
+        waiting.add()
+        for one in reload.kept:
+            self._keep(one, waiting.of(ended), dict(reload.after).get(one.process_id, ()))
+        self._core_driver.carry_out([e for e in reload.effects if not isinstance(e, _OF_PROCESSES)])
+        begin = [one for one in reload.effects if isinstance(one, _OF_PROCESSES)]
+        stopping = _Countdown(lambda: self._begin(begin, ended, waiting))
+        stopping.add()
+        for number in reload.gone:
+            self._drop(self._processes[number], stopping.of(ended))
+        stopping.done()
+
+    def _keep(self, kept: Kept, done: ResultDone, after: Sequence[Effect]) -> None:
+        process, spec = self._processes[kept.process_id], kept.spec
+        if not needs_restart(kept.changes):
+            policies = {"restart": spec.restart, "stop": spec.stop}
+            process.adopt(replace(process.spec, place=spec.place, **policies))
+            done(None)
+            return
+        process.adopt(spec)
+        if process.machine.state in (ProcessState.STOPPED, ProcessState.STOPPING):
+            done(None)  # it stays so
+            return
+
+        def restarted(result: Result) -> None:
+            self._core_driver.carry_out(after)
+            done(result)
+
+        restart_changed(self._control, process, restarted)
+
+    def _drop(self, process: Process, done: ResultDone) -> None:
+        process.is_gone = True
+
+        def stopped(result: Result) -> None:
+            process.machine.is_held = False
+            done(result)
+
+        if process.machine.is_pending:
+            self._control.stop(process, stopped)
+        else:
+            process.machine.is_held = False
+            done(None)
+
+    def _begin(
+        self, effects: Sequence[Effect], ended: Callable[[Result], None], waiting: _Countdown
+    ) -> None:
+        """What is gone has ended: start what is new, unless the run has begun to end."""
+        if not self._shutdown.has_begun:
+            self._core_driver.carry_out(effects)
+        for effect in effects:
+            if not isinstance(effect, StartProcess):
+                continue
+            process = self._processes.get(effect.process_id)
+            if process is not None:
+                ended(_begun(process))
+            else:
+                self._core_driver.not_started(effect.process_id, errno.ECANCELED)
+        waiting.done()
+
+    def _finish(self, entries: Sequence[Entry], results: Mapping[str, Result], done: Done) -> None:
+        self.is_busy = False
+        # Nothing may be left to do.
+        self._core_driver.feed(TimerFired(_NO_TIMER))
+        self._shutdown.idle()
+        done([replace(one, result=results.get(one.name)) for one in entries])
+
+    def _evaluate(self) -> Evaluation:
+        core = self.core
+        if self._shutdown.has_begun:
+            raise LauncherError("the run is being stopped")
+        if self.is_busy:
+            raise LauncherError("another reload is being carried out")
+        known = [_known(one) for one in self._processes.values() if not one.is_gone]
+        return core.evaluate_again(known, self._adapt)
+
+    def _entries(self, reload: Reload) -> list[Entry]:
+        kept = [
+            Entry(one.spec.name, Change.CHANGED if one.changes else Change.SAME, one.changes)
+            for one in reload.kept
+        ]
+        gone = [Entry(self._processes[number].name, Change.GONE) for number in reload.gone]
+        new = [Entry(one.name, Change.NEW, (one.command_line,)) for one in reload.new]
+        return [*kept, *gone, *new]
+
+
+def _names(entries: Sequence[Entry]) -> dict[str, list[str]]:
+    return {
+        change.value: [one.name for one in entries if one.change is change] for change in Change
+    }
+
+
+def _known(process: Process) -> Known:
+    machine, end = process.machine, process.last_end
+    is_stopped = machine.state is ProcessState.STOPPED
+    has_ended = machine.state in (ProcessState.EXITED, ProcessState.FATAL) or (
+        is_stopped and not machine.is_held
+    )
+    return Known(
+        process_id=process.process_id,
+        name=process.name,
+        spec=comparable(process.spec),
+        has_started=process.history.starts > 0,
+        pid=None if process.child is None else process.child.pid,
+        is_stopped=is_stopped,
+        has_ended=has_ended,
+        returncode=end.outcome.returncode if has_ended and end is not None else None,
+        ended_ago_s=time.time() - process.ended_wall_s if has_ended else 0.0,
+    )

@@ -1,0 +1,209 @@
+"""Brings a new evaluation of the launch file to the moment at which a run is.
+
+The new interpreter is told what has happened to the processes that it has in common with the run:
+they have started, and some have ended. Timers whose time has passed since the start of the run have
+fired. What follows from that is compared with the run in the same way. Nothing is carried out: the
+result is a `Reload`.
+"""
+
+from __future__ import annotations
+
+import errno
+import heapq
+import itertools
+import os
+from collections.abc import Callable, Collection, Sequence
+
+from launcher.interpreter.core import Interpreter
+from launcher.model import events as model
+from launcher.model.lifecycle import transition_steps
+from launcher.model.record import replace
+from launcher.model.reload import Kept, Known, Reload
+from launcher.model.ros_arguments import full_node_name
+from launcher.model.spec import ProcessSpec
+from launcher.model.spec_diff import comparable, differences, match, needs_restart
+
+MAX_EVENTS = 10_000  # a launch file may set timers for ever
+
+Requests = model.LoadRequest | model.StateRequest
+
+
+class Replay:
+    """One evaluation.
+
+    `done` are the requests to ROS nodes that the run has made, `said` its messages. `adapt` applies
+    the options of the run to a spec. The containers `stale` are restarted, since their nodes have
+    changed.
+    """
+
+    def __init__(
+        self,
+        interpreter: Interpreter,
+        known: Sequence[Known],
+        *,
+        done: Collection[Requests],
+        said: Collection[model.LogMessage],
+        adapt: Callable[[ProcessSpec], ProcessSpec],
+        numbered: int,
+        stale: Collection[str] = (),
+    ) -> None:
+        self._interpreter = interpreter
+        self._left = list(known)
+        self._done = done
+        self._said = said
+        self._adapt = adapt
+        self._numbered = numbered
+        self._stale = stale
+        self._kept: list[Kept] = []
+        self._effects: list[model.Effect] = []
+        self._after: dict[int, list[model.Effect]] = {}
+        self._timers: dict[int, tuple[float, model.CallLater]] = {}
+        self._queue: list[tuple[float, int, model.Event]] = []
+        self._sequence = itertools.count()
+        self._elapsed_s = 0.0
+        self.loads: list[model.LoadRequest] = []
+
+    def run(self, elapsed_s: float) -> Reload:
+        """Evaluate up to this time since the start of the run; LaunchFileError."""
+        host, self._elapsed_s = self._interpreter.host, elapsed_s
+        host.shutdown_filter = lambda event: False  # the run goes on
+        self._interpreter.stay_while(lambda: True)
+        self._take(self._interpreter.start(), 0.0)
+        for _ in range(MAX_EVENTS):
+            if not self._queue or self._queue[0][0] > elapsed_s:
+                break
+            when_s, _, event = heapq.heappop(self._queue)
+            self._handle(event, when_s)
+        host.shutdown_filter = lambda event: True
+        self._interpreter.stay_while(lambda: False)
+        host.numbered = self._numbered
+        for timer_id, (due_s, effect) in self._timers.items():
+            if timer_id in host.timers:
+                self._effects.append(replace(effect, delay_s=max(0.0, due_s - elapsed_s)))
+        return Reload(
+            kept=tuple(self._kept),
+            gone=tuple(one.process_id for one in self._left),
+            effects=tuple(self._effects),
+            after=tuple((number, tuple(effects)) for number, effects in self._after.items()),
+        )
+
+    def _handle(self, event: model.Event, when_s: float) -> None:
+        if isinstance(event, model.TimerFired):
+            self._timers.pop(event.timer_id, None)
+        effects = self._interpreter.handle(event)
+        if self._interpreter.failure is not None:
+            raise self._interpreter.failure
+        self._take(effects, when_s)
+
+    def _at(self, when_s: float, event: model.Event) -> None:
+        heapq.heappush(self._queue, (when_s, next(self._sequence), event))
+
+    def _take(self, effects: Sequence[model.Effect], now_s: float) -> None:
+        self._match([one for one in effects if isinstance(one, model.StartProcess)], now_s)
+        for effect in effects:
+            match effect:
+                case model.CallLater(timer_id=timer_id, delay_s=delay_s):
+                    self._timers[timer_id] = (now_s + delay_s, effect)
+                    self._at(now_s + delay_s, model.TimerFired(timer_id))
+                case model.LoadComponent(request_id=request_id, request=load):
+                    self._load(effect, load, request_id, now_s)
+                case model.ChangeState(request_id=request_id, request=change):
+                    self._change_state(effect, change, request_id, now_s)
+                case model.WatchLifecycle() | model.UseSimTime():
+                    self._effects.append(effect)
+                case model.LogMessage() if effect not in self._said:
+                    self._effects.append(effect)
+                # Signals, stops and input: the processes have got them.
+
+    # ---- processes
+
+    def _match(self, starts: Sequence[model.StartProcess], now_s: float) -> None:
+        found = match([one.spec for one in self._left], [comparable(one.spec) for one in starts])
+        old = {index: self._left[place] for index, place in found.items()}
+        for index, effect in enumerate(starts):
+            if index in old:
+                self._left.remove(old[index])
+                self._keep(effect, old[index], now_s)
+            else:
+                self._numbered += 1
+                name = f"{effect.spec.label}-{self._numbered}"
+                self._interpreter.host.rename(effect.process_id, name)
+                self._effects.append(replace(effect, spec=replace(effect.spec, name=name)))
+
+    def _keep(self, effect: model.StartProcess, known: Known, now_s: float) -> None:
+        self._interpreter.host.rename(effect.process_id, known.name, known.process_id)
+        planned = replace(effect.spec, name=known.name)
+        spec = self._adapt(planned)
+        changes = differences(known.spec, comparable(spec))
+        if full_node_name(spec.argv) in self._stale:
+            changes.append("components")
+        self._kept.append(Kept(known.process_id, spec, planned, tuple(changes)))
+        if known.is_stopped or not needs_restart(changes):  # else the run tells what happens
+            self._tell(known, now_s)
+
+    def _tell(self, known: Known, now_s: float) -> None:
+        number, ended_s = known.process_id, max(now_s, self._elapsed_s - known.ended_ago_s)
+        if known.has_started:
+            self._at(now_s, model.ProcessStarted(number, known.pid or 0))
+        if known.has_ended and known.returncode is not None:
+            self._at(ended_s, model.ProcessExited(number, 0, known.returncode))
+        elif known.has_ended:
+            reason = os.strerror(errno.ECANCELED)
+            self._at(ended_s, model.SpawnFailed(number, errno.ECANCELED, reason))
+
+    # ---- requests to nodes
+
+    def _restarting(self, node: str) -> int | None:
+        """The process of this node, if it is restarted."""
+        node = f"/{node.lstrip('/')}"
+        for one in self._kept:
+            if needs_restart(one.changes) and full_node_name(one.spec.argv) == node:
+                return one.process_id
+        return None
+
+    def _is_done(self, request: Requests, node: str) -> bool:
+        if request not in self._done or self._restarting(node) is not None:
+            return False
+        return any(full_node_name(one.spec.argv) == f"/{node.lstrip('/')}" for one in self._kept)
+
+    def _send(self, effect: model.Effect, node: str) -> None:
+        process_id = self._restarting(node)
+        if process_id is None:
+            self._effects.append(effect)
+        else:
+            self._after.setdefault(process_id, []).append(effect)
+
+    def _load(
+        self, effect: model.LoadComponent, load: model.LoadRequest, request_id: int, now_s: float
+    ) -> None:
+        self.loads.append(load)
+        if not self._is_done(load, load.container):
+            self._send(effect, load.container)
+            return
+        name = f"{(load.namespace or '').rstrip('/')}/{load.name}" if load.name else ""
+        self._at(now_s, model.ComponentLoaded(request_id, full_node_name=name))
+
+    def _change_state(
+        self, effect: model.ChangeState, change: model.StateRequest, request_id: int, now_s: float
+    ) -> None:
+        if not self._is_done(change, change.node):
+            self._send(effect, change.node)
+            return
+        self._at(now_s, model.StateChanged(request_id))
+        for label, start, goal in transition_steps(change.transition_id):
+            self._at(now_s, model.TransitionSeen(change.node, label, start, goal))
+
+
+def stale_containers(
+    before: Sequence[model.LoadRequest], replay: Replay, reload: Reload
+) -> set[str]:
+    """The full names of containers that run on, and whose nodes are not the same any more.
+
+    A container is restarted then, and loads all of them again.
+    """
+    changed = [one for one in before if one not in replay.loads]
+    changed += [one for one in replay.loads if one not in before]
+    running = {
+        full_node_name(one.spec.argv) for one in reload.kept if not needs_restart(one.changes)
+    }
+    return {f"/{one.container.lstrip('/')}" for one in changed} & {name for name in running if name}
