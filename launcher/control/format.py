@@ -124,7 +124,10 @@ def _with_concern(state: str, row: Mapping[str, Any]) -> str:
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
-    remarks = [filters(row)]
+    remarks = [
+        "warm" if row.get("start") == "warm" and row["pid"] is not None else "",
+        filters(row),
+    ]
     if row["pid"] is None and row["last_exit"] is not None:
         remarks.append(row["last_exit"]["text"])
     return (
@@ -148,6 +151,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         **({"unit": row["unit"]} if row.get("unit") else {}),
         "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         "pid": _or_dash(row["pid"]),
+        "started": row.get("started", "cold"),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),

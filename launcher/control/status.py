@@ -42,6 +42,7 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": process.is_halted,
         "debugger": process.debugger and process.debugger.address,
+        "start": process.start_kind.partition(",")[0] or "cold",
         "last_exit": _last_exit(process),
         **(_place(process) if control.has_hosts else {}),
     }
@@ -94,6 +95,7 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "command": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
+        "started": process.start_kind or "cold",
         "package": ros and ros.package,
         "executable": ros and ros.executable,
         "environment": dict(spec.env) if is_known else None,

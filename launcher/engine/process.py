@@ -67,7 +67,8 @@ class Process:
     `is_abandoned`: the run has ended without it. `is_gone`: the launch file does not have it any
     more. `is_replaced`: it is being stopped for a new version of its files, which the launch file
     is not told. `user_stops`: how often users have stopped it. `debugger` is that of its child,
-    `next_debugger` that of its next start only.
+    `next_debugger` that of its next start only. `start_kind` says how it was started last:
+    `warm`, or `cold, because ...`; empty if only cold was possible.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -84,6 +85,7 @@ class Process:
         self.user_stops = 0
         self.debugger: Debugger | None = None
         self.next_debugger: Debugger | None = None
+        self.start_kind = ""
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None

@@ -33,9 +33,20 @@ from launcher.model.events import Outcome
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Protocol
+
     from launcher.engine.listener import RunListener
     from launcher.engine.monitor.oom import OomWatch
     from launcher.engine.start_pacing import StartPacing
+
+    class WarmStarts(Protocol):
+        """What starts processes warm (`engine.warm`)."""
+
+        # Whether it starts the process, later: it is adopted then, or spawned cold. Give that up;
+        # False if no start is under way.
+        def admit(self, process: Process) -> bool: ...
+        def withdraw(self, process: Process) -> bool: ...
+
 
 SIGNALLED = 128  # a shell adds it to the number of the signal that has ended its command
 
@@ -52,6 +63,7 @@ class ProcessDriver:
         self._listener = listener
         self._oom: OomWatch | None = None
         self._pacing: StartPacing | None = None
+        self.warm: WarmStarts | None = None
 
     def watch_memory(self) -> None:
         """Read the kernel's counter of OOM kills, before a process can be a victim."""
@@ -72,8 +84,8 @@ class ProcessDriver:
         """Feed the state machine, carry out its actions, and set a timer for its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):
             self._do(process, action)
-        if self._pacing is not None and process.machine.state is ProcessState.STOPPING:
-            self._cancel_start(process, self._pacing)
+        if process.machine.state is ProcessState.STOPPING and self._withdraw(process):
+            self._cancelled(process)
         self._set_timer(process)
 
     def _do(self, process: Process, action: Action) -> None:
@@ -105,12 +117,17 @@ class ProcessDriver:
         self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
         self._log.note("stuck", process, at_s, pid=pid, sleeps=how)
 
-    def _cancel_start(self, process: Process, pacing: StartPacing) -> None:
-        if pacing.withdraw(process):
-            self._report_cancelled(process)
-            self.advance(process, Command.START_CANCELLED)
-            self._listener.cancelled(process)
-            self._listener.idle()
+    def _withdraw(self, process: Process) -> bool:
+        """Give up a start that is queued; False if none is."""
+        if self._pacing is not None and self._pacing.withdraw(process):
+            return True
+        return self.warm is not None and self.warm.withdraw(process)
+
+    def _cancelled(self, process: Process) -> None:
+        self._report_cancelled(process)
+        self.advance(process, Command.START_CANCELLED)
+        self._listener.cancelled(process)
+        self._listener.idle()
 
     def _report_cancelled(self, process: Process, at_s: float | None = None) -> None:
         self._log.report(process, messages.start_cancelled())
@@ -177,11 +194,21 @@ class ProcessDriver:
         self._listener.idle()
 
     def _spawn(self, process: Process) -> None:
+        if self.warm is None or not self.warm.admit(process):
+            self.spawn_cold(process)
+
+    def spawn_cold(self, process: Process) -> None:
+        """Execute its program."""
         try:
-            child = process.child = self._listener.spawn(process)
+            child = self._listener.spawn(process)
         except OSError as error:
             self._refused(process, error.errno or errno.EIO, _culprit(process, error))
             return
+        self.adopt(process, child)
+
+    def adopt(self, process: Process, child: Child) -> None:
+        """It has this child from now on, which runs, or tells by its `status` when it does."""
+        process.child = child
         self._reader.attach(process)
         self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))
         if child.status < 0:

@@ -18,7 +18,13 @@ from launcher.engine.machine import Command, Ended
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.posix.spawn import Child, set_close_on_exec, spawn, terminal_size_beside
+from launcher.engine.posix.spawn import (
+    Child,
+    StartSettings,
+    set_close_on_exec,
+    start,
+    terminal_size_beside,
+)
 from launcher.engine.process import Process, child_environment, with_printable_name
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
@@ -35,6 +41,7 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.run_control import RunControl
     from launcher.engine.shutdown import Shutdown
+    from launcher.engine.warm.spawner import WarmSpawner
     from launcher.model.events import Event
     from launcher.model.spec import ProcessSpec
 
@@ -94,6 +101,10 @@ class Supervisor:
             processes=self._processes,
             agent_env=agent_env,
         )
+        self._warm: WarmSpawner | None = None
+        self._is_begun = False
+        if options.warm is not False:
+            self._driver.warm = self
         screen.on_closed = lambda: self._shutdown.output_closed()
         self._judge = self._budget_judge()
 
@@ -240,6 +251,9 @@ class Supervisor:
             reason = f"timeout of {timeout_s:g} s reached"
             self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
         self._core_driver.start()
+        self._is_begun = True
+        if self._warm is not None:
+            self._warm.settle()
         self._reactor.call_later(0, self._driver.watch_memory)
         self._reactor.call_later(0, _settle)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
@@ -275,6 +289,8 @@ class Supervisor:
         self._core_driver.close_requests()
         if self._control is not None:
             self._control.close()
+        if self._warm is not None:
+            self._warm.close()
         if "_checks" in vars(self):
             self._checks.close()
 
@@ -340,7 +356,12 @@ class Supervisor:
     # ---- events of processes
 
     def spawn(self, process: Process) -> Child:
+        self._watchdog.ensure()
         spec = process.take_debugger()
+        return start(spec, self.settings_of(process, spec))
+
+    def settings_of(self, process: Process, spec: ProcessSpec) -> StartSettings:
+        """How a process is started that runs `spec`."""
         env = child_environment(
             spec,
             run_id_entry=(RUN_ID_VARIABLE, self._run_id),
@@ -349,9 +370,30 @@ class Supervisor:
         )
         is_tty = spec.emulate_tty
         size = terminal_size_beside(len(process.name) + 3) if is_tty else None
-        self._watchdog.ensure()
-        merge = self._merges(process)
-        return spawn(spec, env=env, merge=merge, terminal_size=size)
+        return StartSettings(env, merge=self._merges(process), terminal_size=size)
+
+    # ---- warm starts, by a package that is imported for the first process that may have one
+
+    def admit(self, process: Process) -> bool:
+        if self._warm is None:
+            if not (self._options.warm or process.spec.ros) or process.next_debugger:
+                return False
+            from launcher.engine.warm.spawner import WarmSpawner
+
+            self._watchdog.ensure()  # which adopts orphans from now on
+            self._warm = WarmSpawner(
+                self._reactor,
+                self._driver,
+                settings_of=self.settings_of,
+                warn=self._log.warn,
+                is_forced=bool(self._options.warm),
+                is_interactive=self._options.console and self._screen.is_tty,
+                is_begun=self._is_begun,
+            )
+        return self._warm.admit(process)
+
+    def withdraw(self, process: Process) -> bool:
+        return self._warm is not None and self._warm.withdraw(process)
 
     def _merges(self, process: Process) -> bool:
         return process.streams_can_merge and not self.watches(process)

@@ -25,7 +25,8 @@ class RunOptions(Record):
     read only once; `file_names` are their patterns, each with its place. `format` is the form of
     lines on the screen (see `engine.output.line_format`). `control`: open the control socket;
     `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts file, `discovery` how
-    nodes find each other, `skip_hosts` are patterns of hosts that are not used.
+    nodes find each other, `skip_hosts` are patterns of hosts that are not used. `warm`:
+    start Python programs warm (docs/warm.md), or none; None: nodes, where that is faster.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -50,6 +51,7 @@ class RunOptions(Record):
     hosts: str | None = None
     discovery: str | None = None
     skip_hosts: tuple[str, ...] = ()
+    warm: bool | None = None
 
     @property
     def has_budgets(self) -> bool:

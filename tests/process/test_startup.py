@@ -116,6 +116,16 @@ def test_a_run_without_a_hosts_file_imports_nothing_for_hosts(tmp_path: Path):
     assert [name for name in modules if name.startswith(hosts)] == []
 
 
+def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Path):
+    file = tmp_path / "one.launch.py"
+    command = '[sys.executable, "-c", "pass"]'
+    text = LAUNCH_FILE.replace('["/bin/true"]', command)
+    file.write_text(f"import sys\n{text}", encoding="utf-8")
+    modules = python(TELL_AT_THE_END, str(file)).split()
+    assert "launcher.engine.shutdown" in modules
+    assert [name for name in modules if name.startswith("launcher.engine.warm")] == []
+
+
 def test_outside_of_a_workspace_nothing_is_imported_but_what_looks_for_it(imported: set[str]):
     found = {name for name in imported if name.startswith("launcher.workspace")}
     assert found == {"launcher.workspace"}

@@ -123,6 +123,13 @@ RUN_OPTIONS = (
         name="settings",
     ),
     option(
+        "--warm",
+        "start all Python programs warm, from a process that has imported what they need; without "
+        "--warm and --cold, Python nodes where that is faster",
+        value=True,
+    ),
+    option("--cold", "start no process warm", name="warm", value=False),
+    option(
         "--ros",
         "start a node /launcher that publishes /diagnostics and offers services to start, "
         "stop and restart processes, for rqt and Foxglove",

@@ -30,6 +30,11 @@ def resign() -> None:
         _is_active = False
 
 
+def is_active() -> bool:
+    """Whether orphans of our descendants become our children."""
+    return _is_active
+
+
 def _set(value: int) -> bool:
     try:
         # ctypes itself takes 5 ms to import, and every start waits for it.

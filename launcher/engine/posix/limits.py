@@ -25,10 +25,11 @@ def command_prefix(limits: Limits, status: int, env: Mapping[str, str]) -> list[
     """
     start = [sys.executable, "-I", "-S", str(_SCRIPT), str(status)]
     unset = [] if _COERCED in env else [f"unset={_COERCED}"]
-    return [*start, *_settings(limits), *unset, "--"]
+    return [*start, *settings_of(limits), *unset, "--"]
 
 
-def _settings(limits: Limits) -> Iterator[str]:
+def settings_of(limits: Limits) -> Iterator[str]:
+    """The limits as `limits_exec` takes them."""
     if limits.nice is not None:
         yield f"nice={limits.nice}"
     if limits.cpus is not None:

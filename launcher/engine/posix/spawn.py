@@ -242,6 +242,73 @@ class Child:
                 os.close(fd)
 
 
+class StartSettings:
+    """How a process is started, beside its spec.
+
+    `env` is complete. `merge` gives stdout and stderr one descriptor, which keeps their order.
+    `terminal_size` is (columns, rows) of the pseudo-terminal that `emulate_tty` asks for.
+    """
+
+    __slots__ = ("env", "merge", "terminal_size")
+
+    def __init__(
+        self,
+        env: Mapping[str, str],
+        *,
+        merge: bool,
+        terminal_size: tuple[int, int] | None = None,
+    ) -> None:
+        self.env = env
+        self.merge = merge
+        self.terminal_size = terminal_size
+
+
+class Streams:
+    """The streams of a process: `ours` as `Child.streams`, and `stdin`; `standard` are its own."""
+
+    __slots__ = ("ours", "standard", "stdin", "theirs")
+
+    def __init__(self) -> None:
+        self.ours: dict[int, str] = {}
+        self.theirs: list[int] = []
+        self.stdin = -1
+        self.standard = (-1, -1, -1)
+
+    def close_ours(self) -> None:
+        for fd in self.ours:
+            os.close(fd)
+        if self.stdin >= 0:
+            os.close(self.stdin)
+
+    def close_theirs(self) -> None:
+        for fd in self.theirs:
+            os.close(fd)
+        self.theirs = []
+
+
+def open_streams(spec: ProcessSpec, settings: StartSettings) -> Streams:
+    """Open pipes or pseudo-terminals, for the caller to close; OSError."""
+    streams = Streams()
+    open_pair = _open_pty if spec.emulate_tty else os.pipe
+    try:
+        for name in (BOTH,) if settings.merge else (STDOUT, STDERR):
+            read_end, write_end = open_pair()
+            streams.ours[read_end] = name
+            streams.theirs.append(write_end)
+            os.set_blocking(read_end, False)
+            if spec.emulate_tty and settings.terminal_size is not None:
+                _set_terminal_size(write_end, settings.terminal_size)
+        stdin, streams.stdin = os.pipe()
+        streams.standard = (stdin, streams.theirs[0], streams.theirs[-1])
+        streams.theirs.append(stdin)
+        os.set_blocking(streams.stdin, False)
+    except BaseException:
+        streams.close_ours()
+        streams.close_theirs()
+        raise
+    return streams
+
+
 def spawn(
     spec: ProcessSpec,
     *,
@@ -249,54 +316,38 @@ def spawn(
     merge: bool,
     terminal_size: tuple[int, int] | None = None,
 ) -> Child:
-    """Start a process; OSError if the system refuses.
+    """Start a process; OSError if the system refuses. The arguments are those of StartSettings."""
+    return start(spec, StartSettings(env, merge=merge, terminal_size=terminal_size))
 
-    `env` is complete. `merge` gives stdout and stderr one descriptor, which keeps their order.
-    `terminal_size` is (columns, rows) of the pseudo-terminal that `emulate_tty` asks for.
-    """
-    theirs: list[int] = []
-    ours: dict[int, str] = {}
-    open_pair = _open_pty if spec.emulate_tty else os.pipe
+
+def start(spec: ProcessSpec, settings: StartSettings) -> Child:
+    """As `spawn`."""
+    streams, status = open_streams(spec, settings), -1
     try:
-        for name in (BOTH,) if merge else (STDOUT, STDERR):
-            read_end, write_end = open_pair()
-            ours[read_end] = name
-            theirs.append(write_end)
-            os.set_blocking(read_end, False)
-            if spec.emulate_tty and terminal_size is not None:
-                _set_terminal_size(write_end, terminal_size)
-        stdout, stderr = theirs[0], theirs[-1]
-        stdin_read, stdin_write = os.pipe()
-        theirs.append(stdin_read)
-        ours[stdin_write] = "stdin"
-        command, status, inherited = _command(spec), -1, tuple[int, ...]()
+        command, inherited = _command(spec), tuple[int, ...]()
         if spec.limits is not None:
             from launcher.engine.posix.limits import command_prefix
 
             status, write_end = os.pipe()
-            ours[status] = "status"
-            theirs.append(write_end)
+            streams.theirs.append(write_end)
             inherited = (write_end,)
-            command = (*command_prefix(spec.limits, write_end, env), *command)
-        keep_free(max(*theirs, *ours), FOR_PROCESSES)
+            command = (*command_prefix(spec.limits, write_end, settings.env), *command)
+        keep_free(max(*streams.theirs, *streams.ours, streams.stdin, status), FOR_PROCESSES)
         pid = execute(
             command,
-            env=env,
-            streams=(stdin_read, stdout, stderr),
+            env=settings.env,
+            streams=streams.standard,
             cwd=spec.cwd,
             inherited=inherited,
         )
-        pidfd = _pidfd_of(pid)
+        return Child(pid, streams.ours, _pidfd_of(pid), streams.stdin, status)
     except BaseException:
-        for fd in ours:
-            os.close(fd)
+        streams.close_ours()
+        if status >= 0:
+            os.close(status)
         raise
     finally:
-        for fd in theirs:
-            os.close(fd)
-    streams = {fd: name for fd, name in ours.items() if fd not in (stdin_write, status)}
-    os.set_blocking(stdin_write, False)
-    return Child(pid, streams, pidfd, stdin_write, status)
+        streams.close_theirs()
 
 
 def _pidfd_of(pid: int) -> int:

@@ -1,0 +1,1 @@
+"""Python nodes forked from a process that has imported what they need: docs/warm.md."""
