@@ -48,13 +48,21 @@ def imports_of(script: str = "", module: str = "", *, path: Sequence[str] | None
     `path` is the `sys.path` of the program (None: ours). No error for files that cannot be read or
     compiled: their imports are not known.
     """
+    return imports_of_all([(script, module)], path=path)
+
+
+def imports_of_all(
+    programs: Iterable[tuple[str, str]], *, path: Sequence[str] | None = None
+) -> Imports:
+    """The imports of several programs with the same `path`; each is a script or a module."""
     search = _Search(list(sys.path if path is None else path))
-    if module:
-        search.follow(module, is_deferred=False)
-        search.follow(f"{module}.__main__", is_deferred=False, is_optional=True)
-    else:
-        search.read(os.path.abspath(script), "__main__")
-    search.run()
+    for script, module in programs:
+        if module:
+            search.follow(module, is_deferred=False)
+            search.follow(f"{module}.__main__", is_deferred=False, is_optional=True)
+        else:
+            search.read(os.path.abspath(script), "__main__")
+        search.run()
     return search.found
 
 
@@ -224,7 +232,12 @@ def is_installed(file: str) -> bool:
 
     What colcon has installed in a workspace is not: it is the user's.
     """
-    return os.path.realpath(file).startswith(_installed_folders())
+    return _real_folder(os.path.dirname(file)).startswith(_installed_folders())
+
+
+@functools.lru_cache(4096)
+def _real_folder(folder: str) -> str:
+    return os.path.join(os.path.realpath(folder), "")
 
 
 @functools.cache

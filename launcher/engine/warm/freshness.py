@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import sys
 
-from launcher.packages.imports import is_installed
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,4 +57,6 @@ def _libraries() -> Iterator[str]:
 
 
 def _folders() -> Iterator[str]:
-    return (path for path in sys.path if os.path.isdir(path) and is_installed(f"{path}/*"))
+    """Not all of `sys.path`: a source folder changes whenever a file in it is saved."""
+    names = ("site-packages", "dist-packages")
+    return (path for path in sys.path if os.path.basename(path) in names and os.path.isdir(path))

@@ -17,12 +17,13 @@ import sys
 
 from launcher.engine.warm import tracing
 from launcher.engine.warm.forking import Forker
-from launcher.packages.imports import Imports, imports_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from typing import Any
+
+    from launcher.engine.warm.scan import Scan
 
 _ROS = "rclpy"
 _ROS_MODULES = (
@@ -56,8 +57,11 @@ class Preparation:
     threads a fork has to restore.
     """
 
-    def __init__(self, request: Mapping[str, Any], step: Callable[[str], object]) -> None:
-        self._programs: Sequence[Mapping[str, str]] = request["programs"]
+    def __init__(
+        self, request: Mapping[str, Any], scan: Scan, step: Callable[[str], object]
+    ) -> None:
+        self._scan = scan
+        self._expects_ros: bool = request["ros"]
         self._without = tuple(request.get("without", ()))
         self._step = step
         self._variables: set[str] = set()
@@ -68,19 +72,22 @@ class Preparation:
         self.tracing: tracing.Tracing | None = None
 
     def run(self) -> list[str]:
-        """Import everything; the modules that are to be left out from now on."""
-        found = [self._imports_of(program) for program in self._programs]
-        names = dict.fromkeys(name for one in found for name in one.installed)
+        """Import everything; the modules that are to be left out from now on.
+
+        The imports of nodes are known before the scan has found them.
+        """
         with _recorded_variables(self._variables):
-            if _ROS in names and _ROS not in self._without:
-                self._checked(_ROS, self._import_ros)
+            if self._expects_ros:
+                self._import_ros()
+            names, types = self._scan.result()
+            if _ROS in names:
+                self._import_ros()
             for name in names:
                 is_known = name in sys.modules
                 if not is_known and name.partition(".")[0] not in (*_NOT_PREPARED, *self._without):
                     self._checked(name, functools.partial(importlib.import_module, name))
             if _ROS in sys.modules and not self._unwanted:
-                types = dict.fromkeys(one for each in found for one in each.attributes)
-                self._checked(_ROS, lambda: _load_types((*_TYPES_OF_NODES, *types)))
+                self._checked(_ROS, functools.partial(_load_types, types))
         return [*self._without, *self._unwanted] if self._unwanted else []
 
     def result(self) -> dict[str, Any]:
@@ -91,11 +98,6 @@ class Preparation:
             "modules": sorted(tops - {"__main__"}),
             "without": list(self._without),
         }
-
-    def _imports_of(self, program: Mapping[str, str]) -> Imports:
-        self._step(program["script"] or program["module"])
-        path = [program["folder"], *sys.path] if program["folder"] else sys.path
-        return imports_of(program["script"], program["module"], path=path)
 
     def _checked(self, name: str, load: Callable[[], object]) -> None:
         """Load it, and note what it is part of if it did what a fork does not repeat."""
@@ -110,9 +112,8 @@ class Preparation:
             self._unwanted.append(name.partition(".")[0])
 
     def _import_ros(self) -> None:
-        for name in _ROS_MODULES:
-            importlib.import_module(name)
-        sys.modules[_ROS].get_rmw_implementation_identifier()  # loads the middleware
+        if _ROS not in (*sys.modules, *self._without, *self._unwanted):
+            self._checked(_ROS, _load_ros)
 
     def _survives_fork(self) -> bool:
         """Whether a forked process has the threads that there are now.
@@ -180,6 +181,13 @@ def _captured_output() -> int:
         os.dup2(file, number)
     os.close(file)
     return 2
+
+
+def _load_ros() -> None:
+    for name in _ROS_MODULES:
+        importlib.import_module(name)
+    sys.modules[_ROS].get_rmw_implementation_identifier()  # loads the middleware
+    _load_types(_TYPES_OF_NODES)
 
 
 def _load_types(types: Sequence[tuple[str, str]]) -> None:

@@ -21,6 +21,7 @@ from launcher.engine.warm.child import become
 from launcher.engine.warm.forking import Forker
 from launcher.engine.warm.freshness import Stamps
 from launcher.engine.warm.preparation import Preparation
+from launcher.engine.warm.scan import Scan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,19 +33,22 @@ def serve(number: int) -> Callable[[], object]:
     """Serve the socket with this number; returns in forked processes only."""
     os.set_inheritable(number, False)
     socket = _socket.socket(fileno=number)
-    _forget_ours()
     order = _order(socket)
-    preparation = _prepare(socket, order)
+    scan = Scan(order["programs"])
+    _forget_ours()
+    gc.disable()  # nothing of what is imported is garbage
+    preparation = _prepare(socket, order, scan)
     stamps = Stamps.of_what_is_loaded()
-    gc.collect()
     gc.freeze()
+    gc.enable()
     wire.send_answer(socket, {"ready": preparation.result()})
     return _serve_starts(socket, Forker(preparation.tracing), stamps, preparation.added)
 
 
-def _prepare(socket: _socket.socket, order: Any) -> Preparation:
+def _prepare(socket: _socket.socket, order: Any, scan: Scan) -> Preparation:
     try:
-        preparation = Preparation(order, lambda name: wire.send_answer(socket, {"step": name}))
+        step = lambda name: wire.send_answer(socket, {"step": name})  # noqa: E731
+        preparation = Preparation(order, scan, step)
         without = preparation.run()
         if without:
             _begin_again(socket, {**order, "without": without})

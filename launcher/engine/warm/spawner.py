@@ -171,7 +171,9 @@ class WarmSpawner:
                 self._reactor, base, answered=self._answered, ended=self._ended
             )
             programs = [start.to_prepare() for start in fitting]
-            self._preparing.send({"programs": programs, "environment": dict(base)})
+            ros = any(start.process.spec.ros for start in fitting)
+            order = {"programs": programs, "environment": dict(base), "ros": ros}
+            self._preparing.send(order)
         except OSError as error:
             self._ended(os.strerror(error.errno or 0))
 
