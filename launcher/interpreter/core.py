@@ -47,7 +47,6 @@ _WITHOUT_OUTPUT = frozenset(
         OnProcessExit,
         OnProcessStart,
         OnShutdown,
-        TargetedHandler,
     }
 )
 
@@ -87,7 +86,8 @@ class Interpreter:
         self._is_virtual = answer is not None
         self._is_of_a_script = context is not None
         self._is_asked_to_end = False  # by a user or the driver, not by the launch file
-        self._handlers_without_output: tuple[Any, ...] = ()
+        self._handlers_of: dict[type, tuple[Any, ...]] = {}  # of events of this class
+        self._handler_changes = 0
         self.failure: LaunchFileError | None = None
         self._stays = stays
         self._is_service = context is not None
@@ -212,14 +212,13 @@ class Interpreter:
 
     def watches_output(self, process_id: int) -> bool:
         """Whether a handler of the launch file matches the output of this process."""
-        handlers = tuple(self.context._event_handlers)
-        if handlers == self._handlers_without_output or process_id not in self.host.processes:
+        handlers = self._handlers(process_events.ProcessStdout)
+        if process_id not in self.host.processes:
             return False
         if all(type(handler) in _WITHOUT_OUTPUT for handler in handlers):
-            self._handlers_without_output = handlers  # most launch files have no others: cache them
-            return False
+            return False  # most launch files have no others
         probe = process_events.ProcessStdout(text=b"", **self._details(process_id))
-        return self.context.would_handle_event(probe)
+        return any(handler.matches(probe) for handler in handlers)
 
     def succeed(self, other: Interpreter) -> None:
         """This one has the run of the other, and restores what that would have restored."""
@@ -339,8 +338,21 @@ class Interpreter:
             level = "WARNING" if self.host.skipped_actions else "INFO"
             self.host.log("launch", level, self.empty_run)
 
+    def _handlers(self, kind: type) -> tuple[Any, ...]:
+        """Those that may match events of this class; each process has three for few of them."""
+        if self._handler_changes != self.context._handler_changes:
+            self._handler_changes = self.context._handler_changes
+            self._handlers_of.clear()
+        if kind not in self._handlers_of:
+            self._handlers_of[kind] = tuple(
+                handler
+                for handler in self.context._event_handlers
+                if type(handler) is not TargetedHandler or issubclass(kind, handler.kind)
+            )
+        return self._handlers_of[kind]
+
     def _process(self, event: Any) -> None:
-        for handler in tuple(self.context._event_handlers):
+        for handler in self._handlers(type(event)):
             if not handler.matches(event):
                 continue
             self.context._push_locals()

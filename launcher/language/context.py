@@ -52,6 +52,7 @@ class LaunchContext:
         self.__noninteractive = noninteractive
         self._event_queue: deque[Event] = deque()
         self._event_handlers: deque[BaseEventHandler] = deque()
+        self._handler_changes = 0
         self._completion_futures: list[Any] = []
         self.__host: Host | None = None
         self.__globals: dict[str, Any] = {}
@@ -199,6 +200,7 @@ class LaunchContext:
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
         """Add a handler before those registered earlier, or with `append` after them."""
+        self._handler_changes += 1
         if append:
             self._event_handlers.append(event_handler)
         else:
@@ -206,6 +208,7 @@ class LaunchContext:
 
     def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
         """Remove a handler; ValueError if it is not registered."""
+        self._handler_changes += 1
         self._event_handlers.remove(event_handler)
 
     def emit_event_sync(self, event: Event) -> None:

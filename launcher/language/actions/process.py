@@ -324,16 +324,15 @@ def _normalize_bool(value: Any) -> Any:
 
 
 class TargetedHandler(EventHandler):
-    """Calls `callback(event, context)` for events of one class."""
+    """Calls `callback(event, context)` for events of the class `kind`."""
 
     def __init__(self, action: ExecuteLocal, kind: type, callback: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
-        self._kind = kind
+        self.kind = kind
         self._callback = callback
 
     def matches(self, event: Any) -> bool:
-        """Faster than the general matcher: called for every event and every process of a run."""
-        return isinstance(event, self._kind)
+        return isinstance(event, self.kind)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)
