@@ -10,7 +10,6 @@ REQUIREMENTS = [
     "ros-jazzy-rclpy[fastrtps]",
     "ros-jazzy-common-interfaces",
     "prompt_toolkit",
-    "psutil",
     "pyyaml",
     "rich",
 ]

@@ -10,7 +10,6 @@ from launcher.errors import LauncherError
 _PACKAGES = {
     "rclpy": "source the setup file of ROS 2, or pip install 'ros-jazzy-rclpy[fastrtps]'",
     "yaml": "pip install pyyaml (Debian, Ubuntu: apt install python3-yaml)",
-    "psutil": "pip install psutil (Debian, Ubuntu: apt install python3-psutil)",
     "rich": "pip install rich (Debian, Ubuntu: apt install python3-rich)",
     "prompt_toolkit": "pip install prompt_toolkit "
     "(Debian, Ubuntu: apt install python3-prompt-toolkit)",

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 
 ROOT = "/proc"  # replaced by tests
 
-# Indices into `stat_fields`, for fields 3, 4, 9, 14, 15, 22 and 26 of proc(5).
-STATE, PARENT, FLAGS, USER_TICKS, SYSTEM_TICKS, START_TICKS, START_CODE = 0, 1, 6, 11, 12, 19, 23
+# Indices into `stat_fields`, for fields 3, 4, 9, 14, 15, 20, 22, 24 and 26 of proc(5).
+STATE, PARENT, FLAGS, USER_TICKS, SYSTEM_TICKS, THREADS = 0, 1, 6, 11, 12, 17
+START_TICKS, RSS_PAGES, START_CODE = 19, 21, 23
 # PF_EXITING and PF_KTHREAD of the kernel's linux/sched.h.
 _EXITING, _KERNEL_THREAD = 0x4, 0x200000
 

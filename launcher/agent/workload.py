@@ -230,7 +230,6 @@ class Workload:
         self._housekeeper = Housekeeper(
             self._reactor,
             self._log,
-            self.forwarder,
             self,
             run_id=self.run_id,
             processes=self._processes.values(),

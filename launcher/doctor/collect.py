@@ -42,7 +42,7 @@ for module in sys.argv[1:]:
         errors[module] = str(error).splitlines()[0] if str(error) else type(error).__name__
 print(json.dumps(errors))
 """
-MODULES = ("rclpy", "std_msgs.msg", "psutil", "yaml", "rich")
+MODULES = ("rclpy", "std_msgs.msg", "yaml", "rich")
 
 
 def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> Facts:
@@ -54,7 +54,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         leftovers=leftovers(),
         stale_groups=tuple(group.path for _, group in abandoned_groups()),
         unreachable=unreachable(),
-        shared_memory=space(shared_memory.FOLDER),
+        shared_memory=space(Path(shared_memory.FOLDER)),
         import_errors=import_errors(env),
         prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix, workspace),
         python_prefix=sys.prefix,

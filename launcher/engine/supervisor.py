@@ -150,7 +150,6 @@ class Supervisor:
         return Housekeeper(
             self._reactor,
             self._log,
-            self._reader,
             self,
             run_id=self._run_id,
             processes=self._processes.values(),
@@ -209,7 +208,7 @@ class Supervisor:
                 self._begin()
             else:
                 self._fleet.open(self._begin)
-            self.idle()
+                self.idle()
             yield
             is_orderly = True
         finally:
@@ -250,15 +249,21 @@ class Supervisor:
         if timeout_s is not None:
             reason = f"timeout of {timeout_s:g} s reached"
             self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
-        self._core_driver.start()
-        self._is_begun = True
-        if self._warm is not None:
-            self._warm.settle()
-        self._reactor.call_later(0, self._driver.watch_memory)
-        self._reactor.call_later(0, _settle)
+        with self._screen.collecting(), self._directory.collecting():
+            self._core_driver.start()
+            self._is_begun = True
+            if self._warm is not None:
+                self._warm.settle()
+        for what in (
+            self.idle,
+            lambda: self._housekeeper.start(),
+            self._driver.watch_memory,
+            _prepare_for_exits,
+            _settle,
+            self._directory.prune,
+        ):
+            self._reactor.when_idle(what)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
-        self._reactor.call_later(0, self._directory.prune)
-        self._housekeeper.start()
         self.on_begun()
 
     def _clean_up(self, *, is_orderly: bool) -> None:
@@ -440,6 +445,11 @@ class Supervisor:
         from launcher.engine.monitor.housekeeping import enforce
 
         enforce(process, verdict, self._log, self._driver, self._shutdown)
+
+
+def _prepare_for_exits() -> None:
+    """Import what an exit needs, since a restart would wait for it."""
+    from launcher.engine.logs import summary  # noqa: F401
 
 
 def _settle() -> None:

@@ -34,7 +34,7 @@ def shared_memory_of(world: World) -> set[Path]:
     """
     pids = {process.pid for process in marked_processes(MARK, world.mark).values()}
     names = {name for name, pid in held().items() if pid in pids}
-    return {FOLDER / name for name in names if "_port" not in name}
+    return {Path(FOLDER) / name for name in names if "_port" not in name}
 
 
 def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: World):
@@ -213,4 +213,4 @@ def test_the_launcher_frees_what_no_other_node_has_read(launched_system: Launch,
 def segments_of(system: LaunchedSystem, name: str) -> list[Path]:
     """What its process holds in /dev/shm, without ports."""
     pids = {row["pid"] for row in system.processes().values() if row["label"] == name}
-    return [FOLDER / one for one, pid in held().items() if pid in pids and "_port" not in one]
+    return [Path(FOLDER) / one for one, pid in held().items() if pid in pids and "_port" not in one]

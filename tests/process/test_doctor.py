@@ -77,13 +77,13 @@ def test_what_a_killed_node_left_is_found_and_freed(tmp_path: Path):
             assert node.stdout.readline() == b"ready\n"
             names = {n for n, pid in held().items() if pid == node.pid and "_port" not in n}
             doctor("--fix")
-            assert names and all((FOLDER / name).exists() for name in names)
+            assert names and all((Path(FOLDER) / name).exists() for name in names)
             node.kill()
-        settled_s = max(os.stat(FOLDER / name).st_ctime for name in names) + SETTLING_S
+        settled_s = max(os.stat(Path(FOLDER) / name).st_ctime for name in names) + SETTLING_S
         wait_until(lambda: time.time() > settled_s, "the files are no longer new")
         assert doctor()[1]["stale shared memory"]["level"] == "problem"
         _, found, done = doctor("--fix")
-        assert not any((FOLDER / name).exists() for name in names), (found, done)
+        assert not any((Path(FOLDER) / name).exists() for name in names), (found, done)
         free(names)
 
 
@@ -97,8 +97,8 @@ def test_a_node_whose_files_were_removed_is_named(tmp_path: Path):
             assert node.stdout.readline() == b"ready\n"
             assert f"[{node.pid}]" not in doctor()[1]["unreachable nodes"]["text"]
             for name in {n for n, pid in held().items() if pid == node.pid and "_port" not in n}:
-                (FOLDER / name).unlink()
-                (FOLDER / f"{name}_el").unlink()
+                (Path(FOLDER) / name).unlink()
+                (Path(FOLDER) / f"{name}_el").unlink()
             code, found, _ = doctor()
             node.communicate(b"\n")
     assert (code, found["unreachable nodes"]["level"]) == (1, "problem")

@@ -13,7 +13,6 @@ from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.monitor.resources import Sampler
-from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import spawn
@@ -77,7 +76,6 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
         housekeeper = Housekeeper(
             reactor,
             run_log,
-            OutputReader(reactor, screen, RunDirectory(None, lambda text: None), (), Unwatched()),
             Unwatched(),
             run_id="none",
             processes=Processes(sleepers),

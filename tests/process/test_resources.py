@@ -14,9 +14,10 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher import proc
 from launcher.engine.hosts.systemd.samples import Samples
+from launcher.engine.monitor import resources
 from launcher.engine.monitor.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
-from tests.process.conftest import Bench
 from tests.support.waiting import wait_until
 
 MB = 1024**2
@@ -183,10 +184,35 @@ def test_a_new_child_does_not_hide_the_known_uss(start: Starter):
     assert later.uss_bytes is not None and later.uss_bytes > alone.uss_bytes
 
 
-def test_importing_the_sampler_does_not_import_psutil():
-    code = "import sys, launcher.engine.monitor.resources; print('psutil' in sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert out.stdout == "False\n"
+def test_the_values_are_those_of_psutil(start: Starter):
+    child = start(HUNGRY)
+    sample_until(WholeRounds(), child.pid, lambda s: s.threads == 7 and s.fds >= 43)
+    sampler, process = WholeRounds(), psutil.Process(child.pid)
+    sampler.sample([child.pid], 0.0)
+    sample = sampler.sample([child.pid], 60.0)[child.pid]
+    assert (sample.threads, sample.fds) == (process.num_threads(), process.num_fds())
+    assert sample.rss_bytes == pytest.approx(process.memory_info().rss, rel=0.02)
+    assert sample.uss_bytes == pytest.approx(process.memory_full_info().uss, rel=0.02)
+
+
+def test_open_files_are_counted_where_the_kernel_does_not(
+    start: Starter, monkeypatch: pytest.MonkeyPatch
+):
+    pid = start(HUNGRY).pid
+    sample_until(WholeRounds(), pid, lambda s: s.fds >= 43)
+    counted = WholeRounds().sample([pid], 0.0)[pid].fds
+    monkeypatch.setattr(resources, "_counts_files", lambda: False)
+    assert WholeRounds().sample([pid], 0.0)[pid].fds == counted
+
+
+def test_a_pid_that_was_reused_is_another_process(start: Starter, monkeypatch: pytest.MonkeyPatch):
+    sampler, pid = WholeRounds(), start(IDLE).pid
+    sampler.sample([pid], 0.0)
+    assert sampler.sample([pid], 2.0)[pid].uss_bytes is not None
+    fields = proc.stat_fields(pid)
+    fields[proc.START_TICKS] += b"1"
+    monkeypatch.setattr(proc, "stat_fields", lambda pid: fields)
+    assert sampler.sample([pid], 3.0)[pid].uss_bytes == 0  # that of the other is not its own
 
 
 def test_a_process_that_leads_no_session_has_no_sample(start: Starter):
@@ -212,27 +238,16 @@ def test_the_most_expensive_value_is_read_in_few_samples(
 ):
     """The cost itself is compared with that of psutil by `python -m benchmarks sampling`."""
     reads: list[int] = []
-    read = psutil.Process.memory_full_info
+    read = proc.uss_bytes
 
-    def counted(process: psutil.Process) -> object:
-        reads.append(process.pid)
-        return read(process)
+    def counted(pid: int) -> int | None:
+        reads.append(pid)
+        return read(pid)
 
-    monkeypatch.setattr(psutil.Process, "memory_full_info", counted)
+    monkeypatch.setattr(proc, "uss_bytes", counted)
     pids = [start(IDLE).pid for _ in range(20)]
     sampler = WholeRounds()
     for second in range(60):
         assert len(sampler.sample(pids, float(second))) == 20
     # At most at both times of a new process, and in each ten seconds.
     assert len(pids) <= len(reads) <= 8 * len(pids)
-
-
-def test_without_psutil_the_run_goes_on_and_says_what_is_missing(bench: Bench):
-    broken = bench.folder / "broken"
-    broken.mkdir()
-    (broken / "psutil.py").write_text("raise ImportError('psutil is broken')")
-    bench.env["PYTHONPATH"] = str(broken)
-    done = bench.run('sh("sleep 1.5; echo done")')
-    assert done.returncode == 0
-    assert done.stdout.count(b"budgets are not available: psutil is broken\n") == 1
-    assert b"[sh-1] done\n" in done.stdout

@@ -112,7 +112,7 @@ def stale_names() -> set[str]:
 
 
 def exists(name: str) -> bool:
-    return (FOLDER / name).exists() or (FOLDER / f"{name}_el").exists()
+    return (Path(FOLDER) / name).exists() or (Path(FOLDER) / f"{name}_el").exists()
 
 
 def test_what_a_live_node_holds_is_not_stale_and_not_freed(nodes: Nodes):

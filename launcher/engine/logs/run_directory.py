@@ -18,7 +18,7 @@ import fcntl
 import os
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from launcher.engine.logs.event_log import EventLog
 from launcher.engine.output.lines import with_prefix, without_colour
@@ -75,6 +75,7 @@ class RunDirectory:
         self._on_trouble = on_trouble
         self._soon = soon
         self._together: list[bytes] = []
+        self._collects = False
         self._files: dict[str, RotatingFile] = {}
         self._places: dict[tuple[str, str], tuple[bytes, tuple[str, ...]]] = {}
         self._broken = False
@@ -152,6 +153,15 @@ class RunDirectory:
         for file in files:
             self._append(file, prefixed)
 
+    @contextlib.contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Within, the lines of the merged file are collected, and written together."""
+        self._collects = True
+        try:
+            yield
+        finally:
+            self._collects = False
+
     def write_plan(self, plan: Callable[[], object]) -> None:
         """Write `plan.json`, what was started so far."""
         self.keep_up()
@@ -182,18 +192,16 @@ class RunDirectory:
         """Delete our oldest runs beyond `keep`, except active ones."""
         if self.path is None:
             return
-        import shutil  # slow to import, because of its compressors
-
         root, own_name = os.path.split(self.path)
         runs = [name for name in os.listdir(root) if _is_run_of_ours(root, name)]
         for name in sorted(runs)[:-keep]:
             old = os.path.join(root, name)
             if name != own_name and not _is_active(old):
-                shutil.rmtree(old, ignore_errors=True)
+                _remove(old)
 
     def _merge(self, block: bytes) -> None:
         """Write to the merged file, in order."""
-        if not self._together and len(block) < FLOOD_BYTES:
+        if not self._together and len(block) < FLOOD_BYTES and not self._collects:
             self._append(MERGED, block)
             return
         self._together.append(block)
@@ -258,6 +266,20 @@ def _is_active(run: str) -> bool:
     except OSError:
         return True
     return False
+
+
+def _remove(folder: str) -> None:
+    """As `shutil.rmtree`, which is slow to import because of its compressors; ignores errors."""
+    for path, folders, files in os.walk(folder, topdown=False):
+        for name in files:
+            with contextlib.suppress(OSError):
+                os.unlink(f"{path}/{name}")
+        for name in folders:
+            inner = f"{path}/{name}"
+            with contextlib.suppress(OSError):
+                (os.unlink if os.path.islink(inner) else os.rmdir)(inner)
+    with contextlib.suppress(OSError):
+        os.rmdir(folder)
 
 
 def _point(link: str, target: str) -> None:

@@ -90,7 +90,7 @@ class RunLog:
         at_s: float | None = None,
         **details: object,
     ) -> None:
-        """Add an entry to `events.jsonl`, which is written after this pass of the loop.
+        """Add an entry to `events.jsonl`, which is written at the next idle moment.
 
         It happened `at_s`, on the monotonic clock; None: just now.
         """
@@ -98,7 +98,7 @@ class RunLog:
             host = {"host": process.host_name} if process.host is not None else {}
             details = {"process": process.name, **host, **details}
         if self.events.note(event, at_s, **details):
-            self._reactor.call_later(0, self.events.flush)
+            self._reactor.when_idle(self.events.flush)
 
 
 def _encodable(text: str) -> str:

@@ -8,7 +8,6 @@ from launcher.engine.cleanup import subreaper
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command
 from launcher.engine.monitor.shared_memory import Ledger
-from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.model.options import RunOptions, names_of
@@ -26,20 +25,15 @@ if TYPE_CHECKING:
 PERIOD_S = 1.0
 SLICE_S = 0.0005  # of sampling, before the loop reads lines again
 COLLECT_S = 0.01  # a thread is reading /proc/locks
-WARM_UP_S = 0.02  # children are still starting then, and have no output yet
 
 
 class Housekeeper:
-    """`processes` is the live collection of those of the run.
-
-    psutil is imported after the start of the first processes, and if possible while none writes.
-    """
+    """`processes` is the live collection of those of the run."""
 
     def __init__(
         self,
         reactor: Reactor,
         log: RunLog,
-        reader: OutputReader,
         listener: RunListener,
         *,
         run_id: str,
@@ -49,7 +43,6 @@ class Housekeeper:
     ) -> None:
         self._reactor = reactor
         self._log = log
-        self._reader = reader
         self._listener = listener
         self._processes = processes
         self._judge = judge
@@ -58,27 +51,11 @@ class Housekeeper:
         self._ledger = Ledger(run_id)  # before the processes make anything
         self._has_killed = False
         self._timer: Timer | None = None
-        self._first_tick_s = 0.0
         self._collecting: Timer | None = None
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
-        self._first_tick_s = self._reactor.now() + PERIOD_S
-        self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
-
-    def _warm_up(self) -> None:
-        """Import what the ticks need, which takes longer than any of them."""
-        left_s = self._first_tick_s - self._reactor.now()
-        if left_s > WARM_UP_S and self._reactor.now() - self._reader.read_at_s < WARM_UP_S:
-            self._timer = self._reactor.call_later(WARM_UP_S, self._warm_up)
-            return
-        from launcher.engine.monitor.resources import Sampler
-
-        try:
-            self._sampler = Sampler()
-        except ImportError as error:  # a broken environment is no reason to stop robots
-            self._log.warn(f"resource usage and budgets are not available: {error}")
-        self._timer = self._reactor.call_later(left_s, self._tick)
+        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
 
     def note_shared_memory(self) -> None:
         """Record the shared memory of processes right before a SIGKILL, to free it afterwards."""
@@ -107,8 +84,9 @@ class Housekeeper:
         subreaper.adopted()  # reaps those that have exited
         self._free()
         if self._sampler is None:
-            self._rest_after(begun_s)
-            return
+            from launcher.engine.monitor.resources import Sampler  # most processes run by now
+
+            self._sampler = Sampler()
         pids = list(self._living())
         steps = self._sampler.steps(pids, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))

@@ -1,24 +1,24 @@
-"""Resource usage of each process of a run, by psutil.
+"""Resource usage of each process of a run, read from /proc.
 
 The sample of a process includes its whole session, of which each process has its own: shells and
 their children count together, even if a shell in between has exited. A descendant with a session of
 its own is not included.
 
-Cost (50 rclpy-sized processes, 2-core machine): about 90 us per process and sample for CPU, RSS,
-threads and files, and 530 us per process for the USS, of which at most `USS_PER_ROUND` are read
-per round, and more only of those that are new. At 1 Hz that is about 0.7 % of a core, and a half
-to two thirds of what psutil takes to read it all (limit of `benchmarks sampling`: 0.8).
+Cost: two files of /proc per process and round for CPU, RSS, threads and open files; a sixth of what
+psutil takes for the same values, whose import would hold up the loop for 15 ms, and take 3 MB.
+The USS, for which the kernel walks all pages (0.5 ms for a node), is read of at most
+`USS_PER_ROUND` processes per round, and of more only if they are new.
 
-All at once would block the output for 5 ms, so each step of a round reads at most one process,
-and lines are read between them. A thread reads the USS, since the kernel may take 2 ms for one.
+All at once would block the output, so each step of a round reads at most one process, and lines are
+read between them. A thread reads the USS, since the kernel may take 2 ms for one.
 """
 
 from __future__ import annotations
 
 import _thread
-import contextlib
+import functools
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from launcher import proc
 from launcher.model.record import Record
@@ -27,20 +27,17 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    import psutil
-
     Steps = Generator[float, None, dict[int, "Sample"]]
 
 PIDS_PER_STEP = 50  # getsid() is quick, but is called for every process of the machine
-# Within this time a pid in the session is the same process: the kernel does not reuse pids so
-# soon. Reading the start time would take a quarter of the time of a sample.
-RECENT_S = 3.0
 USS_PER_ROUND = 3  # the most expensive value: the kernel walks all pages
 NEW_USS_PER_ROUND = 10  # of new processes, which have no value yet
 USS_AT_S = (1.0, 3.0)  # after it was first seen: it grows while the process loads libraries
 USS_EVERY_S = 10.0  # later, when it seldom changes fast
 USS_PAUSE_S = 0.001  # between looks whether the thread is ready
 USS_WAIT_S = 0.2  # then the round goes on without the new values
+_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+_PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
 class Sample(Record):
@@ -90,18 +87,13 @@ def summed(root: int, readings: Sequence[Reading], elapsed_s: float) -> Sample:
 class Sampler:
     """Keeps the last CPU times of the processes, for the difference.
 
-    Make one after the first process has started (it imports psutil, 15 ms and 3 MB), then take the
-    `steps` of a round once a second.
+    Take the `steps` of a round once a second.
     """
 
     def __init__(self) -> None:
-        import psutil  # here: the first process must not wait for it
-
-        self._psutil = psutil
         self._uss = _UssReader()
         self._members: dict[int, _Member] = {}
         self._last_s: dict[int, float] = {}
-        self._polled_s = -RECENT_S
 
     def steps(self, pids: Iterable[int], clock: Callable[[], float]) -> Steps:
         """A sample for each running process of `pids`, in steps that read at most one process.
@@ -110,53 +102,48 @@ class Sampler:
         `clock` is monotonic. Finish one round before the next.
         """
         sessions = yield from _sessions(frozenset(pids))
-        now = clock()
-        yield from self._keep(sessions, now, is_recent=now - self._polled_s < RECENT_S)
-        self._polled_s = now
-        yield from self._refresh_uss(clock)
-        samples, read_s = {}, {}
+        seen: dict[int, _Member] = {}
+        read_s: dict[int, float] = {}
         for root, session in sessions.items():
-            now = clock()
-            readings = yield from self._readings(root, session)
-            if readings:
-                samples[root] = summed(root, readings, now - self._last_s.get(root, now))
-                read_s[root] = now
-        self._last_s = read_s
-        return samples
-
-    def _keep(
-        self, sessions: dict[int, list[int]], now: float, *, is_recent: bool
-    ) -> Iterator[float]:
-        """Update the members to these processes; a pid that was reused is a new one.
-
-        The USS of members that are new in a known tree starts at 0, so that its sum stays known.
-        """
-        known: dict[int, _Member] = {}
-        for root, session in sessions.items():
+            read_s[root] = now = clock()
             for pid in session:
-                member = self._members.get(pid)
-                if member is None or not (is_recent or member.process.is_running()):
-                    member = self._newcomer(pid, now, is_late=root in self._last_s)
+                member = self._look(pid, now, is_late=root in self._last_s)
                 if member is not None:
-                    known[pid] = member
+                    seen[pid] = member
                 yield 0.0
-        self._members = known
-
-    def _newcomer(self, pid: int, now: float, *, is_late: bool) -> _Member | None:
-        try:
-            member = _Member(self._psutil.Process(pid), now)
-        except self._psutil.Error:
-            return None  # it has just ended
-        member.uss_bytes = 0 if is_late else None
-        return member
-
-    def _refresh_uss(self, clock: Callable[[], float]) -> Iterator[float]:
+        self._members = seen
         now = clock()
         if not self._uss.is_busy:
             self._uss.start(self._due(now), now)
         while self._uss.is_busy and clock() < now + USS_WAIT_S:
             yield USS_PAUSE_S
         self._uss.take()
+        samples = {}
+        for root, session in sessions.items():
+            if root in seen:  # else its leader has exited
+                readings = [seen[pid].reading for pid in session if pid in seen]
+                elapsed_s = read_s[root] - self._last_s.get(root, read_s[root])
+                samples[root] = summed(root, readings, elapsed_s)
+        self._last_s = {root: read_s[root] for root in samples}
+        return samples
+
+    def _look(self, pid: int, now: float, *, is_late: bool) -> _Member | None:
+        """Read a process; None if it has ended. A pid that was reused is a new one.
+
+        The USS of members that are new in a known tree starts at 0, so that its sum stays known.
+        """
+        fields = proc.stat_fields(pid)
+        if not fields or fields[proc.STATE] in (b"Z", b"X"):
+            return None
+        fds = _open_files(pid)
+        if fds is None:
+            return None  # just ended, or runs as another user
+        member = self._members.get(pid)
+        if member is None or member.started != fields[proc.START_TICKS]:
+            member = _Member(pid, fields[proc.START_TICKS], now)
+            member.uss_bytes = 0 if is_late else None
+        member.update(fields, fds)
+        return member
 
     def _due(self, now: float) -> list[_Member]:
         """The members whose USS is to be read in this round."""
@@ -167,43 +154,47 @@ class Sampler:
         others = [m for m in due if not m.is_new]
         return [*new, *others[: max(0, USS_PER_ROUND - len(new))]]
 
-    def _readings(self, root: int, session: list[int]) -> Generator[float, None, list[Reading]]:
-        """The readings of a session; empty if its leader has exited."""
-        readings = []
-        for pid in session if root in self._members else ():
-            member = self._members.get(pid)
-            reading = None if member is None else self._read(member)
-            if reading is not None:
-                readings.append(reading)
-            yield 0.0
-        return readings
-
-    def _read(self, member: _Member) -> Reading | None:
-        process = member.process
-        try:
-            with process.oneshot():
-                times = process.cpu_times()
-                rss_bytes = process.memory_info().rss
-                threads = process.num_threads()
-                fds = process.num_fds()
-        except self._psutil.Error:
-            return None  # ended (or a zombie), or runs as another user
-        cpu_s = times.user + times.system
-        # A new member of a known tree was started after the last sample: all its CPU time counts.
-        used_s, member.cpu_s = cpu_s - member.cpu_s, cpu_s
-        return Reading(used_s, rss_bytes, member.uss_bytes, threads, fds)
-
 
 class _Member:
-    """One process; psutil identifies it by its start time."""
+    """One process; `started` in clock ticks since boot tells it from another with its pid."""
 
-    def __init__(self, process: psutil.Process, now: float) -> None:
-        self.process = process
+    __slots__ = (
+        "_cpu_s",
+        "_fds",
+        "_rss_bytes",
+        "_seen_s",
+        "_threads",
+        "_used_s",
+        "_uss_reads",
+        "pid",
+        "started",
+        "uss_bytes",
+        "uss_due_s",
+    )
+
+    def __init__(self, pid: int, started: bytes, now: float) -> None:
+        self.pid = pid
+        self.started = started
         self._seen_s = now
         self._uss_reads = 0
-        self.cpu_s = 0.0
+        self._cpu_s = self._used_s = 0.0
+        self._rss_bytes = self._threads = self._fds = 0
         self.uss_bytes: int | None = None
         self.uss_due_s = now + USS_AT_S[0]
+
+    def update(self, fields: Sequence[bytes], fds: int) -> None:
+        """Note what /proc/PID/stat says, and the CPU time since the last call.
+
+        A new member of a known tree was started after the last sample: all its CPU time counts.
+        """
+        cpu_s = (int(fields[proc.USER_TICKS]) + int(fields[proc.SYSTEM_TICKS])) / _TICKS_PER_S
+        self._used_s, self._cpu_s = cpu_s - self._cpu_s, cpu_s
+        self._rss_bytes = int(fields[proc.RSS_PAGES]) * _PAGE_BYTES
+        self._threads, self._fds = int(fields[proc.THREADS]), fds
+
+    @property
+    def reading(self) -> Reading:
+        return Reading(self._used_s, self._rss_bytes, self.uss_bytes, self._threads, self._fds)
 
     @property
     def is_new(self) -> bool:
@@ -234,11 +225,10 @@ class _UssReader:
             _thread.start_new_thread(self._read, (members,))
 
     def _read(self, members: Sequence[_Member]) -> None:
-        import psutil
-
         for member in members:
-            with contextlib.suppress(psutil.Error):  # just ended, or runs as another user
-                self._found.append((member, member.process.memory_full_info().uss))
+            uss_bytes = proc.uss_bytes(member.pid)
+            if uss_bytes is not None:  # else it has just ended, or runs as another user
+                self._found.append((member, uss_bytes))
         self.is_busy = False
 
     def take(self) -> None:
@@ -261,3 +251,18 @@ def _sessions(roots: frozenset[int]) -> Generator[float, None, dict[int, list[in
         if leader in roots:
             sessions.setdefault(leader, []).append(pid)
     return sessions
+
+
+def _open_files(pid: int) -> int | None:
+    """The number of its descriptors; None if it has ended or runs as another user."""
+    folder = f"{proc.ROOT}/{pid}/fd"
+    try:
+        return os.stat(folder).st_size if _counts_files() else len(os.listdir(folder))
+    except OSError:
+        return None
+
+
+@functools.cache
+def _counts_files() -> bool:
+    """Whether the kernel (6.2) gives the number of descriptors as the size of their folder."""
+    return os.stat("/proc/self/fd").st_size > 0

@@ -27,13 +27,16 @@ import os
 import re
 import time
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 
 from launcher import proc
 from launcher.engine.cleanup.run_id import run_id_of
 from launcher.model.record import Record
 
-FOLDER = Path("/dev/shm")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    Folder = str | os.PathLike[str]
+
+FOLDER = "/dev/shm"
 # Fast DDS makes a lock file and locks it right after; in between it looks unused.
 SETTLING_S = 2.0
 STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
@@ -60,7 +63,7 @@ class Stale(Record):
         return re.match(_PORT_FILE, self.name) is not None
 
 
-def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
+def stale(*, folder: Folder = FOLDER, now_s: float | None = None) -> list[Stale]:
     """All that is not used, sorted by name; `now_s` is wall time, as the files' times are."""
     before_s = (time.time() if now_s is None else now_s) - SETTLING_S
     names = _names(folder)
@@ -72,7 +75,7 @@ def stale(*, folder: Path = FOLDER, now_s: float | None = None) -> list[Stale]:
     ]
 
 
-def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
+def free(names: Iterable[str], *, folder: Folder = FOLDER) -> int:
     """Free those of these segments and ports that are not used; the bytes that were freed.
 
     What is in use, already gone or another user's is left, without an error.
@@ -89,7 +92,7 @@ def free(names: Iterable[str], *, folder: Path = FOLDER) -> int:
         return freed_bytes + sum(_free(folder, name) for name in _unmapped(ours, folder, before_s))
 
 
-def held(*, folder: Path = FOLDER) -> dict[str, int]:
+def held(*, folder: Folder = FOLDER) -> dict[str, int]:
     """Segment or port -> pid of the process that holds its lock, as far as /proc shows it.
 
     A lock from another pid namespace is not listed there. One read for all processes.
@@ -97,7 +100,7 @@ def held(*, folder: Path = FOLDER) -> dict[str, int]:
     return _holders(proc.read(".", "locks"), folder)
 
 
-def _holders(locks: bytes, folder: Path) -> dict[str, int]:
+def _holders(locks: bytes, folder: Folder) -> dict[str, int]:
     owners = _lock_owners(locks)
     device = os.stat(folder).st_dev
     files = _lock_files(folder).items()
@@ -117,7 +120,7 @@ class Ledger:
     processes of the run without its id.
     """
 
-    def __init__(self, run_id: str, *, folder: Path = FOLDER) -> None:
+    def __init__(self, run_id: str, *, folder: Folder = FOLDER) -> None:
         self._run_id = run_id
         self._folder = folder
         self.helper_pids: set[int] = set()
@@ -186,14 +189,14 @@ class Ledger:
 # ---- files and owners
 
 
-def _names(folder: Path) -> list[str]:
+def _names(folder: Folder) -> list[str]:
     try:
         return os.listdir(folder)
     except OSError:
         return []
 
 
-def _lock_files(folder: Path) -> dict[str, int]:
+def _lock_files(folder: Folder) -> dict[str, int]:
     """Name -> inode of the lock files; none where there is no such folder."""
     try:
         with os.scandir(folder) as entries:
@@ -217,22 +220,22 @@ def _files(name: str) -> tuple[str, ...]:
     return (name, f"{name}_el")
 
 
-def _size(folder: Path, name: str) -> int:
-    return sum(_blocks_bytes(folder / file) for file in _files(name))
+def _size(folder: Folder, name: str) -> int:
+    return sum(_blocks_bytes(f"{folder}/{file}") for file in _files(name))
 
 
-def _blocks_bytes(path: Path) -> int:
+def _blocks_bytes(path: str) -> int:
     try:
         return os.stat(path).st_blocks * 512
     except OSError:
         return 0
 
 
-def _is_settled(folder: Path, name: str, before_s: float) -> bool:
+def _is_settled(folder: Folder, name: str, before_s: float) -> bool:
     """Whether none of its files was made after `before_s`."""
     for file in _files(name):
         with contextlib.suppress(OSError):
-            if os.stat(folder / file).st_ctime > before_s:
+            if os.stat(f"{folder}/{file}").st_ctime > before_s:
                 return False
     return True
 
@@ -246,7 +249,7 @@ def _lock_owners(locks: bytes) -> dict[tuple[int, int], int]:
     }
 
 
-def _unmapped(ports: set[str], folder: Path, before_s: float) -> set[str]:
+def _unmapped(ports: set[str], folder: Folder, before_s: float) -> set[str]:
     """Those of the ports that no running participant has mapped.
 
     Empty if there is a participant whose mappings cannot be read. Every participant holds the lock
@@ -297,14 +300,14 @@ def _semaphore_memory(fd: int) -> mmap.mmap:
 
 
 @contextlib.contextmanager
-def _mutex(folder: Path, port: str) -> Iterator[None]:
+def _mutex(folder: Folder, port: str) -> Iterator[None]:
     """Hold the semaphore under which Fast DDS opens a port, if there is one; OSError.
 
     A participant that opens a port maps its file first, and locks it later. If the file is removed
     in between, the participant reads what nobody writes to, and discovers no other ever.
     """
     try:
-        fd = os.open(folder / f"sem.{port}_mutex", os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
+        fd = os.open(f"{folder}/sem.{port}_mutex", os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     except FileNotFoundError:
         yield
         return
@@ -324,26 +327,26 @@ def _mutex(folder: Path, port: str) -> Iterator[None]:
             del semaphore  # the memory cannot be unmapped before
 
 
-def _is_free(folder: Path, name: str) -> bool:
+def _is_free(folder: Folder, name: str) -> bool:
     with contextlib.ExitStack() as stack:
         return _take(stack, folder, name)
 
 
-def _free(folder: Path, name: str) -> int:
+def _free(folder: Folder, name: str) -> int:
     """Remove all files of this name while its locks are ours; the bytes, 0 if it is in use."""
     freed = 0
     with contextlib.ExitStack() as stack:
         if not _take(stack, folder, name):
             return 0
         for file in _files(name):
-            size_bytes = _blocks_bytes(folder / file)
+            size_bytes = _blocks_bytes(f"{folder}/{file}")
             with contextlib.suppress(OSError):  # not there, or not ours to delete
-                os.unlink(folder / file)
+                os.unlink(f"{folder}/{file}")
                 freed += size_bytes
     return freed
 
 
-def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
+def _take(stack: contextlib.ExitStack, folder: Folder, name: str) -> bool:
     """Take the locks of `name` until the stack is closed; False if one is held.
 
     A segment must have its lock file; a port may have lost it.
@@ -351,7 +354,7 @@ def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
     is_port = re.match(_PORT_FILE, name) is not None
     for suffix in ("_el", "_sl") if is_port else ("_el",):
         try:
-            stack.enter_context(_locked(folder / f"{name}{suffix}"))
+            stack.enter_context(_locked(f"{folder}/{name}{suffix}"))
         except FileNotFoundError:
             if not is_port:
                 return False
@@ -361,7 +364,7 @@ def _take(stack: contextlib.ExitStack, folder: Path, name: str) -> bool:
 
 
 @contextlib.contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _locked(path: str) -> Iterator[None]:
     """Hold an exclusive lock; BlockingIOError if it is held, FileNotFoundError, PermissionError."""
     fd = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:

@@ -7,7 +7,7 @@ import errno
 import os
 import stat
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from launcher.engine.output.lines import for_screen, for_terminal, with_prefix, without_colour
 from launcher.engine.posix.reactor import Reactor
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 HIGH_WATER = 1024 * 1024  # queued bytes above which children are not read
 # The same for a terminal: what is queued is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
+COLLECT_S = 0.02  # for so long, lines may be collected and written together
 # Errors of a full disk, which do not end the run. Any other error means that nobody reads.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 LOW_PART = 4  # the children are read again when the queue is below 1/4 of that
@@ -71,6 +72,8 @@ class StdoutWriter:
         self._waiting: deque[bytes] = deque()
         self._waiting_bytes = 0
         self._pressed = False
+        self._collected: list[bytes] | None = None
+        self._collect_until_s = 0.0
         self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
         self._partial_of: object = None
         self._partial = b""
@@ -226,8 +229,32 @@ class StdoutWriter:
 
     # ---- writing
 
+    @contextlib.contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Within, collect what is written for COLLECT_S, so that many lines are one write."""
+        self._collected = []
+        try:
+            yield
+        finally:
+            collected, self._collected = self._collected, None
+            if collected:
+                self.write(b"".join(collected))
+
+    def _collect(self, collected: list[bytes], block: bytes) -> None:
+        now = self._reactor.now()
+        if not collected:
+            self._collect_until_s = now + COLLECT_S
+        collected.append(block)
+        if now > self._collect_until_s:
+            self._collected = None
+            self.write(b"".join(collected))
+            self._collected = []
+
     def write(self, block: bytes) -> None:
         """Write bytes as they are."""
+        if self._collected is not None:
+            self._collect(self._collected, block)
+            return
         if self.closed:
             return
         if not self._waiting:

@@ -11,10 +11,14 @@ import os
 import select
 import signal
 import time
+from collections import deque
 from collections.abc import Callable, Iterable
 from types import FrameType, ModuleType
 
 Callback = Callable[[], object]
+
+
+IDLE_WITHIN_S = 0.05  # what waits for an idle moment is done by then
 
 
 class Timer:
@@ -38,6 +42,7 @@ class Reactor:
         self._callbacks: dict[int, Callback] = {}
         self._timers: list[tuple[float, int, Timer]] = []
         self._heap: ModuleType | None = None
+        self._when_idle: deque[tuple[float, Callback]] = deque()
         self._order = itertools.count()
         self._stopped = False
         self._handlers: dict[int, Callable[[int], None]] = {}
@@ -83,6 +88,14 @@ class Reactor:
             self._heap = heapq
         self._heap.heappush(self._timers, (timer.when, next(self._order), timer))
         return timer
+
+    def when_idle(self, callback: Callback) -> None:
+        """Call back once, when nothing else is to be done, or soon if that does not happen.
+
+        One in each pass: what takes milliseconds in total, as imports do, delays nothing by more
+        than its longest part.
+        """
+        self._when_idle.append((self.now() + IDLE_WITHIN_S, callback))
 
     def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
         """Call back, outside of signal context, when one of these signals arrives.
@@ -137,7 +150,11 @@ class Reactor:
             # and opened another with the same number.
             if callback is not None and callbacks.get(fd) is callback:
                 callback()
-        self._fire_timers()
+        has_fired = self._fire_timers()
+        if self._when_idle and not self._stopped:
+            is_idle = not (ready or has_fired)
+            if is_idle or self._when_idle[0][0] < self.now():
+                self._when_idle.popleft()[1]()
 
     # ---- within another loop: turn when `fileno()` is readable, and after `timeout_s()`
 
@@ -155,19 +172,25 @@ class Reactor:
         self._stopped = True
 
     def timeout_s(self) -> float | None:
-        """Seconds to the next timer; None without one."""
+        """Seconds to the next timer, or 0 if a call waits for an idle moment; None without any."""
+        if self._when_idle:
+            return 0.0
         while self._timers and self._timers[0][2].callback is None:
             self._take_first()
         if not self._timers:
             return None
         return max(0.0, self._timers[0][0] - self.now())
 
-    def _fire_timers(self) -> None:
+    def _fire_timers(self) -> bool:
+        """Call back those that are due; whether there was one."""
         now = self.now()
+        has_fired = False
         while self._timers and self._timers[0][0] <= now:
             callback = self._take_first().callback
             if callback is not None:
+                has_fired = True
                 callback()
+        return has_fired
 
     def _take_first(self) -> Timer:
         assert self._heap is not None

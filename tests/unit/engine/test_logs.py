@@ -77,6 +77,23 @@ def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
     last.close()
 
 
+def test_pruning_follows_no_link(tmp_path: Path):
+    others = tmp_path / "others"
+    (others / "inner").mkdir(parents=True)
+    (others / "inner" / "file").touch()
+    old = tmp_path / "2020-01-01-00-00-00-000001-host-1"
+    (old / "deep" / "deeper").mkdir(parents=True)
+    for folder in (old, old / "deep"):
+        (folder / EVENTS).touch()
+        (folder / "link").symlink_to(others)
+        (folder / "nowhere").symlink_to(tmp_path / "nowhere")
+    last = folder_in(tmp_path)
+    last.prune(keep=1)
+    assert not old.exists()
+    assert (others / "inner" / "file").exists()
+    last.close()
+
+
 def test_a_run_that_goes_on_and_a_folder_that_is_not_ours_are_not_pruned(tmp_path: Path):
     running = folder_in(tmp_path)
     foreign = tmp_path / "2020-01-01-00-00-00-000000-host-1"
