@@ -120,7 +120,7 @@ def test_each_process_shows_its_host_and_what_runs_there(plan: Plan):
         "$ . /opt/ros/jazzy/setup.sh && <python> -m launcher run group_gp1 robot_1 --ros-args "
         "-r __node:=two --params-file <files>/params.yaml"
     ]
-    assert lines_with("speed", output) == ["speed: 2"]
+    assert lines_with("speed: ", output) == ["speed: 2"]
 
 
 def test_values_of_the_hosts_file_are_not_shown(plan: Plan, monkeypatch: pytest.MonkeyPatch):
