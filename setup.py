@@ -86,7 +86,7 @@ setup(
         "launcher": ["py.typed"],
         "launcher.build.create": ["templates/*/*.in"],
         "launcher.build.toolchain": ["*.cmake"],
-        "launcher.hosts": ["*.json"],
+        "launcher.hosts": ["*.json", "*.xml"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],

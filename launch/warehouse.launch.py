@@ -14,6 +14,8 @@ from group_gp1 import fleet
 DEFAULT_ROBOTS = 10
 MAX_DEPTH = 1000  # of a queue
 LISTED_ROBOTS = 20  # a report of more is a summary
+BASE_SILENCE_S = 5.0  # as in a small fleet
+SILENCE_S = 0.1  # longer for each robot: the machine is busy while many start
 START_S = 1.0  # until a robot reports, for each that starts at the same time on a slow machine
 BASE_GRACE_S = 7.0  # what the monitor gives a small fleet
 
@@ -56,7 +58,10 @@ def nodes(context):
     rate_hz = min(max(len(robots) / period_s, 0.01), 1000.0)
     common = {
         "robot_ids": [robot.robot_id for robot in robots],
-        "silence_timeout_s": max(5.0, 2.0 * max(robot.longest_silence_s for robot in robots)),
+        "silence_timeout_s": max(
+            BASE_SILENCE_S + SILENCE_S * len(robots),
+            2.0 * max(robot.longest_silence_s for robot in robots),
+        ),
         # one status of each robot, and those before and after a task
         "status_queue_depth": min(3 * len(robots), MAX_DEPTH),
     }

@@ -255,7 +255,7 @@ def _show_document(
 
         found["discovery"] = discovery_document(file.discovery)
     print_text(json.dumps(found, indent=1))
-    for line in [*_warnings(plan, placing), *remarks, *(error.render() for error in errors)]:
+    for line in [*_warnings(plan, placing, file), *remarks, *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
 
@@ -272,7 +272,7 @@ def _show_tree(
 
     placed = () if placing is None else placing.placed
     tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
-    lines = [tree, *_warnings(plan, placing), *remarks]
+    lines = [tree, *_warnings(plan, placing, file), *remarks]
     if file is not None and file.discovery.mode is not None:
         from launcher.render.hosts import discovery_line
 
@@ -280,10 +280,26 @@ def _show_tree(
     print_text("\n".join(lines))
 
 
-def _warnings(plan: Plan, placing: Placing | None) -> list[str]:
+def _warnings(plan: Plan, placing: Placing | None, file: HostsFile | None) -> list[str]:
     lines = [surprise.render() for surprise in plan.warnings]
     if placing is not None:
         warnings = (*placing.findings.warnings, *placing.warnings)
         lines += [f"warning: {warning}" for warning in warnings]
         lines += [f"note: {remark}" for remark in placing.findings.remarks]
+    lines += [f"warning: {message}" for message in _crowds(plan, file)]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines
+
+
+def _crowds(plan: Plan, file: HostsFile | None) -> list[str]:
+    """About nodes on this machine; those of several hosts have warnings of their own."""
+    if file is not None and file.hosts:
+        return []
+    from launcher.commands.launch.crowds import crowds, of_run
+
+    if file is None:
+        return crowds(of_run(plan))
+    from launcher.hosts.discovery import wire
+    from launcher.hosts.model import DiscoveryMode
+
+    is_served = file.discovery.mode is DiscoveryMode.SERVER
+    return [] if is_served else crowds(of_run(plan), wire(file.discovery).environment_of())

@@ -7,6 +7,7 @@ each host needs. Addresses are numeric, since a name may mean another address on
 from __future__ import annotations
 
 import ipaddress
+import os
 import socket
 import subprocess
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -19,6 +20,7 @@ DEFAULT_PORT = 11811  # of Fast DDS's discovery server
 SERVER_NAME = "discovery-server"  # of its process
 BACKUP_NAME = "discovery-backup"
 SUPER_CLIENT = "ROS_SUPER_CLIENT"  # TRUE: learns the whole graph from a server
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PEERS = "ROS_STATIC_PEERS"
 SERVERS = "ROS_DISCOVERY_SERVER"
@@ -28,6 +30,10 @@ _PORTS = 100  # that are tried
 # it after 20 s.
 RESTART_DELAY_S = 21.0
 MAX_WITH_PEERS = 32  # participants of a host that those of other hosts find
+# Lets more than 101 processes of a domain on one machine have ports.
+MANY_PARTICIPANTS = os.path.join(os.path.dirname(__file__), "many_participants.xml")
+_OWN_PROFILES = (PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE")
+_OWN_FILES = ("DEFAULT_FASTRTPS_PROFILES.xml", "DEFAULT_FASTDDS_PROFILES.xml")
 # Every mode sets all of them; an empty one is as one that is not set.
 _NEUTRAL = {RANGE: "SUBNET", PEERS: "", SERVERS: "", SUPER_CLIENT: "", "ROS_LOCALHOST_ONLY": ""}
 # With SUBNET, Fast DDS announces itself only to the first 4 participants of each peer, with
@@ -76,6 +82,13 @@ class Wiring(Record):
             case DiscoveryMode.SERVER:
                 found = (f"{self._seen(one.host, host)}:{one.port}" for one in self.servers)
                 return {**_NEUTRAL, SERVERS: ";".join(found)}
+
+    def profile(self, given: Mapping[str, str]) -> dict[str, str]:
+        """The variable for nodes here that have a server, unless there are profiles of users."""
+        has_own = any(given.get(name) for name in _OWN_PROFILES)
+        if self.mode is not DiscoveryMode.SERVER or has_own or any(map(os.path.exists, _OWN_FILES)):
+            return {}
+        return {PROFILES: MANY_PARTICIPANTS}
 
     def graph_environment(self) -> dict[str, str]:
         """The variables for programs here that read the whole graph."""

@@ -67,6 +67,7 @@ class Session:
         self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
         self.modules = frozenset(sys.modules)
+        self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
         self.sink: Sink | None = None

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from launcher.commands.launch.hosts import Preparation
     from launcher.interpreter import Interpreter
 
+FEW_NODES = 20  # find each other in any case
+
 COMMAND = Command(
     "launch",
     VERBS["launch"],
@@ -152,6 +154,10 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         try:
             core.evaluate()
             _check(core, interpreter, options)
+            if session.nodes_made > FEW_NODES and (hosts is None or hosts.fleet is None):
+                from launcher.commands.launch.crowds import warn_of_crowd
+
+                warn_of_crowd(core.effects, request, is_all=not interpreter.host.timers)
             with supervising(core, options, run_path, request, session, fleet) as (supervisor, _):
                 code = supervisor.run()
         finally:

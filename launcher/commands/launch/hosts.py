@@ -118,7 +118,7 @@ def _wire(wanted: Discovery, hosts: tuple[Host, ...]) -> discovery.Wiring:
     """The variables for discovery on each host; those of this machine are set."""
     domain = os.environ.get("ROS_DOMAIN_ID", "")
     wiring = discovery.wire(wanted, hosts, domain=domain)
-    os.environ.update(wiring.environment_of())
+    os.environ.update({**wiring.environment_of(), **wiring.profile(os.environ)})
     return wiring
 
 

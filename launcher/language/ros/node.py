@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.language import frontend_registry
+from launcher.language import frontend_registry, session
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
@@ -107,6 +107,7 @@ class Node(ExecuteProcess):
             parameters = normalize_parameters(parameters)
         kwargs["name"] = exec_name
         super().__init__(cmd=cmd, **kwargs)
+        session.current().nodes_made += 1
         self.__program = program
         self.__package = package
         self.__node_executable = executable
