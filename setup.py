@@ -86,6 +86,7 @@ setup(
         "launcher": ["py.typed"],
         "launcher.build.create": ["templates/*/*.in"],
         "launcher.build.toolchain": ["*.cmake"],
+        "launcher.commands.launch.supervise": ["*.json"],
         "launcher.hosts": ["*.json", "*.xml"],
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],

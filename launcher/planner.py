@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
     from launcher.language.events.launch import Shutdown
+    from launcher.model.supervision import StartRule
 
 HORIZON_S = 3600.0  # end of virtual time: respawns and timers may repeat endlessly
 _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT, signal.SIGHUP}
@@ -89,6 +90,7 @@ class Plan:
         self.switched_off: tuple[ProcessSpec, ...] = ()
         self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
+        self.start_rules: tuple[StartRule, ...] = ()  # of a supervision file
         # For the analysis of errors.
         self.description: LaunchDescription | None = None
         self.context: LaunchContext | None = None

@@ -9,7 +9,15 @@ from collections.abc import Sequence
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.hosts.file import DISCOVERY
-from launcher.commands.launch.options import LOG_LEVEL, PREFIX, SKIP_HOST, given_options
+from launcher.commands.launch.options import (
+    LOG_LEVEL,
+    NO_SUPERVISE,
+    PREFIX,
+    SKIP_HOST,
+    SUPERVISE,
+    given_options,
+    with_settings_beside,
+)
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -58,6 +66,9 @@ launch has done so far.
             "what reloading the running launch (of TARGET) would start, stop and restart, with its "
             "launch file as it is now",
         ),
+        SUPERVISE,
+        NO_SUPERVISE,
+        option("--supervise-schema", "print the JSON Schema of supervision files"),
         option("--run ID", "without TARGET: the id, pid or target of the running launch"),
         DEBUG,
     ),
@@ -67,20 +78,32 @@ launch has done so far.
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
+    if parsed.supervise_schema:
+        return _show_schema()
     if parsed.diff:
         return _show_diff(parsed)
     if not parsed.words:
         return _show_running(parsed)
     if parsed.run is not None:
         raise UsageError("--run and TARGET exclude each other")
+    request = LaunchRequest.of(parsed)
     return show(
-        LaunchRequest.of(parsed),
+        request,
         as_json=parsed.json,
         hosts=parsed.hosts,
         discovery=parsed.discovery,
         skip_hosts=parsed.skip_hosts,
-        options=given_options(parsed),
+        options=with_settings_beside(given_options(parsed), request.path),
     )
+
+
+def _show_schema() -> int:
+    import json
+
+    from launcher.commands.launch.supervise.schema import json_schema
+
+    print_text(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    return ExitCode.OK
 
 
 def show(
@@ -98,9 +121,15 @@ def show(
     `skip_hosts` are patterns of its hosts. `options` change processes as in a run.
     """
     file = _hosts_file(hosts, discovery, skip_hosts)
-    plan = evaluate(request, with_scopes=file is not None)
+    has_rules = options is not None and bool(options.start_rules)
+    plan = evaluate(request, with_scopes=file is not None or has_rules)
     remarks = [] if options is None else _apply(options, plan)
     errors = mistakes_of(plan, request)
+    if plan.start_rules:
+        from launcher.commands.launch.supervise.circles import circle_among
+
+        circle = circle_among(plan.start_rules, [process.spec for process in plan.processes])
+        errors += [] if circle is None else [circle]
     placing = None if file is None else _placing(plan, file)
     if placing is not None:
         errors += placing.findings.errors
@@ -117,13 +146,15 @@ def show(
 
 def _apply(options: RunOptions, plan: Plan) -> list[str]:
     """Change the processes of the plan as a run does; warnings about the options."""
-    if not (options.log_levels or options.prefix):
+    plan.start_rules = options.start_rules
+    if not (options.log_levels or options.prefix or options.file_names):
         return []
     from launcher.engine.option_warnings import unmatched, without_node
 
     plan.processes = [replace(one, spec=options.adapt(one.spec)) for one in plan.processes]
     specs = [process.spec for process in plan.processes]
-    missing = [f"{text}{meant}" for text, meant in unmatched(options, specs)]
+    known = [*specs, *plan.switched_off]
+    missing = [f"{text}{meant}" for text, meant in unmatched(options, known)]
     return [f"warning: {text}" for text in (*missing, *without_node(options, specs))]
 
 

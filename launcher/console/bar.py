@@ -9,7 +9,7 @@ from typing import Any
 from prompt_toolkit.utils import get_cwidth
 
 from launcher.console.format import cpu, end_cut, ending, is_in_trouble, memory, middle_cut
-from launcher.control.format import concern, unreachable
+from launcher.control.format import concern, readiness, unreachable
 
 Fragment = tuple[str, str]
 Line = list[Fragment]
@@ -51,13 +51,16 @@ def status_lines(
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
-    """Names with CPU and memory, with CPU, alone, short names, or counts: the first that fits."""
+    """Names with CPU and memory, with CPU, alone, short names, or counts: the first that fits.
+
+    What processes wait for is part of the longer forms, `waiting` of all.
+    """
     if not processes:
         return [("class:bar.quiet", "no processes")]
     names = short_names(processes)
     lines = [
-        _joined([_cell(p, names[p["name"]], _figures(p)[:most]) for p in processes])
-        for most in (2, 1)
+        _joined([_cell(p, names[p["name"]], _figures(p)[:most], reason=True) for p in processes])
+        for most in (2, 1, 0)
     ]
     lines += [
         _joined([_cell(p, middle_cut(names[p["name"]], most)) for p in processes])
@@ -149,15 +152,22 @@ def _joined(cells: Sequence[Line]) -> Line:
 
 
 def _style(process: Mapping[str, Any]) -> str:
-    if process.get("paused") or concern(process):
+    if process.get("paused") or concern(process) or process.get("lacks"):
         return "class:bar.waiting"
     if process["state"] == "EXITED" and is_in_trouble(process):
         return "class:bar.trouble"
     return _STYLES.get(process["state"], "class:bar.quiet")
 
 
-def _marks(process: Mapping[str, Any]) -> list[str]:
-    marks = [] if process["state"] == "RUNNING" else [_state(process)]
+def _marks(process: Mapping[str, Any], *, reason: bool = False) -> list[str]:
+    """`reason`: with what it waits for, or lacks to be ready."""
+    is_waiting, is_unready = bool(process.get("waiting_for")), bool(process.get("lacks"))
+    if reason and (is_waiting or is_unready):
+        marks = [readiness(process)]
+    elif is_waiting or is_unready:
+        marks = ["waiting" if is_waiting else "not ready"]
+    else:
+        marks = [] if process["state"] == "RUNNING" else [_state(process)]
     marks += filter(None, [concern(process)])
     if process.get("restarts"):
         marks.append(f"x{process['restarts']}")
@@ -184,8 +194,10 @@ def _state(process: Mapping[str, Any]) -> str:
     return f"{word} {end}" if state in ("BACKOFF", "FATAL") and end else word
 
 
-def _cell(process: Mapping[str, Any], name: str, figures: Sequence[str] = ()) -> Line:
-    words = "".join(f" {word}" for word in [*_marks(process), *figures])
+def _cell(
+    process: Mapping[str, Any], name: str, figures: Sequence[str] = (), *, reason: bool = False
+) -> Line:
+    words = "".join(f" {word}" for word in [*_marks(process, reason=reason), *figures])
     return [(_style(process), name), ("class:bar", words)]
 
 
@@ -219,6 +231,8 @@ def _counted_as(process: Mapping[str, Any]) -> str:
     state = str(process["state"]).lower()
     if unreachable(process):
         return "unreachable"
+    if process.get("waiting_for"):
+        return "waiting"
     if state != "exited":
         return state
     if is_in_trouble(process):

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
-from launcher.control.format import concern, filters, folder, log_file, variables
+from launcher.control.format import concern, filters, folder, log_file, readiness, variables
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -58,6 +58,8 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     if one.get("unit"):
         yield "unit", one["unit"]
     yield "state", state(one)
+    if "ready" in one:
+        yield "ready", readiness(one) or "-"
     yield "pid", _text(one["pid"])
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
@@ -120,7 +122,11 @@ def state(process: Process) -> Text:
         return Text(f"{process['state'].lower()}, {concern(process)}", "yellow")
     if process.get("paused"):
         return Text("paused", "yellow")
+    if process.get("waiting_for"):
+        return Text(readiness(process), "yellow")
     word = process["state"].lower()
+    if process.get("lacks"):
+        return Text(f"{word}, {readiness(process)}", "yellow")
     last = process.get("last_exit")
     text = f"{word}: {last['text']}" if process.get("pid") is None and last else word
     return Text(text, _STATE_STYLES.get(word, "red" if is_in_trouble(process) else ""))

@@ -123,8 +123,21 @@ def _with_concern(state: str, row: Mapping[str, Any]) -> str:
     return ", ".join(filter(None, [state, concern(row)]))
 
 
+def readiness(row: Mapping[str, Any]) -> str:
+    """`waiting for dispatcher: no publisher on /fleet/tasks (4.2 s)`, `not ready: ...`, `ready`.
+
+    Empty where nothing says when the process is ready.
+    """
+    if row.get("waiting_for"):
+        return f"waiting for {row['waiting_for']}"
+    if row.get("ready"):
+        return f"ready after {row['ready_s']:.1f} s"
+    return f"not ready: {row['lacks']}" if row.get("lacks") else ""
+
+
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     remarks = [
+        readiness(row),
         "warm" if row.get("start") == "warm" and row["pid"] is not None else "",
         filters(row),
     ]
@@ -150,6 +163,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         **({"host": row["host"]} if "host" in row else {}),
         **({"unit": row["unit"]} if row.get("unit") else {}),
         "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
+        **({"ready": readiness(row) or "-"} if "ready" in row else {}),
         "pid": _or_dash(row["pid"]),
         "started": row.get("started", "cold"),
         "uptime": _duration(row["uptime_s"]),

@@ -45,6 +45,7 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "start": process.start_kind.partition(",")[0] or "cold",
         "last_exit": _last_exit(process),
         **(_place(process) if control.has_hosts else {}),
+        **({} if control.ready is None else control.ready.row(process)),
     }
 
 

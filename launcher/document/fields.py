@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,15 @@ class FieldError(ValueError):
         self.hint = hint
         self.key = key
         self.all: tuple[FieldError, ...] = (self,)
+
+
+_REPR = reprlib.Repr()
+_REPR.maxlevel, _REPR.maxstring, _REPR.maxother = 3, 200, 200
+
+
+def shown(value: object) -> str:
+    """A value for a message, cut short: aliases may make it of any size."""
+    return _REPR.repr(value)
 
 
 def raise_all(errors: Sequence[FieldError]) -> None:
@@ -62,7 +72,7 @@ def near(word: object, known: Collection[str]) -> str | None:
 def text(noun: str = "text") -> FieldType:
     def parse(value: object) -> str:
         if not isinstance(value, str) or not value:
-            raise FieldError(f"{value!r} is not a {noun}: expected a non-empty string")
+            raise FieldError(f"{shown(value)} is not a {noun}: expected a non-empty string")
         return value
 
     return FieldType(parse, {"type": "string", "minLength": 1})
@@ -74,7 +84,7 @@ def choice(*words: str) -> FieldType:
     def parse(value: object) -> str:
         if value not in known:
             hint = did_you_mean(str(value), known)
-            raise FieldError(f"{value!r} is not one of {', '.join(known)}", hint=hint)
+            raise FieldError(f"{shown(value)} is not one of {', '.join(known)}", hint=hint)
         return str(value)
 
     return FieldType(parse, {"enum": known})
@@ -85,7 +95,7 @@ def instance(kind: type, noun: str, schema: Mapping[str, object]) -> FieldType:
 
     def parse(value: object) -> object:
         if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-            raise FieldError(f"{value!r} is not {noun}")
+            raise FieldError(f"{shown(value)} is not {noun}")
         return value
 
     return FieldType(parse, schema)
@@ -95,10 +105,14 @@ def nested(parse: Callable[[object], Any], value: object, *path: object) -> Any:
     try:
         return parse(value)
     except ValueError as error:
-        inner: tuple[object, ...] = getattr(error, "path", ())
-        key = getattr(error, "key", False)
-        hint = getattr(error, "hint", None)
-        raise FieldError(str(error), (*path, *inner), hint, key=key) from None
+        raise_all([_below(path, one) for one in getattr(error, "all", (error,))])
+        raise
+
+
+def _below(path: tuple[object, ...], error: ValueError) -> FieldError:
+    inner: tuple[object, ...] = getattr(error, "path", ())
+    key = getattr(error, "key", False)
+    return FieldError(str(error), (*path, *inner), getattr(error, "hint", None), key=key)
 
 
 def record(noun: str, **entries: FieldType) -> FieldType:
@@ -117,7 +131,7 @@ def record(noun: str, **entries: FieldType) -> FieldType:
             try:
                 found[str(key)] = nested(entries[key].parse, one, key)
             except FieldError as error:
-                errors.append(error)
+                errors += error.all
         raise_all(errors)
         return found
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.document.fields import FieldType
+from launcher.document.fields import FieldType, shown
 
 NUMBER = r"[0-9]+(?:\.[0-9]+)?"
 _TIME_UNIT = r"(?:ms|s|sec|min)"
@@ -52,7 +52,7 @@ def quantity(
         text = _plain(value) if is_number else value
         match = re.fullmatch(pattern, text) if isinstance(text, str) else None
         if match is None:
-            raise ValueError(f"invalid {noun} {value!r}: expected {example}")
+            raise ValueError(f"invalid {noun} {shown(value)}: expected {example}")
         return make(match)
 
     schema = {"type": "string", "pattern": f"^(?:{for_editors(pattern)})$"}

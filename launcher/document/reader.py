@@ -21,6 +21,21 @@ _NEWLINE = b"\n"
 _UNPRINTABLE = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 # The C library reads a long file twenty times as fast.
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_KEPT = ("tag:yaml.org,2002:null", "tag:yaml.org,2002:merge")
+
+
+def _texts_only(resolvers: Mapping[Any, Any]) -> dict[Any, Any]:
+    kept = {
+        first: [resolver for resolver in some if resolver[0] in _KEPT]
+        for first, some in resolvers.items()
+    }
+    return {first: some for first, some in kept.items() if some}
+
+
+class TextLoader(_YAML):  # type: ignore[misc]
+    """Reads every scalar but `null` as a text: `yes`, `0777` and `1.10` stay what they are."""
+
+    yaml_implicit_resolvers = _texts_only(yaml.SafeLoader.yaml_implicit_resolvers)
 
 
 def text_of(path: str, what: str) -> str:

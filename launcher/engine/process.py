@@ -15,6 +15,8 @@ from launcher.text import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from launcher.engine.debugger import Debugger
     from launcher.engine.hosts.remote_host import RemoteHost
     from launcher.engine.machine import Ended
@@ -62,13 +64,13 @@ class Process:
     """A spec, its state machine, and the running child if there is one.
 
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
-    that are shown (None: all). `last_end` is its last exit, at `ended_wall_s`. `host` is where it
-    runs (None: on this machine), `words_there` and `folder_there` what it runs there;
-    `is_abandoned`: the run has ended without it. `is_gone`: the launch file does not have it any
-    more. `is_replaced`: it is being stopped for a new version of its files, which the launch file
-    is not told. `user_stops`: how often users have stopped it. `debugger` is that of its child,
-    `next_debugger` that of its next start only. `start_kind` says how it was started last:
-    `warm`, or `cold, because ...`; empty if only cold was possible.
+    that are shown (None: all); `on_lines` is called with all of them. `last_end` is its last exit,
+    at `ended_wall_s`. `host` is where it runs (None: on this machine), `words_there` and
+    `folder_there` what it runs there; `is_abandoned`: the run has ended without it. `is_gone`: the
+    launch file does not have it any more. `is_replaced`: it is being stopped for a new version of
+    its files, which the launch file is not told. `user_stops`: how often users have stopped it.
+    `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
+    how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -89,6 +91,7 @@ class Process:
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None
+        self.on_lines: Callable[[bytes], None] | None = None
         self.history = History()
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0

@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable
 
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import POLITE, Command, ProcessState
+from launcher.engine.machine import POLITE, Command, Ended, ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
@@ -172,12 +172,22 @@ class ProcessControl:
 
             self._when(lambda: _end_of(process), start, process)
         elif _is_queued(process):
-            done(Result(name, Kind.QUEUED, done=False))
+            if not self._skip_wait(process, done):
+                done(Result(name, Kind.QUEUED, done=False))
         elif state.is_alive:
             done(Result(name, Kind.ALREADY_RUNNING, done=False, pid=_pid_of(process)))
         else:
             self._note("start", process)
             self._start(process, done)
+
+    def _skip_wait(self, process: Process, done: Done) -> bool:
+        """Start a process that waits for others; False if it does not."""
+        life = process.last_end
+        if not self._driver.skip_wait(process):
+            return False
+        self._note("start", process)
+        self._await_start(process, done, life)
+        return True
 
     def _start(
         self,
@@ -186,8 +196,19 @@ class ProcessControl:
         stopped: Result | None = None,
         old_pid: int | None = None,
     ) -> None:
-        name, life = process.name, process.last_end
+        life = process.last_end
         self._driver.advance(process, Command.USER_START)
+        self._await_start(process, done, life, stopped, old_pid)
+
+    def _await_start(
+        self,
+        process: Process,
+        done: Done,
+        life: Ended | None,
+        stopped: Result | None = None,
+        old_pid: int | None = None,
+    ) -> None:
+        name = process.name
 
         def check() -> Result | None:
             if process.machine.state is ProcessState.STARTING:
@@ -215,7 +236,8 @@ class ProcessControl:
             done(refusal)
             return
         if _is_queued(process):
-            done(Result(process.name, Kind.QUEUED, done=True))
+            if not self._skip_wait(process, done):
+                done(Result(process.name, Kind.QUEUED, done=True))
             return
         self._note("restart", process)
         old_pid, began_s, stops = _pid_of(process), self._reactor.now(), process.user_stops

@@ -37,7 +37,15 @@ if TYPE_CHECKING:
 
     from launcher.engine.listener import RunListener
     from launcher.engine.monitor.oom import OomWatch
-    from launcher.engine.start_pacing import StartPacing
+    from launcher.engine.ready.gate import ReadyGate
+
+    class StartGate(Protocol):
+        """Holds starts back: `StartPacing` and `ReadyGate`."""
+
+        def admit(self, process: Process) -> None: ...
+
+        # It shall not start any more; False if it was not held back.
+        def withdraw(self, process: Process) -> bool: ...
 
     class WarmStarts(Protocol):
         """What starts processes warm (`engine.warm`)."""
@@ -62,7 +70,8 @@ class ProcessDriver:
         self._log = log
         self._listener = listener
         self._oom: OomWatch | None = None
-        self._pacing: StartPacing | None = None
+        self._gate: StartGate | None = None
+        self._ready: ReadyGate | None = None
         self.warm: WarmStarts | None = None
 
     def watch_memory(self) -> None:
@@ -78,7 +87,17 @@ class ProcessDriver:
         """From now on queue the starts; see `StartPacing`."""
         from launcher.engine.start_pacing import StartPacing
 
-        self._pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
+        pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
+        self._gate = pacing
+
+    def order(self, gate: ReadyGate) -> None:
+        """From now on first starts wait for other processes, and then for their turn."""
+        gate.lead_to(self._gate, self._spawn)
+        self._gate = self._ready = gate
+
+    def skip_wait(self, process: Process) -> bool:
+        """Start a process that waits for others; False if it does not."""
+        return self._ready is not None and self._ready.skip(process)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the state machine, carry out its actions, and set a timer for its deadline."""
@@ -91,7 +110,7 @@ class ProcessDriver:
     def _do(self, process: Process, action: Action) -> None:
         match action:
             case Order.SPAWN:
-                (self._spawn if self._pacing is None else self._pacing.admit)(process)
+                (self._spawn if self._gate is None else self._gate.admit)(process)
             case Signal(signum=signum):
                 self._signal(process, signum)
                 if action.needs_wake:
@@ -118,8 +137,8 @@ class ProcessDriver:
         self._log.note("stuck", process, at_s, pid=pid, sleeps=how)
 
     def _withdraw(self, process: Process) -> bool:
-        """Give up a start that is queued; False if none is."""
-        if self._pacing is not None and self._pacing.withdraw(process):
+        """Give up a start that is held back or queued; False if none is."""
+        if self._gate is not None and self._gate.withdraw(process):
             return True
         return self.warm is not None and self.warm.withdraw(process)
 
@@ -216,6 +235,10 @@ class ProcessDriver:
         else:
             left = functools.partial(self._limits_applied, process, child)
             self._reactor.add_reader(child.status, left)
+
+    def refuse(self, process: Process, number: int, what: str) -> None:
+        """A start that was held back fails."""
+        self._refused(process, number, what)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
         self._report_refusal(process, number, what)

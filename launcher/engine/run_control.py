@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
+    from launcher.engine.ready.gate import ReadyGate
     from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
     from launcher.model.spec import ProcessSpec
@@ -52,7 +53,7 @@ class RunControl:
     """One per run; `on_process` is called with each process that is started for the first time.
 
     `keep` is called with the pid of a helper process that outlives a killed launcher. `has_hosts`:
-    there is a hosts file.
+    there is a hosts file; `ready`: there are rules about the order of starts.
     """
 
     def __init__(
@@ -71,6 +72,7 @@ class RunControl:
         keep: Callable[[int], None],
         screen: StdoutWriter,
         fleet: Fleet | None = None,
+        ready: ReadyGate | None = None,
     ) -> None:
         self.reactor = reactor
         self.log = log
@@ -79,6 +81,7 @@ class RunControl:
         self.keep = keep
         self.screen = screen
         self.has_hosts = fleet is not None
+        self.ready = ready
         self._fleet = fleet
         self.process_control = ProcessControl(reactor, driver, log, shutdown)
         self.filters = ScreenFilters(processes.values(), log)

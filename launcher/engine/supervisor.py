@@ -7,7 +7,7 @@ import errno
 import functools
 import gc
 import signal
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from launcher.engine.logs.run_log import Wishes
     from launcher.engine.monitor.budgets import Judge, Verdict
     from launcher.engine.monitor.housekeeping import Housekeeper
+    from launcher.engine.ready.gate import ReadyGate
     from launcher.engine.run_control import RunControl
     from launcher.engine.shutdown import Shutdown
     from launcher.engine.warm.spawner import WarmSpawner
@@ -53,8 +54,9 @@ class Supervisor:
     """Composes the parts of a run; they report to it, as a `RunListener`.
 
     `env` is the environment of the ROS agent; the files of the run go to `run_path`, unless that is
-    None. `hosts` says which processes run on other hosts (None: no process). `on_begun()` is called
-    after the static part of the launch file was carried out.
+    None. `hosts` says which processes run on other hosts (None: no process), `switched_off` which
+    ones a condition keeps away. `on_begun()` is called after the static part of the launch file was
+    carried out.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class Supervisor:
         options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
         wishes: Wishes | None = None,
         hosts: FleetPlan | None = None,
+        switched_off: Callable[[], Iterable[ProcessSpec]] = tuple,
     ) -> None:
         self._core = core
         self._reactor = reactor
@@ -92,6 +95,8 @@ class Supervisor:
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
         agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
+        self._switched_off = switched_off
+        self._ready = self._ready_gate(agent_env)
         self._core_driver = CoreDriver(
             core,
             reactor,
@@ -115,6 +120,24 @@ class Supervisor:
 
         self._fleet = fleet = Fleet(hosts, self._reactor, self._log, self)
         return fleet.driver(self._reader, self._run_id, self._env, colour=self._screen.colour)
+
+    def _ready_gate(self, env: Mapping[str, str]) -> ReadyGate | None:
+        if not self._options.start_rules:
+            return None
+        from launcher.engine.ready.gate import ReadyGate
+
+        gate = ReadyGate(
+            self._reactor,
+            self._log,
+            self._driver,
+            self,
+            self._options.start_rules,
+            env=env,
+            env_of=lambda process: self.settings_of(process, process.spec).env,
+            switched_off=self._switched_off,
+        )
+        self._driver.order(gate)
+        return gate
 
     def _budget_judge(self) -> Judge | None:
         """UsageError, before anything is started, if a budget is invalid."""
@@ -182,6 +205,7 @@ class Supervisor:
                 keep=self._watchdog.keep,
                 screen=self._screen,
                 fleet=self._fleet,
+                ready=self._ready,
             )
         return self._control
 
@@ -298,6 +322,8 @@ class Supervisor:
             self._warm.close()
         if "_checks" in vars(self):
             self._checks.close()
+        if self._ready is not None:
+            self._ready.close()
 
     def _write_plan(self) -> None:
         self._directory.write_plan(self._core.plan)
@@ -305,6 +331,7 @@ class Supervisor:
             from launcher.engine.option_warnings import warn_of_unmatched
 
             specs, is_over = [p.spec for p in self._processes.values()], self._shutdown.has_begun
+            specs += self._switched_off()
             warn_of_unmatched(self._options, specs, self._log, is_over=is_over)
 
     def _terminal_resized(self, signum: int) -> None:
@@ -331,6 +358,8 @@ class Supervisor:
             self._fleet.place(process, merge=self._merges(process))
         if self._control is not None:
             self._control.adopt(process)
+        if self._ready is not None:
+            self._ready.add(process)
         self._driver.advance(process, Command.START)
         if spec.ros is not None and self._options.check_parameters:
             self._checks.later()
@@ -405,10 +434,14 @@ class Supervisor:
 
     def started(self, process: Process, pid: int) -> None:
         process.is_replaced = False
+        if self._ready is not None:
+            self._ready.started(process)
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
         self._notify_control()
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
+        if self._ready is not None:
+            self._ready.ended(process, end)
         self._notify_control()
         returncode = end.outcome.returncode
         if returncode is not None and returncode < 0 and process.host is None:

@@ -8,10 +8,15 @@ import stat
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import yaml
-
 from launcher.document.fields import near
-from launcher.document.reader import BAD, DocumentReader, meant_names, text_of, together
+from launcher.document.reader import (
+    BAD,
+    DocumentReader,
+    TextLoader,
+    meant_names,
+    text_of,
+    together,
+)
 from launcher.errors import LaunchFileError
 from launcher.hosts.discovery_field import DISCOVERY
 from launcher.hosts.fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
@@ -22,7 +27,6 @@ from launcher.model.record import replace
 
 TOP_KEYS = ("defaults", "hosts", "place", "discovery")
 _KINDS_OF_PYTHON = ("python", "venv")
-_KEPT = ("tag:yaml.org,2002:null", "tag:yaml.org,2002:merge")
 
 
 def read(
@@ -48,26 +52,12 @@ def parse(
     return _Reader(text, path, environment if with_secrets else None).hosts_file()
 
 
-def _texts_only(resolvers: Mapping[Any, Any]) -> dict[Any, Any]:
-    kept = {
-        first: [resolver for resolver in some if resolver[0] in _KEPT]
-        for first, some in resolvers.items()
-    }
-    return {first: some for first, some in kept.items() if some}
-
-
-class _TextLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Reads every scalar but `null` as a text: `yes`, `0777` and `1.10` stay what they are."""
-
-    yaml_implicit_resolvers = _texts_only(yaml.SafeLoader.yaml_implicit_resolvers)
-
-
 class _Reader(DocumentReader):
     """`environ` None: values of secrets are not looked up."""
 
     def __init__(self, text: str, path: str, environ: Mapping[str, str] | None) -> None:
         super().__init__(
-            text, path, what="a hosts file", hint="it begins with 'hosts:'", loader=_TextLoader
+            text, path, what="a hosts file", hint="it begins with 'hosts:'", loader=TextLoader
         )
         self._environ = environ
         self._warnings: list[str] = []

@@ -9,6 +9,8 @@ from launcher.model.spec import ProcessSpec, RestartPolicy, StopPolicy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.model.spec import Limits
 
 
@@ -21,12 +23,14 @@ class RunOptions(Record):
     `max_starting` how many processes may be starting at the same time (None: any number). The run
     ends when a process that matches `required` exits, after `timeout_s`, or with
     `exit_when_any_dies` after the first failure without a restart. `budgets` are limits on
-    resources (see `budget_parser`), as are `budget_files`: (path, text) pairs, since a pipe can be
-    read only once; `file_names` are their patterns, each with its place. `format` is the form of
-    lines on the screen (see `engine.output.line_format`). `control`: open the control socket;
-    `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts file, `discovery` how
-    nodes find each other, `skip_hosts` are patterns of hosts that are not used. `warm`:
-    start Python programs warm (docs/warm.md), or none; None: nodes, where that is faster.
+    resources (see `budget_parser`), as are `file_budgets`, of supervision files; `start_rules` are
+    the StartRules of these (see `supervision`), `file_names` the names of processes in them, each
+    with its place, and `settings_beside` says whether to look for one beside the launch file.
+    `format` is the form of lines on the screen (see `engine.output.line_format`). `control`: open
+    the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
+    file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
+    used. `warm`: start Python programs warm (docs/warm.md), or none; None: nodes, where that is
+    faster.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -46,8 +50,10 @@ class RunOptions(Record):
     ros: bool = False
     check_parameters: bool = True
     budgets: tuple[str, ...] = ()
-    budget_files: tuple[tuple[str, str], ...] = ()
+    file_budgets: tuple[Any, ...] = ()
+    start_rules: tuple[Any, ...] = ()
     file_names: tuple[tuple[str, str], ...] = ()
+    settings_beside: bool = True
     hosts: str | None = None
     discovery: str | None = None
     skip_hosts: tuple[str, ...] = ()
@@ -55,7 +61,7 @@ class RunOptions(Record):
 
     @property
     def has_budgets(self) -> bool:
-        return bool(self.budgets or self.budget_files)
+        return bool(self.budgets or self.file_budgets)
 
     @property
     def name_processes(self) -> bool:

@@ -42,6 +42,11 @@ def document(plan: Plan, placed: Sequence[Placed] = ()) -> dict[str, Any]:
 
         for entry, process, one in zip(result["processes"], plan.processes, placed, strict=True):
             entry.update(document_there(one, plan.environment, process.spec.env))
+    if plan.start_rules:
+        from launcher.render.start_rules import start_document
+
+        for entry, process in zip(result["processes"], plan.processes, strict=True):
+            entry.update(start_document(plan, process))
     if plan.arguments is None:
         result["arguments_error"] = plan.arguments_error
     return result

@@ -31,6 +31,7 @@ from launcher.render.entities import (
     place,
     short_path,
 )
+from launcher.render.start_rules import start_lines
 from launcher.render.tree import Branch
 
 if TYPE_CHECKING:
@@ -226,7 +227,8 @@ class _PlanTree:
             from launcher.render.hosts import lines_there
 
             there = lines_there(placed, self._plan.environment, spec.env)
-            return [*there[:1], *_restart_line(process), *there[1:]]
+            after = [*_restart_line(process), *start_lines(self._plan, process)]
+            return [*there[:1], *after, *there[1:]]
         lines: list[tuple[str, str]] = []
         paths: dict[str, str] = {}
         for source in spec.ros.parameters if spec.ros else ():
@@ -237,7 +239,8 @@ class _PlanTree:
             lines += [("aside", f"{paths[source.file]}:")]
             lines += [("aside", f"  {line}") for line in text.splitlines()]
         command = command_line(spec, self._plan.environment, paths)
-        return [("command", f"$ {command}"), *_restart_line(process), *lines]
+        starts = start_lines(self._plan, process)
+        return [("command", f"$ {command}"), *_restart_line(process), *starts, *lines]
 
     def _loads_of(self, process: PlannedProcess) -> list[Any]:
         ros = process.spec.ros

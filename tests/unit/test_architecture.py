@@ -149,6 +149,7 @@ STARTED_BY = {
     "launcher.ros.parameter_check": {"engine"},
     "launcher.ros.logger_levels": {"engine"},
     "launcher.ros.probe": {"smoke"},
+    "launcher.ros.ready": {"engine"},
     "launcher.commands.launch.forecast": {"smoke"},
 }
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
 from launcher.commands.launch.core import LaunchCore, supervising
-from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.options import RUN_OPTIONS, run_options, with_settings_beside
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -78,6 +78,7 @@ def main(words: Sequence[str]) -> int:
         from launcher.commands import args
 
         return args.show(request)
+    options = with_settings_beside(options, request.path)
     if parsed.show_all:
         # Launch files hand the environment on to other launchers, as with ROS 2.
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
@@ -146,7 +147,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
             arguments=request.arguments,
             noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
         )
-        if hosts is not None:
+        if hosts is not None or options.start_rules:
             interpreter.note_scopes()
         services = () if hosts is None else hosts.services
         fleet = None if hosts is None else hosts.fleet
@@ -158,7 +159,8 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
                 from launcher.commands.launch.crowds import warn_of_crowd
 
                 warn_of_crowd(core.effects, request, is_all=not interpreter.host.timers)
-            with supervising(core, options, run_path, request, session, fleet) as (supervisor, _):
+            run = supervising(core, options, run_path, request, session, fleet, core.switched_off)
+            with run as (supervisor, _):
                 code = supervisor.run()
         finally:
             core.interpreter.close()
@@ -194,7 +196,11 @@ def _read_log_formats() -> None:
 
 
 def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:
-    """UsageError for a domain or a required process with which the run cannot work."""
+    """LauncherError for a domain, a required process or an order with which it cannot work."""
+    if options.start_rules:
+        from launcher.commands.launch import checks
+
+        checks.refuse_circles(options.start_rules, core.effects)
     domain = interpreter.environment.get("ROS_DOMAIN_ID", "")
     is_usual = not domain or (domain.isdecimal() and len(domain) < 3)
     if is_usual and not options.required:

@@ -15,6 +15,7 @@ from launcher.engine.option_warnings import nearest
 from launcher.errors import UsageError
 from launcher.model.events import Effect, LogMessage, StartProcess
 from launcher.model.options import matches
+from launcher.model.supervision import StartRule
 from launcher.planner import make_plan
 from launcher.ros.discovery.domains import is_domain
 from launcher.ros.discovery.ports import MAX_DOMAIN
@@ -53,6 +54,16 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
         f"no node can start ({names}{more})",
         hint=f"a domain is a number from 0 to {MAX_DOMAIN}: export ROS_DOMAIN_ID=0, or unset it",
     )
+
+
+def refuse_circles(rules: Sequence[StartRule], effects: Iterable[Effect]) -> None:
+    """Refuse processes that wait for each other."""
+    from launcher.commands.launch.supervise.circles import circle_among
+
+    specs = [effect.spec for effect in effects if isinstance(effect, StartProcess)]
+    error = circle_among(rules, specs)
+    if error is not None:
+        raise error
 
 
 def refuse_missing(required: Sequence[str], effects: Sequence[Effect]) -> None:

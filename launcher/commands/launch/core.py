@@ -111,6 +111,11 @@ class LaunchCore:
     def has_failed(self) -> bool:
         return self.interpreter.failure is not None
 
+    def switched_off(self) -> Sequence[ProcessSpec]:
+        """The processes that conditions have kept away, if the interpreter notes scopes."""
+        scopes = self.interpreter.host.scopes
+        return () if scopes is None else scopes.off
+
     def intentions(self) -> Sequence[str]:
         """What the launch file would still do by itself."""
         return self.interpreter.intentions()
@@ -178,6 +183,7 @@ def supervising(
     request: LaunchRequest,
     session: Session,
     hosts: FleetPlan | None = None,
+    switched_off: Callable[[], Sequence[ProcessSpec]] = tuple,
 ) -> Iterator[tuple[Supervisor, Reactor]]:
     """A supervisor that is ready to run, with the control socket and the console."""
     from launcher.engine.output.stdout import StdoutWriter, passes_colour, wants_colour
@@ -202,6 +208,7 @@ def supervising(
             options=options,
             wishes=session,
             hosts=hosts,
+            switched_off=switched_off,
         )
         if not options.control:
             yield supervisor, reactor

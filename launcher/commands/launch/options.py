@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 
 from launcher.command_line import Parsed, count, option, positive_seconds, seconds
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
+from launcher.model.record import replace
 from launcher.model.spec import UNLIMITED
 
 TYPE_CHECKING = False
@@ -41,6 +43,13 @@ def _discovery(word: str) -> str:
     return word
 
 
+def settings_in(path: str) -> list[tuple[str, Any]]:
+    """(field of RunOptions, value) for each setting in a supervision file; LauncherError."""
+    from launcher.commands.launch.supervise.file import read
+
+    return read(path)
+
+
 DISCOVERY_MODES = ("multicast", "peers", "server")
 LOG_LEVEL = option(
     "--log-level NAME[:LOGGER]=LEVEL,...",
@@ -64,6 +73,20 @@ PREFIX = option(
     _later("parse_prefix"),
     default=(),
     repeat="all",
+)
+SUPERVISE = option(
+    "--supervise, --budgets FILE",
+    "what is to be known of processes, as in NAME: {after: OTHER, memory: 200M}: when they are "
+    "ready, which wait for others, how they are restarted, stopped and limited (default: "
+    "NAME.supervise.yaml beside the launch file)",
+    settings_in,
+    name="settings",
+)
+NO_SUPERVISE = option(
+    "--no-supervise",
+    "do not use the supervision file beside the launch file",
+    name="settings_beside",
+    value=False,
 )
 # The names are fields of RunOptions; `settings` sets several of them.
 RUN_OPTIONS = (
@@ -115,13 +138,8 @@ RUN_OPTIONS = (
         "limit what a process may use, checked once a second",
         name="budgets",
     ),
-    option(
-        "--budgets FILE",
-        "read budgets from a YAML file, as in NAME: {memory: 200M, for: 10}; also restart, stop, "
-        "nice, cpus and limit, with the values of these options",
-        _later("settings_of"),
-        name="settings",
-    ),
+    SUPERVISE,
+    NO_SUPERVISE,
     option(
         "--warm",
         "start all Python programs warm, from a process that has imported what they need; without "
@@ -182,6 +200,31 @@ def run_options(parsed: Parsed) -> RunOptions:
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
     return options
+
+
+def with_settings_beside(options: RunOptions, launch_file: str) -> RunOptions:
+    """With the supervision file beside the launch file, unless one is given; LauncherError.
+
+    Options of the command line override it.
+    """
+    if options.file_names or not options.settings_beside:
+        return options
+    path = supervision_file(launch_file)
+    if not os.path.isfile(path):
+        return options
+    fields: dict[str, Any] = {}
+    for name, value in settings_in(path):
+        fields[name] = (*fields.get(name, ()), value)
+    more = {name: (*values, *getattr(options, name)) for name, values in fields.items()}
+    return replace(options, **more)
+
+
+def supervision_file(launch_file: str) -> str:
+    """`system.supervise.yaml` for `system.launch.py`, in the same folder."""
+    folder, name = os.path.split(launch_file)
+    ends = (".launch.", "_launch.", "-launch.", ".")
+    stem = next((name.partition(end)[0] for end in ends if end in name), name)
+    return os.path.join(folder, f"{stem}.supervise.yaml")
 
 
 def _refuse_what_is_not_here(parsed: Parsed) -> None:

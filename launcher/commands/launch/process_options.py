@@ -51,8 +51,7 @@ def for_pattern(mark: str, example: str) -> Callable[[Callable[[str], Any]], Cal
     return decorate
 
 
-@for_pattern("=", "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30")
-def parse_restart(text: str) -> RestartPolicy:
+def restart_policy(text: str) -> RestartPolicy:
     """`MODE[,max=N][,window=S][,backoff=A..B][,delay=S][,quiet=S]`."""
     mode, *settings = text.split(",")
     modes = {one.value: one for one in RestartMode}
@@ -100,8 +99,7 @@ _RESTART_SETTINGS: dict[str, Callable[[RestartPolicy, str], RestartPolicy]] = {
 }
 
 
-@for_pattern("=", "--stop 'robot_*=int:2,term:1'")
-def parse_stop(text: str) -> StopPolicy:
+def stop_policy(text: str) -> StopPolicy:
     """`SIGNAL[:S],SIGNAL[:S],...`: the signals, and how many seconds to wait after each."""
     polite: list[tuple[signal.Signals, float]] = []
     *steps, last = text.split(",")
@@ -125,8 +123,7 @@ def _signal(name: str) -> signal.Signals:
     return signal.Signals[full]
 
 
-@for_pattern("=", "--nice 'robot_*=5'")
-def parse_nice(text: str) -> Limits:
+def niceness(text: str) -> Limits:
     """A niceness from -20 (highest priority) to 19."""
     try:
         nice = int(text)
@@ -137,8 +134,7 @@ def parse_nice(text: str) -> Limits:
     return Limits(nice=nice)
 
 
-@for_pattern("=", "--cpus 'robot_*=0'")
-def parse_cpus(text: str, *, is_here: bool = True) -> Limits:
+def processors(text: str, *, is_here: bool = True) -> Limits:
     """The processors that it may run on, as in `0,2-3`; with `is_here`, only those there are."""
     cpus: set[int] = set()
     for part in text.split(","):
@@ -159,8 +155,7 @@ def parse_cpus(text: str, *, is_here: bool = True) -> Limits:
 MAX_CPUS = 8192  # what the kernel can be built for
 
 
-@for_pattern(":", "--limit 'robot_*:nofile=256,as=1G,core=0'")
-def parse_limit(text: str, *, most_granted: Callable[[str], int] | None = None) -> Limits:
+def resource_limits(text: str, *, most_granted: Callable[[str], int] | None = None) -> Limits:
     """`NAME=VALUE,...`; VALUE is a number with K, M, G or `unlimited`, or SOFT/HARD.
 
     More than `most_granted` of a name returns is refused.
@@ -271,27 +266,10 @@ def _log_level(part: str) -> tuple[str, tuple[str, str]]:
 _EXAMPLE = "for example: --log-level 'robot_1=debug,*=warn' or 'robot_1:rcl=debug'"
 
 
-def settings_of(path: str) -> list[tuple[str, Any]]:
-    """(field of RunOptions, value) for each setting of a YAML file; UsageError."""
-    from launcher.engine.monitor.budget_parser import names_in, settings_in, text_of
-
-    text = text_of(path)
-    found: list[tuple[str, Any]] = [("budget_files", (path, text))]
-    found += [("file_names", name) for name in names_in(text, path)]
-    for setting in settings_in(text, path):
-        mark = ":" if setting.key == "limit" else "="
-        field, parse = _SETTINGS[setting.key]
-        try:
-            found.append((field, parse(f"{setting.pattern}{mark}{setting.value}")))
-        except UsageError as error:
-            raise setting.place.error(error.message, error.hint) from None
-    return found
-
-
-_SETTINGS: dict[str, tuple[str, Callable[[str], Any]]] = {
-    "restart": ("restart", parse_restart),
-    "stop": ("stop", parse_stop),
-    "nice": ("limits", parse_nice),
-    "cpus": ("limits", parse_cpus),
-    "limit": ("limits", parse_limit),
-}
+parse_restart = for_pattern("=", "--restart robot_2=on-failure,max=5,window=60,backoff=0.5..30")(
+    restart_policy
+)
+parse_stop = for_pattern("=", "--stop 'robot_*=int:2,term:1'")(stop_policy)
+parse_nice = for_pattern("=", "--nice 'robot_*=5'")(niceness)
+parse_cpus = for_pattern("=", "--cpus 'robot_*=0'")(processors)
+parse_limit = for_pattern(":", "--limit 'robot_*:nofile=256,as=1G,core=0'")(resource_limits)

@@ -63,7 +63,7 @@ class HostsDriver(ProcessDriver):
         self._fleet = fleet
         self._remote: dict[int, Process] = {}
         self._replicas: dict[int, Replica] = {}
-        self._queued: dict[int, Command] = {}  # starts that are paced
+        self._queued: dict[int, Command] = {}  # starts that are held back
         self._backlog: Backlog | None = None
         reader.on_pause = fleet.pause
 
@@ -110,9 +110,17 @@ class HostsDriver(ProcessDriver):
         elif command in STARTS:
             replica.wants_start()
             self._queued[process.process_id] = command
-            (self._spawn if self._pacing is None else self._pacing.admit)(process)
+            (self._spawn if self._gate is None else self._gate.admit)(process)
         else:
             host.link.command(process.process_id, command)
+
+    def refuse(self, process: Process, number: int, what: str) -> None:
+        if process.host is None:
+            super().refuse(process, number, what)
+            return
+        replica, command = self._replicas[process.process_id], self._queued.pop(process.process_id)
+        replica.withdraw()
+        self._refuse(process, replica, command, (number, what))
 
     def _refuse(
         self, process: Process, replica: Replica, command: Command, refusal: tuple[int, str]
@@ -127,7 +135,7 @@ class HostsDriver(ProcessDriver):
     def _withdraws(self, process: Process, replica: Replica, command: Command) -> bool:
         """Whether the command stops a process whose start is queued; then it is not started."""
         is_stop = command in (Command.STOP, Command.USER_STOP, Command.SKIP_GRACE)
-        if not is_stop or self._pacing is None or not self._pacing.withdraw(process):
+        if not is_stop or self._gate is None or not self._gate.withdraw(process):
             return False
         replica.withdraw()
         replica.is_held = replica.is_held or command is Command.USER_STOP

@@ -170,7 +170,4 @@ def judge_for(options: RunOptions) -> Judge:
     from launcher.engine.monitor import budget_parser
     from launcher.engine.monitor.budgets import Judge
 
-    budgets = budget_parser.parse_words(options.budgets)
-    for path, text in options.budget_files:
-        budgets += budget_parser.parse_yaml(text, path)
-    return Judge(budgets)
+    return Judge([*budget_parser.parse_words(options.budgets), *options.file_budgets])

@@ -165,6 +165,8 @@ class OutputReader:
                 self._show(process, fd, stream, passed, shown if unchanged else 0)
         policy = process.spec.output
         self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
+        if process.on_lines is not None:
+            process.on_lines(lines)
 
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0

@@ -22,6 +22,7 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.domains import REMOTE_S
@@ -29,6 +30,9 @@ from launcher.ros.discovery.endpoints import NODES_TOPIC, NODES_TYPE, NODES_TYPE
 from launcher.ros.discovery.participant import OWN_READER, Participant, SampleStream, snapshot_of
 from launcher.ros.discovery.ports import multicast_port, occupied_ports
 from launcher.ros.snapshot.graph import GraphSnapshot
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
 _STEADY_S = 0.06  # all samples of one participant arrive within that
@@ -77,7 +81,7 @@ class DiscoveryReader:
         self._number = self._count = 0
         self._is_stopped = False
 
-    def __enter__(self) -> DiscoveryReader:
+    def __enter__(self) -> Self:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
         self._socket.bind(("0.0.0.0" if self._remote else "127.0.0.1", 0))

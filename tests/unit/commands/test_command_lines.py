@@ -142,7 +142,7 @@ def test_options_about_processes_keep_their_order(launched):
     assert nices == [1, 3, 2, None, None]
     assert [pattern for pattern, _ in run_options["stop"]] == ["x"]
     assert [(p, policy.mode) for p, policy in run_options["restart"]] == [ONCE]
-    assert run_options["budget_files"] == (("budgets.yaml", "x: {fds: 9, nice: 3}\n"),)
+    assert [budget.fds for budget in run_options["file_budgets"]] == [9]
     assert run_options["file_names"] == (("x", "budgets.yaml:1"),)
 
 

@@ -14,7 +14,7 @@ from launcher.commands.launch.process_options import (
     parse_stop,
 )
 from launcher.engine.monitor.housekeeping import judge_for
-from launcher.errors import UsageError
+from launcher.errors import LaunchFileError, UsageError
 from launcher.model.options import RunOptions, matches
 from launcher.model.record import replace
 from launcher.model.spec import (
@@ -224,8 +224,8 @@ def test_a_policy_file_equals_the_options(tmp_path):
     limits = ["--nice", "robot_*=5", "--cpus", "robot_1=0", "--limit", "robot_1:nofile=256,core=0"]
     from_words = read([*words, *limits])
     names = (("robot_*", f"{file}:1"), ("robot_1", f"{file}:2"))
-    files = ((str(file), file.read_text()),)
-    assert from_file == replace(from_words, budget_files=files, file_names=names)
+    budgets = tuple(judge_for(read(["--budget", "robot_*:memory=200M"])).budgets)
+    assert from_file == replace(from_words, file_budgets=budgets, file_names=names)
     assert [budget.pattern for budget in judge_for(from_file).budgets] == ["robot_*"]
 
 
@@ -246,6 +246,6 @@ def test_a_file_that_is_a_pipe_is_read_once_and_of_several_each_counts(tmp_path)
 def test_a_mistake_in_the_policy_file_is_reported_with_its_line(tmp_path, line, says):
     file = tmp_path / "budgets.yaml"
     file.write_text(f"robot_*:\n  memory: 1G\n  {line}\n")
-    with pytest.raises(UsageError, match=says) as caught:
-        judge_for(read(["--budgets", str(file)]))
+    with pytest.raises(LaunchFileError, match=says) as caught:
+        read(["--budgets", str(file)])
     assert caught.value.where == f"{file}:3"

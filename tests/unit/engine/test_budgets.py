@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher.engine.monitor.budget_parser import names_in, parse_words, parse_yaml, text_of
+from launcher.engine.monitor.budget_parser import parse_words
 from launcher.engine.monitor.budgets import Budget, BudgetAction, Judge
 from launcher.engine.monitor.resources import Sample
 from launcher.errors import UsageError
@@ -161,57 +159,6 @@ def test_a_wrong_option_value_is_reported_with_the_correct_form(word: str, messa
         parse_words([word])
     assert message in caught.value.message
     assert hint in (caught.value.hint or "")
-
-
-YAML = "# limits\nrobot_*:\n  memory: 200M\n  cpu: 80%\nmonitor:\n  fds: 64\n  action: restart\n"
-
-
-def test_a_budget_file_equals_the_options():
-    assert parse_yaml(YAML, "b.yaml") == parse_words(
-        ["robot_*:memory=200M,cpu=80%", "monitor:fds=64,action=restart"]
-    )
-
-
-def test_the_names_in_a_file_are_known_by_their_lines():
-    assert names_in(YAML, "b.yaml") == [("robot_*", "b.yaml:2"), ("monitor", "b.yaml:5")]
-
-
-def test_an_empty_file_has_no_budgets():
-    assert parse_yaml("# nothing yet\n", "b.yaml") == []
-
-
-@pytest.mark.parametrize(
-    ("text", "rendered"),
-    [
-        ("a:\n  cpu: 1\n  memroy: 2M\n", "b.yaml:3: unknown key 'memroy'"),
-        ("a:\n  cpu: hot\n", "b.yaml:2: invalid value 'hot' for 'cpu'"),
-        ("a:\n  for: 3\n", "b.yaml:1: no limit for 'a'"),
-        ("a:\n  cpu: [1]\n", "b.yaml:2: 'cpu' takes one value"),
-        ("a: 3\n", "b.yaml:1: expected a mapping of limits"),
-        ("- a\n", "b.yaml:1: expected a mapping of patterns"),
-        ("[a]: {cpu: 1}\n", "b.yaml:1: expected a plain word"),
-        ("a:\n  cpu: {1\nb: 2", "b.yaml:3: "),
-        ("a: \x00", "b.yaml: invalid YAML"),
-    ],
-)
-def test_a_mistake_in_a_budget_file_is_reported_with_its_line(text: str, rendered: str):
-    with pytest.raises(UsageError) as caught:
-        parse_yaml(text, "b.yaml")
-    assert caught.value.render().startswith(f"error: {rendered}")
-
-
-def test_a_missing_file_is_reported(tmp_path: Path):
-    with pytest.raises(UsageError, match="cannot read the budgets"):
-        text_of(str(tmp_path / "nope.yaml"))
-
-
-@given(st.text())
-def test_any_file_content_is_read_or_a_clean_error(text: str):
-    try:
-        budgets = parse_yaml(text, "b.yaml")
-    except UsageError:
-        return
-    assert all(isinstance(budget, Budget) for budget in budgets)
 
 
 @given(st.text())

@@ -1,0 +1,1 @@
+"""When processes are ready, and starts that wait for it."""

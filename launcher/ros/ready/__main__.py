@@ -1,0 +1,156 @@
+"""Tells which facts of the ROS graph hold: `python -m launcher.ros.ready`, started by a run.
+
+It reads requests from standard input and writes what it sees, a JSON object a line, and ends with
+its input.
+
+| request | |
+|---|---|
+| `{"watch": N, "fact": {...}, "since_s": S}` | tell each time when what is seen of it changes: |
+| | `{"watch": N, "holds": bool, "text": T}`; when it holds, for the last time |
+| `{"unwatch": N}` | |
+
+It reads discovery messages itself where that is possible (`DiscoveryFollower`), and loads rclpy
+only for facts that need a node, or where discovery is not plain RTPS.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import select
+import signal
+import sys
+from typing import TYPE_CHECKING, Any
+
+from launcher.model.supervision import Fact
+from launcher.ros.discovery.domains import environment_domain, is_plain, localhost_only
+from launcher.ros.discovery.follower import DiscoveryFollower
+from launcher.ros.discovery.reader import UnsupportedDiscovery
+from launcher.ros.ready.facts import Seen, Watched, in_graph
+from launcher.ros.ready.views import View, followed
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.ready.calls import Calls
+    from launcher.ros.ready.views import ObservedView
+
+_GRAPH_S = 0.1  # at most until a change of the graph is noticed
+_CALLS_S = 0.02  # the same, of a message or an answer
+
+
+class Watcher:
+    """Watches facts until its input ends."""
+
+    def __init__(self, stack: contextlib.ExitStack) -> None:
+        self._stack = stack
+        self._partial = b""
+        self._watched: dict[int, Watched] = {}
+        self._told: dict[int, Seen] = {}
+        self._follower: DiscoveryFollower | None = None
+        self._observed: ObservedView | None = None
+        self._calls: Calls | None = None
+        if is_plain():
+            self._open_follower()
+
+    def _open_follower(self) -> None:
+        follower = DiscoveryFollower(environment_domain(), remote=not localhost_only())
+        with contextlib.suppress(OSError):  # no network: then rclpy reads the graph
+            self._follower = self._stack.enter_context(follower)
+
+    def run(self) -> None:
+        while True:
+            period_s = _CALLS_S if self._calls is not None and self._watched else _GRAPH_S
+            sources: list[Any] = [0] if self._follower is None else [0, self._follower]
+            readable, _, _ = select.select(sources, [], [], period_s if self._watched else None)
+            if 0 in readable and not self._read():
+                return
+            if self._watched:
+                self._look()
+
+    # ---- requests
+
+    def _read(self) -> bool:
+        """Take requests; False at the end of the input."""
+        chunk = os.read(0, 65536)
+        *lines, self._partial = (self._partial + chunk).split(b"\n")
+        for line in lines:
+            request = json.loads(line)
+            if "unwatch" in request:
+                self._forget(request["unwatch"])
+            else:
+                fact = Fact(**{**request["fact"], "words": ()})
+                self._watched[request["watch"]] = Watched(fact, request["since_s"])
+        return bool(chunk)
+
+    def _forget(self, number: int) -> None:
+        self._watched.pop(number, None)
+        self._told.pop(number, None)
+        if self._calls is not None:
+            self._calls.forget(number)
+
+    # ---- looking
+
+    def _look(self) -> None:
+        if any(watched.needs_node for watched in self._watched.values()):
+            self._open_calls()
+        view = self._view()
+        if self._calls is not None:
+            self._calls.spin()
+        for number, watched in list(self._watched.items()):
+            seen = in_graph(watched, view)
+            if seen.holds and watched.needs_node:
+                assert self._calls is not None
+                seen = self._calls.look(number, watched, view)
+            self._tell(number, seen)
+
+    def _tell(self, number: int, seen: Seen) -> None:
+        if self._told.get(number) == seen:
+            return
+        self._told[number] = seen
+        if seen.holds:
+            self._forget(number)
+        line = {"watch": number, "holds": seen.holds, "text": seen.text}
+        sys.stdout.write(json.dumps(line) + "\n")
+        sys.stdout.flush()
+
+    def _view(self) -> View:
+        if self._follower is not None:
+            try:
+                self._follower.poll()
+                return followed(self._follower)
+            except UnsupportedDiscovery:
+                self._follower = None
+        if self._observed is None:
+            from launcher.ros.ready.views import ObservedView
+
+            self._observed = ObservedView(self._observer())
+        return self._observed.view()
+
+    def _open_calls(self) -> None:
+        if self._calls is None:
+            from launcher.ros.ready.calls import Calls
+
+            self._calls = Calls(self._observer())
+
+    def _observer(self) -> Observer:
+        """The one node of this process, for the graph and for calls."""
+        if self._calls is not None:
+            return self._calls.observer
+        if self._observed is not None:
+            return self._observed.observer
+        from launcher.ros.discovery.observer import Observer
+
+        return self._stack.enter_context(Observer())
+
+
+def main() -> None:
+    # we end with our input; signals that stop a run are for its other processes
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, signal.SIG_IGN)
+    with contextlib.ExitStack() as stack:
+        Watcher(stack).run()
+
+
+if __name__ == "__main__":
+    main()
