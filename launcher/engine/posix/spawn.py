@@ -224,7 +224,8 @@ class Child:
 
     def read_refusal(self) -> None:
         """Read why exec or a limit failed, empty if not; call it when `status` is readable."""
-        self.refusal = os.read(self.status, READ_BYTES)
+        with contextlib.suppress(ConnectionResetError):  # killed before it was told to begin
+            self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
 

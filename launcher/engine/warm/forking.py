@@ -27,26 +27,33 @@ class Forker:
     def fork(self) -> int:
         """The pid of the new process, which leads a session; 0 in it."""
         theirs, ours = os.pipe()
-        if self._tracing is not None:
-            self._tracing.before_fork()
-        with _quiet():
-            between = os.fork()
-            if between == 0 and os.fork() == 0:
-                os.setsid()
-                os.write(ours, b"%d" % os.getpid())
-                os.close(ours)
-                os.close(theirs)
-                return 0
+        between = self.fork_child()
         if between == 0:
-            os._exit(0)
-        if self._tracing is not None:
-            self._tracing.after_fork_in_parent()
+            with _quiet():
+                is_between = os.fork() != 0
+            if is_between:
+                os._exit(0)
+            os.setsid()
+            os.write(ours, b"%d" % os.getpid())
+            os.close(ours)
+            os.close(theirs)
+            return 0
         os.close(ours)
         os.waitpid(between, 0)
         try:
             return int(os.read(theirs, 32) or -1)
         finally:
             os.close(theirs)
+
+    def fork_child(self) -> int:
+        """As `os.fork`: a child of our own, whose threads can be restored."""
+        if self._tracing is not None:
+            self._tracing.before_fork()
+        with _quiet():
+            pid = os.fork()
+        if pid and self._tracing is not None:
+            self._tracing.after_fork_in_parent()
+        return pid
 
     def restore_threads(self) -> None:
         """To be called in the new process, when it has its descriptors."""

@@ -165,11 +165,13 @@ def _threads_after_fork(library: tracing.Tracing | None) -> int:
     """How many threads a forked process has."""
     theirs, ours = os.pipe()
     forker = Forker(library)
-    if forker.fork() == 0:
+    pid = forker.fork_child()
+    if pid == 0:
         forker.restore_threads()
         os.write(ours, b"%d" % len(_threads()))
         os._exit(0)
     os.close(ours)
+    os.waitpid(pid, 0)
     with open(theirs, "rb") as answer:
         return int(answer.read() or 0)
 

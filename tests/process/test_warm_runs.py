@@ -1,0 +1,232 @@
+"""Warm starts in a real run: which nodes, edited code, and the end of the launcher."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.process.conftest import ControlBench
+from tests.process.test_startup import REPOSITORY
+from tests.support.controlled_run import ControlledRun
+from tests.support.waiting import wait_until
+
+SCRIPT = """#!{python}
+import value
+print("value is", value.VALUE, flush=True)
+import signal
+signal.pause()
+"""
+
+
+def node_script(folder: Path, text: str = SCRIPT) -> Path:
+    script = folder / "node"
+    script.write_text(text.format(python=sys.executable))
+    script.chmod(0o755)
+    (folder / "value.py").write_text("VALUE = 1\n")
+    return script
+
+
+def nodes(script: Path, count: int) -> str:
+    """Actions that start so many nodes of this script; `Bench` has no import of Node."""
+    one = '__import__("launch_ros.actions").actions.Node(executable="{}", output="screen"),'
+    return count * one.format(script)
+
+
+def preparing_of(run: ControlledRun) -> list[psutil.Process]:
+    children = psutil.Process(run.process.pid).children()
+    return [one for one in children if any("warm/preparing" in word for word in one.cmdline())]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "programs"
+    folder.mkdir()
+    return folder
+
+
+def test_many_nodes_wait_for_the_preparation_and_are_warm(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    count = len(os.sched_getaffinity(0)) + 1
+    with control_bench.launch(nodes(script, count)) as run:
+        wait_until(lambda: run.screen.count("value is 1") == count, "all print")
+        rows = run.ask("ps")["processes"]
+        assert [row["start"] for row in rows] == ["warm"] * count
+        assert run.ask("info", "node-1")["processes"][0]["started"] == "warm"
+        assert "  started    warm\n" in run.ask_text("info", "node-1")
+        assert run.ask_text("ps").count("  warm") == count
+        for row in rows:
+            assert psutil.Process(row["pid"]).cmdline()[1] == str(script)
+            assert psutil.Process(row["pid"]).ppid() == run.process.pid
+        run.process.send_signal(signal.SIGINT)
+        run.exit_code()
+        assert "leftover" not in run.screen
+
+
+def test_one_node_is_cold_and_its_restart_prepared(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(nodes(script, 1)) as run:
+        run.wait_for("value is 1")
+        row = run.ask("info", "node-1")["processes"][0]
+        assert row["started"] == "cold, because it would have waited for the preparation"
+        assert not preparing_of(run)
+        run.ask("restart", "node-1")
+        wait_until(lambda: preparing_of(run), "its next start is prepared")
+        wait_until(lambda: run.screen.count("value is 1") == 2, "it runs again")
+        assert run.row("node-1")["start"] == "cold"
+
+        def restarts_warm() -> bool:
+            run.ask("restart", "node-1")
+            return bool(run.row("node-1")["start"] == "warm")
+
+        wait_until(restarts_warm, "it is prepared")
+
+
+def test_cold_and_other_programs_prepare_nothing(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(nodes(script, 4), "--cold") as run:
+        wait_until(lambda: run.screen.count("value is 1") == 4, "all print")
+        assert not preparing_of(run)
+        assert {row["start"] for row in run.ask("ps")["processes"]} == {"cold"}
+        assert run.ask("info", "node-1")["processes"][0]["started"] == "cold"
+    python = f'ExecuteProcess(cmd=["{script}"], output="screen"),'
+    with control_bench.launch(4 * python) as run:
+        wait_until(lambda: run.screen.count("value is 1") == 4, "all print")
+        assert not preparing_of(run)
+
+
+def test_edited_code_is_used_by_the_next_start(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(nodes(script, 1), "--warm") as run:
+        run.wait_for("value is 1")
+        for value in (22, 333, 4444):  # within a second, and of different length
+            (folder / "value.py").write_text(f"VALUE = {value}\n")
+            run.ask("restart", "node-1")
+            run.wait_for(f"value is {value}")
+            assert run.row("node-1")["start"] == "warm"
+        (folder / "value.py").write_text("VALUE = (\n")
+        run.ask("restart", "node-1")
+        run.wait_for("SyntaxError")
+
+
+def test_a_killed_launcher_leaves_nothing(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    run = control_bench.launch(nodes(script, 3), "--warm")
+    with run:
+        wait_until(lambda: run.screen.count("value is 1") == 3, "all print")
+        assert len(preparing_of(run)) == 1
+        run.process.kill()
+        run.exit_code()
+        wait_until(lambda: not control_bench.survivors(), "all have ended")
+
+
+def test_a_launcher_killed_during_the_preparation_leaves_nothing(
+    control_bench: ControlBench, folder
+):
+    script = node_script(folder, "#!{python}\nimport numpy, rclpy\n")
+    run = control_bench.launch(nodes(script, 3), "--warm")
+    with run:
+        wait_until(lambda: preparing_of(run), "it prepares")
+        run.process.kill()
+        run.exit_code()
+        wait_until(lambda: not control_bench.survivors(), "all have ended")
+
+
+def test_ctrl_c_during_the_preparation_ends_the_run_in_order(control_bench: ControlBench, folder):
+    script = node_script(folder, "#!{python}\nimport numpy, rclpy\nprint('began')")
+    with control_bench.launch(nodes(script, 3), "--warm") as run:
+        wait_until(lambda: preparing_of(run), "it prepares")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert "began" not in run.screen
+        assert not control_bench.survivors()
+
+
+def test_nodes_go_on_without_the_process_that_has_made_them(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(nodes(script, 2), "--warm") as run:
+        wait_until(lambda: run.screen.count("value is 1") == 2, "both print")
+        preparing_of(run)[0].kill()
+        run.wait_for("the preparing process failed, nodes are started cold: it was ended by")
+        assert {row["state"] for row in run.ask("ps")["processes"]} == {"RUNNING"}
+        run.ask("stop", "node-1")
+        assert run.row("node-1")["last_exit"]["returncode"] == -signal.SIGINT
+
+
+# ---- packages with effects at their import, in an environment of their own
+
+EFFECTS = {
+    "plain": "VALUE = 1",
+    "starts_threads": "import threading\n"
+    "threading.Thread(target=threading.Event().wait, daemon=True).start()",
+    "writes": "print('hello from an import')",
+    "opens_a_file": "import tempfile\nfile = tempfile.TemporaryFile()",
+    "sets_a_variable": "import os\nos.environ['SET_AT_IMPORT'] = '1'",
+    "handles_a_signal": "import signal\nsignal.signal(signal.SIGUSR1, lambda *a: None)",
+    "fails": "raise RuntimeError('no import of this')",
+    "exits": "raise SystemExit('no way')",
+}
+USER = """
+import os, signal, sys, threading
+import plain, starts_threads, writes, opens_a_file, sets_a_variable, handles_a_signal
+try:
+    import fails
+except RuntimeError:
+    pass
+print("plain", plain.VALUE, "threads", threading.active_count(),
+      "variable", os.environ.get("SET_AT_IMPORT"), "file", opens_a_file.file.fileno() > 2,
+      "handler", callable(signal.getsignal(signal.SIGUSR1)), flush=True)
+signal.pause()
+"""
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> Path:
+    """An environment with these packages; its interpreter."""
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "env"], check=True)
+    (packages,) = (tmp_path / "env").glob("lib/python*/site-packages")
+    for name, text in EFFECTS.items():
+        (packages / f"{name}.py").write_text(text + "\n")
+    return tmp_path / "env/bin/python"
+
+
+def test_packages_with_effects_are_imported_by_the_program_itself(
+    control_bench: ControlBench, environment: Path, folder: Path
+):
+    (folder / "user.py").write_text(USER)
+    action = f'ExecuteProcess(cmd=["{environment}", "{folder}/user.py"], output="screen"),'
+    command = [str(environment), *control_bench.command(2 * action, "--warm")[1:]]
+    control_bench.env["PYTHONPATH"] = str(REPOSITORY)
+    run = ControlledRun(
+        command,
+        env=control_bench.env,
+        runtime=control_bench.runtime,
+        screen=folder / "screen",
+    )
+    expected = "plain 1 threads 2 variable 1 file True handler True"
+    with run:
+        wait_until(lambda: run.screen.count(expected) == 2, f"both print; {run.screen}")
+        assert run.screen.count("hello from an import") == 2
+        assert {row["start"] for row in run.ask("ps")["processes"]} == {"warm"}
+        # A package that has changed is imported again.
+        (plain,) = environment.parents[1].glob("lib/python*/site-packages/plain.py")
+        plain.write_text("VALUE = 2222\n")
+        before = preparing_of(run)[0].pid
+        run.ask("restart", "python-1")
+        run.wait_for("plain 2222")
+        row = run.ask("info", "python-1")["processes"][0]
+        assert row["started"] == f"cold, because '{plain}' has changed since it was prepared"
+
+        def is_prepared_again() -> bool:
+            run.ask("restart", "python-1")
+            return bool(run.row("python-1")["start"] == "warm")
+
+        wait_until(is_prepared_again, "a new preparing process")
+        assert preparing_of(run)[0].pid != before
+        run.process.send_signal(signal.SIGINT)
+        run.exit_code()
