@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import hosts
+from benchmarks import hosts, warm
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.footprint import footprint
@@ -42,6 +42,11 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "topic-stream": topic_stream,
     "first-answers": first_answers,
     "own-types": own_types,
+    "warm-fleet": warm.fleet,
+    "warm-restart": warm.restart,
+    "warm-twenty": warm.twenty,
+    "warm-memory": warm.memory,
+    "warm-none": warm.without_nodes,
     "hosts-first": hosts.first_line,
     "hosts-delay": hosts.delay,
     "hosts-flood": hosts.flood,
@@ -50,7 +55,10 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "hosts-scale": hosts.scale,
     "hosts-units": hosts.units,
 }
-GROUPS = {"hosts": [name for name in BENCHMARKS if name.startswith("hosts-")]}
+GROUPS = {
+    group: [name for name in BENCHMARKS if name.startswith(f"{group}-")]
+    for group in ("hosts", "warm")
+}
 HEAD = ("what", "measured", "limit", "", "details")
 
 

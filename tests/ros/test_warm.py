@@ -59,7 +59,7 @@ else:
         node.destroy_node()
 """
 NAMES = ("careful", "threads", "plain")
-# (node, signal) -> how its end is told (CONFORMANCE 4.7)
+# (node, signal) -> how its end is told, as of every rclpy node
 ENDS = {
     ("careful", signal.SIGINT): "finished cleanly",
     ("careful", signal.SIGTERM): "finished cleanly",
