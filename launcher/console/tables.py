@@ -14,6 +14,7 @@ from rich.text import Text
 
 from launcher.console.format import cpu, duration, end_cut, is_in_trouble, memory, middle_cut
 from launcher.control.format import concern, filters, folder, log_file, readiness, variables
+from launcher.text import count
 
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
@@ -76,6 +77,8 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
     yield "shown", filters(one) or "all"
+    if one.get("watched_files"):
+        yield "watched", count(one["watched_files"], "file")
     yield "log", log_file(one)
     yield "environment", variables(one) or "unchanged"
 

@@ -178,6 +178,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "threads": _or_dash(row["threads"]),
         "open files": _or_dash(row["fds"]),
         "shown": filters(row) or "everything",
+        **({"watched": count(row["watched_files"], "file")} if row.get("watched_files") else {}),
         "log": log_file(row),
     }
     lines = [row["name"], *(f"  {name:<11}{value}" for name, value in facts.items())]

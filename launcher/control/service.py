@@ -234,6 +234,11 @@ class Service:
             at_once = is_signal and process.machine.state is ProcessState.STOPPING
             exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
 
+    def _do_watch(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control import watches
+
+        watches.serve(self._control, call, exchange, self._chosen)
+
     def _do_reload(self, call: Call, exchange: Exchange) -> None:
         from launcher.control import reloads
 

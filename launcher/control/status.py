@@ -90,6 +90,7 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
     """
     spec, ros, logs = process.spec, process.spec.ros, control.log_dir
     is_known = process.host is None or bool(spec.env)
+    watched = control.watched_files(process)
     started = spec if process.debugger is None else process.debugger.spec
     return {
         **row(control, process),
@@ -104,6 +105,7 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "environment_unset": sorted(base.keys() - spec.env.keys()) if is_known else [],
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
+        "watched_files": None if watched is None else len(watched),
         "log_file": None if logs is None else f"{logs}/{spec.name}.log",
     }
 

@@ -107,6 +107,7 @@ PERIOD = option(
     kind="seconds",
 )
 DRY_RUN = option("--dry-run", "only show what would be done")
+STATE = option("STATE", "on or off")
 NEW = option("--new", "only events from now on", name="history", value=False)
 NATIVE = option("--native", "with the calls of C and C++ code between them")
 LOCALS = option("--locals", "with the local variables of each call")
@@ -147,6 +148,11 @@ VERBS = (
         "evaluate the launch file again: start what is new, stop what is gone, restart what has "
         "changed",
         (DRY_RUN,),
+    ),
+    Verb(
+        "watch [on|off] [NAME ...]",
+        "restart processes when their files change; without on and off, show what is watched",
+        (STATE,),
     ),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),

@@ -70,6 +70,9 @@ if TYPE_CHECKING:
         def launch_files(self) -> list[str]: ...
 
 
+_NO_TIMER = -1
+
+
 class CoreDriver:
     """One for a run. `agent_env` is the environment of the ROS agent, if one is needed."""
 
@@ -129,6 +132,17 @@ class CoreDriver:
         self._carry_out(effects)
         self._busy = False
         self._pump()
+
+    def nudge(self) -> None:
+        """Nothing may be left to do: let the core find out."""
+        self.feed(events.TimerFired(_NO_TIMER))
+        self._run.idle()
+
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        """Do not end for want of processes while this is true."""
+        self.stays = condition
+        if hasattr(self._core, "stay_while"):
+            self._core.stay_while(condition)
 
     def forget(self) -> None:
         """Another launch file has the run: drop the timers and events of the earlier one."""

@@ -20,7 +20,6 @@ from launcher.model.events import (
     Effect,
     LoadComponent,
     StartProcess,
-    TimerFired,
 )
 from launcher.model.record import Record, replace
 from launcher.model.reload import Kept, Known, Reload
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
 
 # What is about processes that may only be started when those that are gone have ended.
 _OF_PROCESSES = (StartProcess, LoadComponent, ChangeState)
-_NO_TIMER = -1
 
 
 class Change(enum.Enum):
@@ -128,6 +126,7 @@ class Reloader:
         processes: Mapping[int, Process],
         adapt: Callable[[ProcessSpec], ProcessSpec],
         has_hosts: bool,
+        is_script: Callable[[], bool],
     ) -> None:
         self._reactor = reactor
         self._core = core
@@ -138,6 +137,7 @@ class Reloader:
         self._processes = processes
         self._adapt = adapt
         self._has_hosts = has_hosts
+        self._is_script = is_script
         self.is_busy = False
 
     @property
@@ -145,6 +145,8 @@ class Reloader:
         """LauncherError if this run has no launch file that can be evaluated again."""
         if self._has_hosts:
             raise LauncherError("a run with processes on other hosts cannot be reloaded")
+        if self._is_script():
+            raise LauncherError("a script with a LaunchService cannot be reloaded")
         core: ReloadableCore = self._core  # type: ignore[assignment]
         if not hasattr(core, "evaluate_again"):
             raise LauncherError("a run without a launch file of its own cannot be reloaded")
@@ -230,9 +232,7 @@ class Reloader:
 
     def _finish(self, entries: Sequence[Entry], results: Mapping[str, Result], done: Done) -> None:
         self.is_busy = False
-        # Nothing may be left to do.
-        self._core_driver.feed(TimerFired(_NO_TIMER))
-        self._shutdown.idle()
+        self._core_driver.nudge()
         done([replace(one, result=results.get(one.name)) for one in entries])
 
     def _evaluate(self) -> Evaluation:

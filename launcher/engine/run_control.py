@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from launcher.engine.ready.gate import ReadyGate
     from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
+    from launcher.engine.watching import Watching
     from launcher.model.spec import ProcessSpec
 
 
@@ -52,7 +53,8 @@ class Detached(Record):
 class RunControl:
     """One per run; `on_process` is called with each process that is started for the first time.
 
-    `keep` is called with the pid of a helper process that outlives a killed launcher. `has_hosts`:
+    `keep` is called with the pid of a helper process that outlives a killed launcher. `env` is that
+    of the helper that watches files. `is_script`: a script with a LaunchService runs. `has_hosts`:
     there is a hosts file; `ready`: there are rules about the order of starts.
     """
 
@@ -66,6 +68,8 @@ class RunControl:
         core_driver: CoreDriver,
         *,
         adapt: Callable[[ProcessSpec], ProcessSpec],
+        env: Mapping[str, str],
+        is_script: Callable[[], bool],
         processes: Mapping[int, Process],
         housekeeper: Housekeeper,
         log_dir: str | None,
@@ -90,6 +94,8 @@ class RunControl:
         self._shutdown = shutdown
         self._core_driver = core_driver
         self._adapt = adapt
+        self._env = env
+        self._is_script = is_script
         self._processes = processes
 
     @functools.cached_property
@@ -119,7 +125,43 @@ class RunControl:
             processes=self._processes,
             adapt=self._adapt,
             has_hosts=self.has_hosts,
+            is_script=self._is_script,
         )
+
+    @functools.cached_property
+    def watching(self) -> Watching:
+        """Imported with the first request: most runs have none."""
+        from launcher.engine.watching import Watching
+
+        return Watching(
+            self.reactor,
+            self.process_control,
+            self.reloader,
+            self.log,
+            processes=lambda: self.processes,
+            env=self._env,
+            is_stopping=lambda: self._shutdown.has_begun,
+            stay=self._stay_while,
+            nudge=self._core_driver.nudge,
+        )
+
+    def _stay_while(self, condition: Callable[[], bool]) -> None:
+        if not self._is_script():  # that decides itself when it ends
+            self._core_driver.stay_while(condition)
+
+    def watched_files(self, process: Process) -> list[str] | None:
+        """None if they are not watched."""
+        return self.watching.files(process) if "watching" in vars(self) else None
+
+    def started(self, process: Process) -> None:
+        if "watching" in vars(self):
+            self.watching.started(process)
+
+    def changed(self) -> None:
+        """The state of a process has."""
+        self.process_control.changed()
+        if "watching" in vars(self):
+            self.watching.changed()
 
     def sample_of(self, process: Process) -> Sample | None:
         """Its last sample; None if there is none yet, or if it is not running."""
@@ -140,6 +182,8 @@ class RunControl:
             self.logger_levels.close()
         if "stacks" in vars(self):
             self.stacks.close()
+        if "watching" in vars(self):
+            self.watching.close()
 
     def adopt(self, process: Process) -> None:
         self.filters.adopt(process)

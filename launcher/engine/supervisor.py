@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
+WATCH_DELAY_S = 0.05  # the first processes are started before
 
 
 class Supervisor:
@@ -199,6 +200,8 @@ class Supervisor:
                 self._core,
                 self._core_driver,
                 adapt=self._adapt,
+                env=self._env,
+                is_script=lambda: self.is_script,
                 processes=self._processes,
                 housekeeper=self._housekeeper,
                 log_dir=self._directory.path,
@@ -288,7 +291,13 @@ class Supervisor:
         ):
             self._reactor.when_idle(what)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
+        if self._options.watch:
+            self._reactor.call_later(WATCH_DELAY_S, self._watch)
         self.on_begun()
+
+    def _watch(self) -> None:
+        if not self._shutdown.has_begun:
+            self.control.watching.turn(None, on=True)
 
     def _clean_up(self, *, is_orderly: bool) -> None:
         for process in self._processes.values():
@@ -437,6 +446,8 @@ class Supervisor:
         if self._ready is not None:
             self._ready.started(process)
         self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
+        if self._control is not None:
+            self._control.started(process)
         self._notify_control()
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
@@ -472,7 +483,7 @@ class Supervisor:
 
     def _notify_control(self) -> None:
         if self._control is not None:
-            self._control.process_control.changed()
+            self._control.changed()
 
     def over_budget(self, process: Process, verdict: Verdict) -> None:
         from launcher.engine.monitor.housekeeping import enforce

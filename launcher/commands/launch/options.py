@@ -148,6 +148,11 @@ RUN_OPTIONS = (
     ),
     option("--cold", "start no process warm", name="warm", value=False),
     option(
+        "--watch",
+        "restart processes when their source or parameter files change, and reload the launch file "
+        "when that does",
+    ),
+    option(
         "--ros",
         "start a node /launcher that publishes /diagnostics and offers services to start, "
         "stop and restart processes, for rqt and Foxglove",
@@ -189,6 +194,10 @@ def given_options(parsed: Parsed) -> RunOptions:
 def run_options(parsed: Parsed) -> RunOptions:
     """The options about the run; UsageError."""
     options = given_options(parsed)
+    if options.watch:
+        from launcher.engine.helpers.watch_package import check_installed
+
+        check_installed()
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
     if options.prefix and options.hosts is None:

@@ -28,6 +28,7 @@ WORDS = {
     "detach": "",
     "quit": "",
     "reload": "--dry-run",
+    "watch": "on a",
 } | dict.fromkeys(
     ("stop", "start", "restart", "pause", "resume", "mute", "unmute", "solo", "info"), "a"
 )

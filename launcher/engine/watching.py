@@ -1,0 +1,273 @@
+"""Restarts processes whose files have changed, and reloads a launch file that has."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from launcher.engine.helpers.file_watcher import FileWatcher
+from launcher.engine.helpers.watch_package import check_installed
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import ProcessState
+from launcher.engine.posix.reactor import Reactor
+from launcher.engine.process import Process
+from launcher.engine.process_control import ProcessControl, Result
+from launcher.engine.reload import Change, Entry, Reloader, restart_changed
+from launcher.errors import LauncherError
+from launcher.model.ros_arguments import PARAMETER_FILE, ros_options
+from launcher.model.spec import ProcessSpec
+from launcher.text import count
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+_ENVIRONMENT = ("PATH", "PYTHONPATH")  # what decides which files a program loads
+_NAMED = 3  # files in a message
+# The kernel stamps files with the time of its last tick, and a start is reported after it.
+_EARLIER_NS = 20_000_000
+
+
+class Watching:
+    """One per run; it is off until it is turned on.
+
+    `stay` keeps the run from ending for want of processes while its argument is true; `nudge` lets
+    it end if nothing is left to do. `launch_files` are what the launch file has read, if that is
+    watched.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        control: ProcessControl,
+        reloader: Reloader,
+        log: RunLog,
+        *,
+        processes: Callable[[], Sequence[Process]],
+        env: Mapping[str, str],
+        is_stopping: Callable[[], bool],
+        stay: Callable[[Callable[[], bool]], None],
+        nudge: Callable[[], None],
+    ) -> None:
+        self._reactor = reactor
+        self._control = control
+        self._reloader = reloader
+        self._log = log
+        self._processes = processes
+        self._env = env
+        self._is_stopping = is_stopping
+        self._nudge = nudge
+        self._stay = stay
+        self._watcher: FileWatcher | None = None
+        self._is_general = False  # for every process, and the launch file
+        self._chosen: dict[int, bool] = {}  # of a process, other than in general
+        self._files: dict[str, list[str]] = {}
+        self._loads_again = False
+        self._has_said_idle = False
+        self.launch_files: list[str] = []
+
+    # ---- on and off
+
+    @property
+    def is_on(self) -> bool:
+        return self._is_general or any(self._chosen.values())
+
+    def watches(self, process: Process) -> bool:
+        return process.host is None and self._chosen.get(process.process_id, self._is_general)
+
+    def files(self, process: Process) -> list[str] | None:
+        """What is watched for it; None if it is not, or not known yet."""
+        return self._files.get(process.name) if self.watches(process) else None
+
+    def turn(self, processes: Sequence[Process] | None, *, on: bool) -> None:
+        """Watch these, or not; None: all, and the launch file. UsageError without watchfiles."""
+        if on:
+            check_installed()
+        if processes is None:
+            self._is_general = on
+            self._chosen.clear()
+        else:
+            self._chosen.update({one.process_id: on for one in processes})
+        if not self.is_on:
+            self.close()
+            self._nudge()  # the run may have gone on only for this
+        elif self._watcher is None:
+            self._stay(lambda: self.is_on and not self._is_stopping())
+            self._watcher = FileWatcher(
+                self._reactor,
+                self._env,
+                self._log.warn,
+                on_start=self._tell_all,
+                on_message=self._told,
+            )
+            self._watcher.start()
+        else:
+            self._tell_all()
+
+    def close(self) -> None:
+        if self._watcher is not None:
+            self._watcher.close()
+            self._watcher = None
+        self._files.clear()
+        self.launch_files = []
+
+    # ---- what the watcher is told
+
+    def _tell_all(self) -> None:
+        for process in self._processes():
+            if self.watches(process):
+                self._tell(process)
+            elif self._files.pop(process.name, None) is not None:
+                self._send({"forget": process.name})
+        self._tell_launch(self._reactor.now())
+
+    def _send(self, message: Mapping[str, object]) -> None:
+        if self._watcher is not None:
+            self._watcher.send(message)
+
+    def started(self, process: Process) -> None:
+        self._has_said_idle = False
+        if self.watches(process):
+            self._tell(process)
+
+    def _tell(self, process: Process) -> None:
+        spec, began_s = process.spec, process.machine.running_since
+        self._send(
+            {
+                "process": process.name,
+                "argv": spec.argv,
+                "env": {name: spec.env[name] for name in _ENVIRONMENT if name in spec.env},
+                "cwd": spec.cwd,
+                "parameters": _parameter_files(spec),
+                "started_ns": self._wall_ns(began_s if began_s else self._reactor.now()),
+            }
+        )
+
+    def _wall_ns(self, when_s: float) -> int:
+        return time.time_ns() - int((self._reactor.now() - when_s) * 1e9) - _EARLIER_NS
+
+    def _tell_launch(self, evaluated_s: float) -> None:
+        if not self._is_general:
+            self.launch_files = []
+            self._send({"forget": ""})
+            return
+        try:
+            self.launch_files = self._reloader.core.launch_files()
+        except LauncherError:
+            return  # it cannot be reloaded
+        self._send({"launch": self.launch_files, "started_ns": self._wall_ns(evaluated_s)})
+
+    # ---- what it tells
+
+    def _told(self, message: Mapping[str, Any]) -> None:
+        match message:
+            case {"files": name, "paths": paths}:
+                self._files[name] = paths
+            case {"changed": paths, "processes": processes, "launch": has_launch}:
+                self._changed(paths, processes, has_launch=has_launch)
+            case {"broken": text, "processes": names}:
+                self._log.log("ERROR", "launch", f"{text}\n{_run_on(names)}")
+            case {"deleted": path, "processes": names}:
+                text = f"{os.path.basename(path)} was deleted: {_run_on(names)}"
+                self._log.log("WARNING", "launch", text)
+            case {"warning": text}:
+                self._log.warn(text)
+
+    def _changed(
+        self, paths: Sequence[str], changed: Mapping[str, int], *, has_launch: bool
+    ) -> None:
+        if self._is_stopping():
+            return
+        chosen = [one for one in self._processes() if self._is_due(one, changed.get(one.name))]
+        names = [one.name for one in chosen]
+        self._log.note("files changed", None, None, files=list(paths), restarts=names)
+        if names or has_launch:
+            what = [*names, *(["the launch file"] if has_launch and not names else [])]
+            verb = "restart" if len(names) > 1 else "restarts" if names else "is reloaded"
+            if has_launch and names:
+                verb += ", and the launch file is reloaded"
+            self._log.log("INFO", "launch", f"{_named(paths)} changed: {', '.join(what)} {verb}")
+        if has_launch:
+            self._reload()
+        for process in chosen:
+            if not process.is_gone and not process.is_replaced:
+                restart_changed(self._control, process, _ignore)
+
+    def _is_due(self, process: Process, changed_ns: int | None) -> bool:
+        """Whether it has loaded what was there before, and no user has stopped it."""
+        machine = process.machine
+        if changed_ns is None or not self.watches(process):
+            return False
+        if machine.state in (ProcessState.STOPPED, ProcessState.STOPPING, ProcessState.STARTING):
+            return machine.state is ProcessState.STARTING and process.child is not None
+        return machine.running_since == 0.0 or changed_ns > self._wall_ns(machine.running_since)
+
+    def _reload(self) -> None:
+        if self._reloader.is_busy:
+            self._loads_again = True
+            return
+        began_s = self._reactor.now()
+        try:
+            self._reloader.reload(self._reloaded)
+        except LauncherError as error:
+            text = f"{error.render()}\nthe launch file was not reloaded: everything runs on"
+            self._log.log("ERROR", "launch", text)
+        else:
+            self._tell_launch(began_s)
+
+    def _reloaded(self, entries: Sequence[Entry]) -> None:
+        self._log.log("INFO", "launch", _summary(entries))
+        for one in entries:
+            if one.change is Change.GONE and self._files.pop(one.name, None) is not None:
+                self._send({"forget": one.name})
+        if self._loads_again:
+            self._loads_again = False
+            self._reload()
+
+    # ---- the run
+
+    def changed(self) -> None:
+        """Something may have ended: say why the run goes on if it was the last process."""
+        processes = self._processes()
+        if not self.is_on or self._has_said_idle or self._is_stopping():
+            return
+        if processes and not any(one.machine.is_pending or one.is_replaced for one in processes):
+            self._has_said_idle = True
+            text = "no process runs; waiting for changes of files (Ctrl-C ends the run)"
+            self._log.log("INFO", "launch", text)
+
+
+def _ignore(result: Result) -> None:
+    """The log has what happened."""
+
+
+def _parameter_files(spec: ProcessSpec) -> list[str]:
+    """Those of the user; the launcher's own are made anew with each evaluation."""
+    sources = () if spec.ros is None else spec.ros.parameters
+    generated = {one.file for one in sources if one.generated is not None}
+    given = [path for option, path in ros_options(spec.argv) if option is PARAMETER_FILE]
+    return [path for path in given if path not in generated]
+
+
+def _run_on(names: Iterable[str]) -> str:
+    listed = list(names)
+    if len(listed) == 1:
+        return f"{listed[0]} runs on with what it has loaded"
+    return f"{', '.join(listed)} run on with what they have loaded"
+
+
+def _named(paths: Sequence[str]) -> str:
+    names = list(dict.fromkeys(os.path.basename(path) for path in paths))
+    if len(names) <= _NAMED:
+        return ", ".join(names)
+    return f"{names[0]} and {count(len(names) - 1, 'more file')}"
+
+
+def _summary(entries: Sequence[Entry]) -> str:
+    parts = [
+        f"{change.value}: {', '.join(one.name for one in entries if one.change is change)}"
+        for change in (Change.NEW, Change.GONE, Change.CHANGED)
+        if any(one.change is change for one in entries)
+    ]
+    return f"the launch file was reloaded: {'; '.join(parts) or 'all processes are the same'}"
