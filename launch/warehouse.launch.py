@@ -69,8 +69,8 @@ def nodes(context):
         **common,
         "dispatch_rate_hz": rate_hz,
         "assign_when_idle": True,
-        # a robot that is just being connected gets what was assigned 2 s before
-        "task_history_depth": max(5, min(round(2.0 * rate_hz), MAX_DEPTH)),
+        # a robot that is just being connected gets what was assigned in the last 5 s
+        "task_history_depth": max(5, min(round(5.0 * rate_hz), MAX_DEPTH)),
     }
     monitor = {
         **common,

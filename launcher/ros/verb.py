@@ -33,7 +33,8 @@ DOMAIN_OPTIONS = (
     option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)"),
     option(
         "--spin-time S",
-        "longest wait until the graph is complete and quiet (default: 3.5)",
+        "longest wait until the graph is complete and quiet (default: 3.5; 10 with a discovery "
+        "server)",
         seconds,
     ),
     option("--json", "print JSON"),
@@ -113,9 +114,9 @@ def domain_option(options: Parsed) -> int:
 
 
 def spin_time_s(options: Parsed) -> float:
-    from launcher.ros.discovery.domains import SPIN_TIME_S
+    from launcher.ros.discovery.domains import usual_spin_time_s
 
-    return SPIN_TIME_S if options.spin_time is None else float(options.spin_time)
+    return usual_spin_time_s() if options.spin_time is None else float(options.spin_time)
 
 
 def graph_snapshot(options: Parsed) -> GraphSnapshot:

@@ -7,8 +7,11 @@ import re
 import signal
 from collections.abc import Callable
 
+import pytest
+
 from tests.e2e.conftest import MARK, World
 from tests.support.terminal import Terminal, marked_processes
+from tests.support.verbs import eventually, launcher
 
 EIGHT = [f"robot_{number:03}" for number in range(1, 9)]
 
@@ -57,5 +60,38 @@ def test_eight_robots_work_and_a_killed_one_is_named_and_left_out(world: World):
     assert "to robot_003" not in later and "to robot_004" in later
     terminal.ctrl_c()
     assert terminal.exit_code() == 130, terminal.text  # one had died
+    assert "Traceback" not in terminal.text
+    assert world.survivors() == []
+
+
+@pytest.mark.thorough
+def test_forty_robots_work_through_a_discovery_server_and_the_next_dispatcher_goes_on(
+    world: World,
+):
+    world.env["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SUBNET"
+    terminal = world.launcher(
+        "warehouse", "robots:=40", "task_period:=10", "output:=own_log", "--discovery", "server"
+    )
+
+    def all_work(report: str) -> bool:
+        fewest = re.search(r"fewest tasks: (\d+)", report)
+        return " 0 not started" in report and fewest is not None and int(fewest[1]) >= 1
+
+    wait_for_a_report(terminal, all_work)
+    assert "find each other" not in terminal.text
+    # Verbs in other shells have the server from the run.
+    eventually(lambda: launcher(world.env, "node", "list"), lambda answer: len(answer.lines) == 42)
+    eventually(
+        lambda: launcher(world.env, "topic", "info", "/fleet/tasks"),
+        lambda answer: "Subscription count: 40" in answer.out,
+    )
+
+    assert launcher(world.env, "restart", "dispatcher").code == 0
+    started = len(terminal.text)
+    terminal.wait_for("; 40 of 40 robots report")
+    account = terminal.text[started:].rpartition("Dispatched ")[2]
+    assert int(account.split()[0]) > 0
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, terminal.text
     assert "Traceback" not in terminal.text
     assert world.survivors() == []

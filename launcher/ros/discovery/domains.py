@@ -11,6 +11,7 @@ from launcher.errors import UsageError
 from launcher.ros.discovery.ports import MAX_DOMAIN, participants_by_domain
 
 SPIN_TIME_S = 3.5  # one period of Fast DDS's announcements, and time for the answers
+SPIN_TIME_WITH_SERVER_S = 10.0  # a server tells of a hundred nodes in rounds that take seconds
 REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot be counted
 
 # Settings with which discovery is not plain RTPS on UDP with the ports of the standard.
@@ -94,6 +95,11 @@ def least_wait_s(environment: Mapping[str, str] = os.environ) -> float:
     if localhost_only(environment):
         return 0.0
     return SPIN_TIME_S if environment.get("ROS_STATIC_PEERS") else REMOTE_S
+
+
+def usual_spin_time_s(environment: Mapping[str, str] = os.environ) -> float:
+    """How long a graph may take to be complete."""
+    return SPIN_TIME_WITH_SERVER_S if environment.get("ROS_DISCOVERY_SERVER") else SPIN_TIME_S
 
 
 def see_whole_graph(environment: MutableMapping[str, str] = os.environ) -> None:

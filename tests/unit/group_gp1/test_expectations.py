@@ -15,8 +15,9 @@ ROOT = Path(__file__).resolve().parents[3]
 FILES = sorted((ROOT / "launch").glob("*.expect.yaml"))
 
 
-def test_there_is_a_normal_run_and_a_stall():
-    assert [path.name for path in FILES] == ["stall.expect.yaml", "system.expect.yaml"]
+def test_there_is_a_normal_run_a_stall_and_a_warehouse():
+    names = ["stall.expect.yaml", "system.expect.yaml", "warehouse.expect.yaml"]
+    assert [path.name for path in FILES] == names
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
