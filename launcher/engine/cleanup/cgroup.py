@@ -1,23 +1,26 @@
 """The control group of a run: whatever a process does, its children stay in it.
 
-Made by the watchdog, which has no site-packages: import only the standard library and
-`launcher.proc`. Version 2 is preferred, since the kernel kills a whole group of it at once.
+Made by the watchdog: its rules for imports apply. Version 2 is preferred, since the kernel kills a
+whole group of it at once.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import re
-import signal
 import time
-from collections.abc import Collection, Iterator
 
 from launcher import proc
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import signal
+    from collections.abc import Collection, Iterator
+else:
+    import _signal as signal  # see `watchdog`
+
 # Of version 1: the hierarchy must only exist, no controller is needed.
 _V1 = ("name=systemd", "pids", "freezer", "cpuacct")
-_NAME = re.compile(r"launcher-([0-9]+-[0-9a-f]+)")
+_NAME = r"launcher-([0-9]+-[0-9a-f]+)"
 PAUSE_S = 0.005
 TIMEOUT_S = 5.0  # a process in uninterruptible sleep cannot be killed
 
@@ -41,8 +44,11 @@ class Cgroup:
         """Its processes, those of groups in it, too; 0 for one of another pid namespace."""
         found: list[int] = []
         for folder, _, _ in os.walk(self.path):
-            with contextlib.suppress(OSError), open(f"{folder}/cgroup.procs", "rb") as file:
-                found += [int(line) for line in file]
+            try:
+                with open(f"{folder}/cgroup.procs", "rb") as file:
+                    found += [int(line) for line in file]
+            except OSError:
+                continue  # it has just been removed
         return found
 
     def age_s(self) -> float:
@@ -66,8 +72,10 @@ class Cgroup:
                 return
             # After `cgroup.kill` they are exiting already.
             for pid in pids:
-                with contextlib.suppress(OSError):
+                try:
                     os.kill(pid, signal.SIGKILL)
+                except OSError:
+                    continue
             time.sleep(PAUSE_S)
 
     def remove(self, timeout_s: float = 0.0) -> bool:
@@ -78,8 +86,10 @@ class Cgroup:
         deadline = time.monotonic() + timeout_s
         while True:
             for folder, _, _ in os.walk(self.path, topdown=False):
-                with contextlib.suppress(OSError):
+                try:
                     os.rmdir(folder)
+                except OSError:
+                    continue
             is_removed = not os.path.isdir(self.path)
             if is_removed or time.monotonic() >= deadline:
                 return is_removed
@@ -112,10 +122,12 @@ def make(run_id: str, launcher: int, kind: str = "") -> Cgroup | None:
 
 def groups() -> Iterator[tuple[str, Cgroup]]:
     """(run id, group) of every run on this machine that we can see."""
+    import re  # not for the watchdog, whose memory it would double
+
     for folder in sorted({mount for _, _, mount in _mounts()}):
         for parent, names, _ in os.walk(folder):
             for name in names:
-                match = _NAME.fullmatch(name)
+                match = re.fullmatch(_NAME, name)
                 if match is not None:
                     yield match[1], Cgroup(f"{parent}/{name}")
 
@@ -159,6 +171,10 @@ def _lines(name: str) -> list[str]:
 
 
 def _unescape(path: str) -> str:
+    if "\\" not in path:
+        return path  # nearly always
+    import re
+
     return re.sub(r"\\([0-7]{3})", lambda match: chr(int(match[1], 8)), path)
 
 

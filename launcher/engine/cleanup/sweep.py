@@ -3,18 +3,22 @@
 Process groups miss a daemon that made a session of its own; the environment is inherited by
 everything. A process that clears its environment *and* leaves its session is found only among
 `kin`: pid -> start of processes that are known to belong to the run.
-The watchdog uses this without site-packages: import only the standard library and `launcher.proc`.
+The watchdog uses this: its rules for imports apply.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import signal
-from collections.abc import Mapping
 
 from launcher import proc
 from launcher.engine.cleanup import RUN_ID_VARIABLE
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import signal
+    from collections.abc import Mapping
+else:
+    import _signal as signal  # see `watchdog`
 
 NEWEST_ROUNDS = 200  # about 20 ms
 NEWEST = 4  # processes per round
@@ -98,8 +102,9 @@ def _signal(pid: int, signum: int, run_id: str, kin: Mapping[int, int] = _NONE) 
         return
     try:
         if _has_run_id(pid, run_id) or _is_kin(pid, kin):
-            with contextlib.suppress(OSError):
-                signal.pidfd_send_signal(pidfd, signum)
+            signal.pidfd_send_signal(pidfd, signum)
+    except OSError:
+        return
     finally:
         os.close(pidfd)
 

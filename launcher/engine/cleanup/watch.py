@@ -1,16 +1,21 @@
 """What the watchdog knows of its run, and how it ends it.
 
-The watchdog has no site-packages: import only the standard library and `launcher.proc`.
+The rules of the watchdog for imports apply.
 """
 
 from __future__ import annotations
 
 import os
-import signal
 import time
 
 from launcher import proc
 from launcher.engine.cleanup import cgroup, sweep
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import signal
+else:
+    import _signal as signal  # see `watchdog`
 
 CLEAN_SCANS = 3  # a process that was forking during one scan shows in the next
 MOST_SCANS = 200  # of processes that fork in a loop while they are moved or suspended
