@@ -167,6 +167,7 @@ class OutputReader:
         self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
         if process.on_lines is not None:
             process.on_lines(lines)
+        self._screen.push()
 
     def _show(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0

@@ -17,12 +17,15 @@ if TYPE_CHECKING:
     from launcher.engine.output.line_format import LineFormat
     from launcher.model.spec import ProcessSpec
 
+    Bytes = bytes | memoryview
+
 HIGH_WATER = 1024 * 1024  # queued bytes above which children are not read
 # The same for a terminal: what is queued is shown before the answer to a key, and after a `mute`.
 TERMINAL_HIGH_WATER = 128 * 1024
 COLLECT_S = 0.02  # for so long, lines may be collected and written together
 # Errors of a full disk, which do not end the run. Any other error means that nobody reads.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+TOGETHER_BYTES = 16 * 1024  # a terminal takes half as much, and most lines are far shorter
 LOW_PART = 4  # the children are read again when the queue is below 1/4 of that
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
@@ -69,7 +72,7 @@ class StdoutWriter:
         self._sound = for_terminal if self.is_tty else for_screen
         self.closed = False
         self.dropped_bytes = 0
-        self._waiting: deque[bytes] = deque()
+        self._waiting: deque[Bytes] = deque()
         self._waiting_bytes = 0
         self._pressed = False
         self._collected: list[bytes] | None = None
@@ -257,33 +260,52 @@ class StdoutWriter:
             return
         if self.closed:
             return
-        if not self._waiting:
-            block = self._try(block)
-            if not block:
+        if self._waiting:
+            self._waiting.append(block)
+            self._waiting_bytes += len(block)
+            self.push()
+        else:
+            rest = self._try(block)
+            if not rest or self.closed:
                 return
-            if not self.closed:
-                self._reactor.add_writer(self.fd, self.flush)
-        if self.closed:
-            return
-        self._waiting.append(block)
-        self._waiting_bytes += len(block)
+            self._reactor.add_writer(self.fd, self.flush)
+            self._waiting.append(rest)
+            self._waiting_bytes += len(rest)
         if self._waiting_bytes > self._high_water:
             self._press()
 
-    def flush(self) -> None:
-        """Write of the queue what the output takes now."""
+    def push(self) -> None:
+        """Write of the queue what the output takes now.
+
+        A terminal takes a few KB: it would have nothing to do while much more is being read.
+        """
         while self._waiting:
-            block = self._waiting.popleft()
+            block = self._take_block()
             rest = self._try(block)
             self._waiting_bytes -= len(block) - len(rest)
             if rest:
                 self._waiting.appendleft(rest)
                 break
+
+    def flush(self) -> None:
+        """The same when the output can be written to, and what an empty queue allows."""
+        self.push()
         if not self._waiting:
             self._reactor.remove(self.fd)
             self._divert_now()
         if self._waiting_bytes < self._high_water // LOW_PART and self._next_fd is None:
             self._release()
+
+    def _take_block(self) -> Bytes:
+        """The next block of the queue, together with those after it if they are short."""
+        block = self._waiting.popleft()
+        if len(block) >= TOGETHER_BYTES or not self._waiting:
+            return block
+        parts, size = [block], len(block)
+        while self._waiting and size < TOGETHER_BYTES:
+            parts.append(self._waiting.popleft())
+            size += len(parts[-1])
+        return b"".join(parts)
 
     def _press(self) -> None:
         if not self._pressed:
@@ -295,9 +317,13 @@ class StdoutWriter:
             self._pressed = False
             self.on_pressure(False)
 
-    def _try(self, block: bytes) -> bytes:
+    def _try(self, block: Bytes) -> Bytes:
         """Write without blocking; returns the rest."""
         try:
+            written = os.write(self.fd, block)
+            if written == len(block):
+                return b""
+            block = memoryview(block)[written:]  # a terminal takes 4 KB: do not copy the rest
             while block:
                 block = block[os.write(self.fd, block) :]
         except BlockingIOError:
@@ -310,7 +336,7 @@ class StdoutWriter:
             return b""
         return block
 
-    def _drop(self, block: bytes, error: OSError) -> None:
+    def _drop(self, block: Bytes, error: OSError) -> None:
         if not self.dropped_bytes:
             from launcher.engine.output.backlog import complain
 

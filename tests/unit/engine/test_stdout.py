@@ -1,14 +1,16 @@
-"""Lines that are collected, and written together."""
+"""Lines that are collected and written together, and a terminal that takes a little at a time."""
 
 from __future__ import annotations
 
 import os
+import pty
+import tty
 from collections.abc import Iterator
 
 import pytest
 
 from launcher.engine.output import stdout
-from launcher.engine.output.stdout import StdoutWriter
+from launcher.engine.output.stdout import TOGETHER_BYTES, StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 
 
@@ -58,3 +60,72 @@ def test_an_exception_loses_no_line(screen: Screen):
         screen.log("INFO", "a", "one")
         raise KeyError
     assert screen.blocks == [b"[INFO] [a]: one\n"]
+
+
+class Terminal:
+    """A pseudo-terminal, and a writer to it whose event loop never turns."""
+
+    def __init__(self, reactor: Reactor) -> None:
+        self.fd, theirs = pty.openpty()
+        tty.setraw(theirs)
+        self.screen = StdoutWriter(reactor, theirs, colour=False)
+        self._theirs = theirs
+
+    def read(self) -> bytes:
+        return os.read(self.fd, 1 << 20)
+
+    def close(self) -> None:
+        self.screen.take_waiting()
+        self.screen.finish()
+        os.close(self._theirs)
+        os.close(self.fd)
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    with Reactor() as reactor:
+        made = Terminal(reactor)
+        yield made
+        made.close()
+
+
+def test_a_terminal_gets_more_with_each_block_that_is_queued(terminal: Terminal):
+    expected = b"".join(b"%07d\n" % number for number in range(20_000))
+    screen = terminal.screen
+    screen.write(expected)
+    assert screen.waiting_bytes > 0
+    found = b""
+    while len(found) < len(expected):
+        found += terminal.read()
+        screen.push()  # no turn of the loop
+    assert found == expected
+    assert screen.waiting_bytes == 0
+
+
+def test_short_blocks_are_written_together_in_their_order(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+):
+    screen = terminal.screen
+    screen.write(b"a" * 4 * TOGETHER_BYTES)  # until it takes nothing more
+    assert screen.waiting_bytes > 0
+    blocks = [b"%07d\n" % number for number in range(10_000)]
+    for block in blocks:
+        screen.write(block)
+    sizes: list[int] = []
+    write = os.write
+
+    def noted(fd: int, block: bytes) -> int:
+        sizes.append(len(block))
+        return write(fd, block)
+
+    monkeypatch.setattr(os, "write", noted)
+    size = screen.waiting_bytes
+    found = b""
+    while screen.waiting_bytes:
+        found += terminal.read()
+        screen.push()
+    assert len(sizes) < size / 1000
+    monkeypatch.undo()
+    while not found.endswith(blocks[-1]):
+        found += terminal.read()
+    assert found.lstrip(b"a") == b"".join(blocks)
