@@ -161,6 +161,7 @@ def _quit(connection: Connection, call: Call, options: Parsed) -> int:
 
 def _ps(connection: Connection, call: Call, options: Parsed) -> int:
     from launcher.console.tables import details, process_table, stacked
+    from launcher.control.format import sampling
 
     result = connection.ask(call.verb.name, call.names).result
     found = result["processes"]
@@ -168,6 +169,8 @@ def _ps(connection: Connection, call: Call, options: Parsed) -> int:
         _print_json(result)
     elif call.verb.name == "ps":
         _print_table(process_table(found, _width()))
+        if note := sampling(result["sampled_every_s"]):
+            print(note)
     else:
         _print_table(stacked([details(one) for one in found]))
     return ExitCode.OK

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from launcher.model.events import signal_name
 from launcher.text import count, shown_path
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")
 _LEFT = (0, 1, 7)  # columns that are aligned to the left
@@ -103,6 +106,13 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         ).rstrip()
         for line in cells
     ]
+
+
+def sampling(period_s: float) -> str:
+    """How often resources are sampled, if that is not each second."""
+    if period_s <= 1:
+        return ""
+    return f"CPU and memory are sampled every {period_s:g} s: there are many processes"
 
 
 def unreachable(row: Mapping[str, Any]) -> str:

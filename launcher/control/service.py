@@ -6,7 +6,6 @@ import functools
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from launcher import socket_directory
 from launcher.control import format, status, verbs
@@ -27,6 +26,10 @@ from launcher.errors import LauncherError
 from launcher.model.record import Record
 from launcher.socket_directory import ControlError
 from launcher.text import count
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 LAST_LINES = 100
 LAST_LINES_BEFORE_NEW = 10  # of `logs -f`, as with tail(1)
@@ -123,11 +126,15 @@ class Service:
     # ---- read-only verbs
 
     def _rows(self, call: Call) -> dict[str, Any]:
-        return {"processes": [status.row(self._control, p) for p in self._chosen(call)]}
+        return {
+            "processes": [status.row(self._control, p) for p in self._chosen(call)],
+            "sampled_every_s": self._control.housekeeper.sample_period_s,
+        }
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
         result = self._rows(call)
-        exchange.reply(result, format.table(result["processes"]))
+        note = format.sampling(result["sampled_every_s"])
+        exchange.reply(result, format.table(result["processes"]) + [note] * bool(note))
 
     def _do_top(self, call: Call, exchange: Exchange) -> None:
         if not call.options.get("follow"):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import pytest
 
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor import housekeeping as module
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.monitor.resources import Sampler
 from launcher.engine.output.stdout import StdoutWriter
@@ -90,6 +91,32 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
     assert len(housekeeper.samples) == MANY
     # Taken in one go, there are two: one before the round is noted, one before that is written.
     assert happened[happened.index("round") :].count("line") > 4
+
+
+def test_many_processes_are_sampled_less_often(
+    sleepers: list[Process], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(module, "PROCESSES_PER_S", MANY // 3)
+    begun_s: list[float] = []
+    steps = Sampler.steps
+
+    def noted(sampler: Sampler, pids: Iterable[int], clock: Callable[[], float]) -> object:
+        begun_s.append(clock())
+        if len(begun_s) == 2:
+            reactor.stop()
+        return steps(sampler, pids, clock)
+
+    monkeypatch.setattr(Sampler, "steps", noted)
+    with _pipe() as (_, write_end), Reactor() as reactor:
+        screen = StdoutWriter(reactor, write_end, colour=False)
+        run_log = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
+        housekeeper = Housekeeper(reactor, run_log, Unwatched(), run_id="none", processes=sleepers)
+        assert housekeeper.sample_period_s == 4.0  # 40 processes, 13 a second
+        housekeeper.start()
+        reactor.run()
+        housekeeper.close()
+        screen.finish()
+    assert begun_s[1] - begun_s[0] >= 3.5
 
 
 @contextlib.contextmanager

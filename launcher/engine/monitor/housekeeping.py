@@ -1,7 +1,11 @@
-"""Once a second: samples resources, checks budgets and the log folder, frees shared memory."""
+"""Once a second: samples resources, checks budgets and the log folder, frees shared memory.
+
+Samples of more than `PROCESSES_PER_S` processes are taken less often: `sample_period_s`.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 from launcher.engine.cleanup import subreaper
@@ -23,6 +27,9 @@ if TYPE_CHECKING:
     from launcher.engine.shutdown import Shutdown
 
 PERIOD_S = 1.0
+# So the samples of any number take about a hundredth of a core, and events.jsonl, which has them
+# all, does not push out what has happened.
+PROCESSES_PER_S = 100
 SLICE_S = 0.0005  # of sampling, before the loop reads lines again
 COLLECT_S = 0.01  # a thread is reading /proc/locks
 
@@ -52,10 +59,16 @@ class Housekeeper:
         self._has_killed = False
         self._timer: Timer | None = None
         self._collecting: Timer | None = None
+        self._sampled_s = -math.inf
         self.samples: dict[str, Sample] = {}
 
     def start(self) -> None:
         self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    @property
+    def sample_period_s(self) -> float:
+        """Seconds between samples, for the number of processes that are running now."""
+        return max(PERIOD_S, math.ceil(len(self._living()) / PROCESSES_PER_S))
 
     def note_shared_memory(self) -> None:
         """Record the shared memory of processes right before a SIGKILL, to free it afterwards."""
@@ -87,6 +100,11 @@ class Housekeeper:
             from launcher.engine.monitor.resources import Sampler  # most processes run by now
 
             self._sampler = Sampler()
+        # The tick may be a little early.
+        if begun_s < self._sampled_s + self.sample_period_s - PERIOD_S / 2:
+            self._rest_after(begun_s)
+            return
+        self._sampled_s = begun_s
         pids = list(self._living())
         steps = self._sampler.steps(pids, self._reactor.now)
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))

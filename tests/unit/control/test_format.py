@@ -10,6 +10,7 @@ from launcher.control.format import (
     event_line,
     filters,
     info_lines,
+    sampling,
     table,
     unreachable,
     without_colour,
@@ -115,3 +116,8 @@ def test_hosts_are_a_column_where_there_are_some():
     assert unreachable({"unreachable_s": 0.2}) == "unreachable"  # it has just answered
     lines = info_lines({**there, **INFO})
     assert lines[1:3] == ["  host       bot1", "  state      RUNNING, unreachable 4 s"]
+
+
+def test_how_often_resources_are_sampled_is_told_only_if_it_is_seldom():
+    assert sampling(1.0) == ""
+    assert sampling(5.0) == "CPU and memory are sampled every 5 s: there are many processes"
