@@ -18,11 +18,8 @@ from pathlib import Path
 
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
-from launcher.interpreter.trace import Trace, Visit
 from launcher.language.compat import vocabulary
-from launcher.language.diagnostics.includes import ROS_NAMES
 from launcher.model import events as model
-from launcher.model.lifecycle import transition_steps
 from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
 
@@ -31,6 +28,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.interpreter.host import Quirk
+    from launcher.interpreter.trace import Trace, Visit
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
     from launcher.language.events.launch import Shutdown
@@ -102,6 +100,8 @@ class Plan:
 
         Contains ALL_NAMES if the launch file reads all configurations.
         """
+        from launcher.language.diagnostics.includes import ROS_NAMES
+
         listed = [argument.name for argument in self.arguments or ()]
         return frozenset([*listed, *self.declared, *self.names_read, *ROS_NAMES])
 
@@ -190,6 +190,8 @@ class _VirtualTime:
 
     def run(self, interpreter: Interpreter, description: LaunchDescription) -> None:
         """Phase run, then phase exit; closes the interpreter."""
+        from launcher.interpreter.trace import Trace  # a run, whose plan is a record, has none
+
         self._interpreter = interpreter
         interpreter.host.shutdown_filter = self._shutdown
         self._trace = Trace(interpreter.context, lambda: self._stamp)
@@ -362,6 +364,8 @@ def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:
 
 
 def _transitions(change: model.StateRequest) -> list[model.Event]:
+    from launcher.model.lifecycle import transition_steps
+
     steps = transition_steps(change.transition_id)
     return [
         model.TransitionSeen(node=change.node, transition=label, start_state=start, goal_state=goal)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any
 
 from launcher.control.peer import Exchange
 from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
@@ -13,7 +12,12 @@ from launcher.engine.process import Process
 from launcher.engine.run_control import RunControl
 from launcher.model.record import Record
 
-Item = dict[str, Any]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    Item = dict[str, Any]
+
 ANSWER_BYTES = 1024 * 1024  # of lines in one answer: it is made in one pass of the loop
 
 

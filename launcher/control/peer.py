@@ -7,12 +7,15 @@ import select
 import socket
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
 from launcher.control.verbs import BadCallError
 from launcher.engine.posix.reactor import Reactor
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 OUTPUT_LIMIT = 256 * 1024  # unread bytes above which items of a stream are dropped
 MAX_OPEN = 64  # unanswered requests of one client

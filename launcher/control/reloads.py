@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from launcher.control.peer import Exchange
 from launcher.control.results import sentence
@@ -12,6 +11,10 @@ from launcher.engine.reload import Change, Entry
 from launcher.engine.run_control import RunControl
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.text import count
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def serve(control: RunControl, call: Call, exchange: Exchange) -> None:

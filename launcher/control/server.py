@@ -9,7 +9,6 @@ import socket
 import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from launcher import socket_directory
 from launcher.control import protocol
@@ -19,6 +18,10 @@ from launcher.control.verbs import BadCallError
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.posix.spawn import keep_free
 from launcher.socket_directory import ControlError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 BACKLOG = 128
 MAX_PEERS = 512

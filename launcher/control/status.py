@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from launcher.control.selection import ProcessNames
 from launcher.engine.output.filters import LEVELS, LineFilter
 from launcher.engine.process import Process
 from launcher.engine.run_control import RunControl
 from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def row(control: RunControl, process: Process) -> dict[str, Any]:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import signal
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from launcher import command_line
 from launcher.command_line import Command, HelpRequested, Option, Parsed, option
 from launcher.errors import UsageError
 from launcher.model.record import Record
 from launcher.text import did_you_mean
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 class Verb(Record):

@@ -276,16 +276,17 @@ class Supervisor:
         if timeout_s is not None:
             reason = f"timeout of {timeout_s:g} s reached"
             self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
+        # In this order: a process may die at once, and its restart needs the first two.
+        for what in (self.idle, _prepare_for_exits):
+            self._reactor.when_idle(what)
         with self._screen.collecting(), self._directory.collecting():
             self._core_driver.start()
             self._is_begun = True
             if self._warm is not None:
                 self._warm.settle()
         for what in (
-            self.idle,
             lambda: self._housekeeper.start(),
             self._driver.watch_memory,
-            _prepare_for_exits,
             _settle,
             self._directory.prune,
         ):

@@ -14,7 +14,7 @@ from typing import Any
 
 from launcher.language.ros.generated_files import plain
 from launcher.model.spec import ProcessSpec
-from launcher.packages.overlay import without_overlays
+from launcher.render.changed_variables import changed_variables
 
 _PRIVATE = 0o700
 _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\x1b": r"\e", "\\": r"\\", "'": r"\'"}
@@ -45,15 +45,6 @@ def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> lis
         if name not in env:
             words += ["-u", name]
     return [*words, *(f"{k}={v}" for k, v in sorted(changed_variables(env, before).items()))]
-
-
-def changed_variables(env: Mapping[str, str], before: Mapping[str, str]) -> dict[str, str]:
-    """The variables that are new or different, apart from what the launcher itself has added."""
-    changed = {name: value for name, value in env.items() if before.get(name) != value}
-    path = changed.get("AMENT_PREFIX_PATH")
-    if path is not None and without_overlays(path) == before.get("AMENT_PREFIX_PATH", ""):
-        del changed["AMENT_PREFIX_PATH"]
-    return changed
 
 
 class ParameterFiles:

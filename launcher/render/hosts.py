@@ -10,7 +10,8 @@ from launcher.hosts.order import Order
 from launcher.hosts.order_words import FILES, folder_there, text_there, words_there
 from launcher.hosts.references import Word
 from launcher.model.record import Record
-from launcher.render.command_line import changed_variables, shell_word
+from launcher.render.changed_variables import changed_variables
+from launcher.render.command_line import shell_word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.substitution import plain_text
-from launcher.render.command_line import changed_variables
+from launcher.render.changed_variables import changed_variables
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any
 
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.model.events import LoadRequest

@@ -126,6 +126,36 @@ def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Pa
     assert [name for name in modules if name.startswith("launcher.engine.warm")] == []
 
 
+def test_an_idle_run_imports_nothing_large(tmp_path: Path):
+    """With all that follows the start: control socket, samples, log files, plan, summary."""
+    file = tmp_path / "one.launch.py"
+    file.write_text(LAUNCH_FILE.replace('["/bin/true"]', '["sleep", "1.5"]'), encoding="utf-8")
+    env = {**os.environ, "PYTHONPATH": str(REPOSITORY), "ROS_LOG_DIR": str(tmp_path / "log")}
+    command = [sys.executable, "-S", "-c", TELL_AT_THE_END.replace(', "--no-log-files"', "")]
+    done = subprocess.run(
+        [*command, str(file)], env=env, capture_output=True, text=True, timeout=60, check=True
+    )
+    modules = set(done.stderr.splitlines()[-1].split())
+    assert {"launcher.control.service", "launcher.engine.monitor.resources"} <= modules
+    assert "launcher.commands.launch.run_plan" in modules
+    assert modules & {"hashlib", "random", "shutil", "tempfile", "psutil", "subprocess"} == set()
+
+
+def test_the_watchdog_imports_little():
+    code = f"""if True:
+        import sys
+        before = set(sys.modules)
+        sys.path.append({str(REPOSITORY)!r})
+        import launcher.engine.cleanup.watch, launcher.engine.cleanup.watchdog
+        print(*(set(sys.modules) - before))
+    """
+    command = [sys.executable, "-I", "-S", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    modules = {name for name in done.stdout.split() if not is_ours(name)}
+    ours = "__future__ _collections_abc _stat genericpath os os.path posixpath select stat"
+    assert modules <= set(ours.split())
+
+
 def test_outside_of_a_workspace_nothing_is_imported_but_what_looks_for_it(imported: set[str]):
     found = {name for name in imported if name.startswith("launcher.workspace")}
     assert found == {"launcher.workspace"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import time
@@ -31,8 +32,17 @@ if TYPE_CHECKING:
     from launcher.model.reload import Known
     from launcher.model.spec import ProcessSpec
 
-# What serves the control socket takes 15 ms to import; the first processes start meanwhile.
+# What serves the control socket takes 10 ms to import; the first processes start meanwhile, and
+# what one of them writes, or its restart, waits for one module at most.
 HELPERS_DELAY_S = 0.05
+_OF_HELPERS = (
+    "socket",
+    "launcher.control.verbs",
+    "launcher.engine.run_control",
+    "launcher.control.service",
+    "launcher.commands.launch.helpers",
+)
+_OF_PLAN = "launcher.commands.launch.run_plan"
 MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
 _FIRST_SERVICE = 1 << 30  # ids of processes of the launch file are smaller
 
@@ -210,7 +220,9 @@ def supervising(
             hosts=hosts,
             switched_off=switched_off,
         )
+        imports = [_OF_PLAN] if run_path is not None else []
         if not options.control:
+            supervisor.on_begun = lambda: _import_later(reactor, imports)
             yield supervisor, reactor
             return
         started = time.time()
@@ -229,9 +241,24 @@ def supervising(
             opened.append(helpers)
             helpers.open(request, run_id=run_id, started=started)
 
-        supervisor.on_begun = lambda: reactor.call_later(HELPERS_DELAY_S, open_helpers)
+        supervisor.on_begun = lambda: _import_later(
+            reactor, [*_OF_HELPERS, *imports], then=open_helpers
+        )
         try:
             yield supervisor, reactor
         finally:
             for helpers in opened:
                 helpers.close()
+
+
+def _import_later(
+    reactor: Reactor, names: Sequence[str], then: Callable[[], object] = lambda: None
+) -> None:
+    """Import modules when the first processes have started, in idle moments, then call `then`."""
+
+    def begin() -> None:
+        for name in names:
+            reactor.when_idle(functools.partial(__import__, name))
+        reactor.when_idle(then)
+
+    reactor.call_later(HELPERS_DELAY_S, begin)

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
 
 from launcher.model import events as model
 from launcher.model.spec import ProcessSpec
@@ -28,10 +27,11 @@ from launcher.planner import (
     with_temporary_files,
 )
 from launcher.render.plan_json import document
-from launcher.render.plan_tree import run_tree
-from launcher.render.tree import draw
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.interpreter import Interpreter
 
 
@@ -52,6 +52,9 @@ def run_text(
     interpreter: Interpreter, path: str, steps: Sequence[RunStep], adapt: Adapt
 ) -> list[str]:
     """The same as a tree, line by line."""
+    from launcher.render.plan_tree import run_tree  # only if somebody asks for it
+    from launcher.render.tree import draw
+
     tree = draw(run_tree(run_plan(interpreter, path, steps, adapt)), colour=False)
     return tree.split("\n")
 
