@@ -12,29 +12,35 @@ from collections.abc import Callable, Sequence
 from benchmarks import hosts, warm
 from benchmarks.building import building
 from benchmarks.console import console
+from benchmarks.crowd import crowd
 from benchmarks.footprint import footprint
 from benchmarks.harness import NotHereError, Row
 from benchmarks.latency import latency
 from benchmarks.own_types import own_types
 from benchmarks.plan import plan
-from benchmarks.restarts import respawn
+from benchmarks.restarts import first_restart, respawn
 from benchmarks.ros_talk import first_answers
 from benchmarks.ros_verbs import topic_list, topic_stream
 from benchmarks.sampling import sampling
-from benchmarks.startup import first_exec, many_execs
+from benchmarks.startup import fifty, first_exec, many_execs
 from benchmarks.stopping import ctrl_c
+from benchmarks.terminal import terminal
 from benchmarks.throughput import pipes, ptys
 
 BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "first": first_exec,
     "many": many_execs,
+    "fifty": fifty,
     "pipes": pipes,
     "ptys": ptys,
     "latency": latency,
     "console": console,
+    "terminal": terminal,
     "idle": footprint,
+    "crowd": crowd,
     "sampling": sampling,
     "respawn": respawn,
+    "first-restart": first_restart,
     "ctrl-c": ctrl_c,
     "plan": plan,
     "building": building,
@@ -59,6 +65,7 @@ GROUPS = {
     group: [name for name in BENCHMARKS if name.startswith(f"{group}-")]
     for group in ("hosts", "warm")
 }
+GROUPS["warm"] += ["fifty", "first-restart", "terminal", "idle", "crowd"]
 HEAD = ("what", "measured", "limit", "", "details")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from functools import partial
 
 from benchmarks.contestant import (
     LAUNCHER,
@@ -17,7 +18,7 @@ from benchmarks.contestant import (
 from benchmarks.harness import Row, interleaved, median, milliseconds, programs, ratio, scratch
 from benchmarks.watch import ExecWatch
 
-MANY = 200
+FEW, MANY = 50, 200
 ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/benchmarks.md
 
 
@@ -52,6 +53,22 @@ def many_execs(runs: int) -> list[Row]:
     ours, loop = found["launcher"], found["loop"]
     detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
     return [Row(f"{MANY} children exec'd", ratio(ours, loop), "x", 2.0, detail)]
+
+
+def fifty(runs: int) -> list[Row]:
+    """50 children, from the command and from the first exec to the last, against the same loop."""
+    measures = {c.name: partial(_exec_times, c, FEW) for c in (LAUNCHER, SPAWN_LOOP)}
+    found = interleaved(runs, measures)
+    ours, loop = found[LAUNCHER.name], found[SPAWN_LOOP.name]
+    return [
+        _against_loop(f"{FEW} children exec'd", *(list(map(_spread, x)) for x in (ours, loop))),
+        _against_loop(f"command to all of {FEW}", *([t[-1] for t in x] for x in (ours, loop))),
+    ]
+
+
+def _against_loop(what: str, ours: list[float], loop: list[float]) -> Row:
+    detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
+    return Row(what, ratio(ours, loop), "x", 1.8, detail)
 
 
 def _bare_python_s() -> float:
