@@ -88,6 +88,7 @@ class Plan:
         self.switched_off: tuple[ProcessSpec, ...] = ()
         self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
+        self.absorbed: frozenset[str] = frozenset()  # none of their own, since composed with others
         self.start_rules: tuple[StartRule, ...] = ()  # of a supervision file
         # For the analysis of errors.
         self.description: LaunchDescription | None = None

@@ -10,6 +10,7 @@ from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.commands.hosts.file import DISCOVERY
 from launcher.commands.launch.options import (
+    COMPOSE,
     LOG_LEVEL,
     NO_SUPERVISE,
     PREFIX,
@@ -61,6 +62,7 @@ launch has done so far.
         DISCOVERY,
         PREFIX,
         LOG_LEVEL,
+        COMPOSE,
         option(
             "--diff",
             "what reloading the running launch (of TARGET) would start, stop and restart, with its "
@@ -147,7 +149,7 @@ def show(
 def _apply(options: RunOptions, plan: Plan) -> list[str]:
     """Change the processes of the plan as a run does; warnings about the options."""
     plan.start_rules = options.start_rules
-    if not (options.log_levels or options.prefix or options.file_names):
+    if not (options.log_levels or options.prefix or options.file_names or options.compose):
         return []
     from launcher.engine.option_warnings import unmatched, without_node
 
@@ -155,7 +157,18 @@ def _apply(options: RunOptions, plan: Plan) -> list[str]:
     specs = [process.spec for process in plan.processes]
     known = [*specs, *plan.switched_off]
     missing = [f"{text}{meant}" for text, meant in unmatched(options, known)]
-    return [f"warning: {text}" for text in (*missing, *without_node(options, specs))]
+    remarks = [f"warning: {text}" for text in (*missing, *without_node(options, specs))]
+    return [*remarks, *_composed(options, plan)]
+
+
+def _composed(options: RunOptions, plan: Plan) -> list[str]:
+    """What `--compose` makes of the processes of the plan."""
+    if not options.compose:
+        return []
+    from launcher.commands.launch.composing import composition_of
+
+    remarks, plan.absorbed = composition_of(plan, options)
+    return [f"note: {text}" for text in remarks]
 
 
 def _hosts_file(

@@ -6,8 +6,8 @@ import functools
 from collections.abc import Mapping, Sequence
 
 from launcher.control.peer import Exchange
-from launcher.control.selection import ProcessNames
-from launcher.control.verbs import BadCallError
+from launcher.control.selection import ProcessNames, parts_meant
+from launcher.control.verbs import BadCallError, Call
 from launcher.engine.helpers.logger_levels import Answers, Question
 from launcher.engine.process import Process
 from launcher.engine.run_control import RunControl
@@ -21,19 +21,18 @@ if TYPE_CHECKING:
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 
-def answer(
-    control: RunControl, chosen: Sequence[Process], options: Mapping[str, Any], exchange: Exchange
-) -> None:
+def answer(control: RunControl, chosen: Sequence[Process], call: Call, exchange: Exchange) -> None:
     """Ask the nodes of the processes, and answer when they have; BadCallError."""
-    level = None if options.get("level") is None else _level(options["level"])
-    ask = functools.partial(Question, logger=options.get("logger"), level=level)
+    word = call.options.get("level")
+    level = None if word is None else _level(word)
+    ask = functools.partial(Question, logger=call.options.get("logger"), level=level)
     refusals, questions = [], []
     for process in chosen:
         refusal = _refusal(process)
         if refusal:
             refusals.append({"process": process.name, "node": None, "error": refusal})
-        else:
-            nodes = ProcessNames.of(process.spec).nodes or (None,)
+        for spec in () if refusal else parts_meant(call.names, process.spec):
+            nodes = ProcessNames.of(spec).nodes or (None,)
             questions += [ask(process=process, node=node) for node in nodes]
 
     def done(answers: Answers) -> None:
@@ -56,11 +55,12 @@ def _level(word: str) -> str:
 
 def _refusal(process: Process) -> str:
     """Why its nodes are not asked; empty if they are."""
-    if process.spec.ros is None:
+    ros, members = process.spec.ros, process.spec.members
+    if ros is None and not members:
         return "is not started as a ROS node"
     if process.child is None:
         return f"is not running ({process.machine.state.value})"
-    if process.host is not None and process.spec.ros.node_name is None:
+    if process.host is not None and ros is not None and ros.node_name is None:
         return f"is on {process.host_name}, and the launch file does not name its node"
     return ""
 

@@ -24,6 +24,9 @@ class ProcessNames(Record):
 
     @classmethod
     def of(cls, spec: ProcessSpec) -> ProcessNames:
+        if spec.members:
+            nodes = tuple(node for one in spec.members for node in cls.of(one).nodes)
+            return cls(spec.name, spec.label, nodes)
         ros = spec.ros
         if ros is None:
             return cls(spec.name, spec.label)
@@ -57,6 +60,27 @@ def resolve(words: Iterable[str], processes: Sequence[ProcessNames]) -> list[int
     for word in words:
         found.update(dict.fromkeys(_select(word, processes)))
     return sorted(found)
+
+
+def parts_meant(words: Sequence[str], spec: ProcessSpec) -> tuple[ProcessSpec, ...]:
+    """The nodes of a composed process that the words select, or the process itself."""
+    own = (spec.name, spec.label)
+    if not spec.members or not words or any(fnmatchcase(n, word) for word in words for n in own):
+        return (spec,)
+    places = [ProcessNames.of(one) for one in spec.members]
+    meant = [any(fnmatchcase(n, word) for word in words for n in one.all) for one in places]
+    return tuple(one for one, is_meant in zip(spec.members, meant, strict=True) if is_meant)
+
+
+def refuse_part(verb: str, words: Sequence[str], spec: ProcessSpec) -> None:
+    """BadCallError if they name only nodes of a process that has several."""
+    if parts_meant(words, spec) != (spec,):
+        nodes = [one.name for one in spec.members]
+        raise BadCallError(
+            "wrong-state",
+            f"{spec.name} is the process of {len(nodes)} nodes: {_listed(nodes, 'and')}",
+            f"to {verb} all of them: {verb} {spec.name}",
+        )
 
 
 def _select(word: str, processes: Sequence[ProcessNames]) -> list[int]:

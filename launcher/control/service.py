@@ -13,7 +13,7 @@ from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request
 from launcher.control.results import sentence, shown_sentence, shown_sentences
-from launcher.control.selection import ProcessNames, resolve
+from launcher.control.selection import ProcessNames, refuse_part, resolve
 from launcher.control.server import Server
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.machine import ProcessState
@@ -225,6 +225,8 @@ class Service:
         wait for a stop, so that a user can kill a process whose stop takes too long.
         """
         chosen = self._chosen(call)
+        for process in chosen:
+            refuse_part(call.verb.name, call.names, process.spec)
         is_signal = "signal" in call.options
         results: dict[str, Result] = {}
 
@@ -303,7 +305,7 @@ class Service:
     def _do_loglevel(self, call: Call, exchange: Exchange) -> None:
         from launcher.control.loglevel import answer
 
-        answer(self._control, self._chosen(call), call.options, exchange)
+        answer(self._control, self._chosen(call), call, exchange)
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""

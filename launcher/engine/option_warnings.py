@@ -54,6 +54,8 @@ def _patterns(options: RunOptions) -> Iterator[tuple[str, str]]:
     """(option, or place in a file; pattern) of each."""
     for pattern in options.required:
         yield "--required", pattern
+    for pattern in options.compose:
+        yield "--compose", pattern
     for word in options.budgets:
         yield "--budget", word.rpartition(":")[0]
     for pattern, where in options.file_names:

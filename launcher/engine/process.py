@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from launcher.engine.compose.output import GroupOutput
     from launcher.engine.debugger import Debugger
     from launcher.engine.hosts.remote_host import RemoteHost
     from launcher.engine.machine import Ended
@@ -97,6 +98,7 @@ class Process:
         self.ended_wall_s = 0.0
         self.timer: Timer | None = None
         self.idle_timer: Timer | None = None
+        self.group: GroupOutput | None = None  # of a process with several nodes
 
     @property
     def name(self) -> str:

@@ -98,7 +98,7 @@ class RosRequests:
 
     def _fail_one(self, agent: RosAgent, *, is_alone: bool) -> bool:
         for request_id, node in agent.targets():
-            owners = [process for process in self._processes if _node_of(process) == node]
+            owners = [process for process in self._processes if node in _nodes_of(process)]
             if owners and not any(map(_may_run, owners)):
                 agent.fail(request_id, f"the process of {node} has exited")
                 return True
@@ -119,9 +119,8 @@ def _may_run(process: Process) -> bool:
     return process.machine.is_pending or process.machine.is_held
 
 
-def _node_of(process: Process) -> str | None:
-    """The full name of the node, as the launch file gives it."""
-    ros = process.spec.ros
-    if ros is None or ros.node_name is None:
-        return None
-    return f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}"
+def _nodes_of(process: Process) -> list[str]:
+    """The full names of its nodes, as the launch file gives them."""
+    specs = process.spec.members or (process.spec,)
+    named = [spec.ros for spec in specs if spec.ros is not None and spec.ros.node_name is not None]
+    return [f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}" for ros in named]

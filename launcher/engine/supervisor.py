@@ -364,6 +364,10 @@ class Supervisor:
         prefix = self._screen.prefix(spec, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
+        if spec.members:
+            from launcher.engine.compose.members import follow_members
+
+            follow_members(process, self._screen, self._log, self._core_driver.feed)
         if self._fleet is not None:
             self._fleet.place(process, merge=self._merges(process))
         if self._control is not None:
@@ -371,7 +375,7 @@ class Supervisor:
         if self._ready is not None:
             self._ready.add(process)
         self._driver.advance(process, Command.START)
-        if spec.ros is not None and self._options.check_parameters:
+        if (spec.ros or spec.members) and self._options.check_parameters:
             self._checks.later()
 
     def loaded(self, effect: LoadComponent, full_name: str) -> None:

@@ -162,6 +162,15 @@ class ProcessExited(Record):
     will_restart: bool = False
 
 
+class MemberExited(Record):
+    """One of the nodes of a composed process has ended; `index` is its place there."""
+
+    process_id: int
+    index: int
+    pid: int
+    returncode: int
+
+
 class SpawnFailed(Record):
     """The process could not be started; `errno` and `reason` are those of the system call.
 
@@ -258,6 +267,7 @@ Effect = (
 Event = (
     ProcessStarted
     | ProcessExited
+    | MemberExited
     | SpawnFailed
     | ProcessOutput
     | TimerFired

@@ -30,7 +30,7 @@ class RunOptions(Record):
     the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
     file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
     used. `warm`: start Python programs warm (docs/warm.md), or none; None: nodes, where that is
-    faster.
+    faster. What matches one of `compose` runs in one process.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -41,6 +41,7 @@ class RunOptions(Record):
     stagger_s: float = 0.0
     max_starting: int | None = None
     required: tuple[str, ...] = ()
+    compose: tuple[str, ...] = ()
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
     format: str = "default"
@@ -67,7 +68,7 @@ class RunOptions(Record):
     @property
     def name_processes(self) -> bool:
         by_words = self.restart or self.stop or self.limits or self.prefix or self.required
-        return bool(by_words or self.budgets or self.file_names or self.log_levels)
+        return bool(by_words or self.budgets or self.file_names or self.log_levels or self.compose)
 
     def adapt(self, spec: ProcessSpec) -> ProcessSpec:
         for pattern, policy in self.restart:
@@ -106,8 +107,8 @@ def matches(pattern: str, spec: ProcessSpec) -> bool:
 
 
 def names_of(spec: ProcessSpec) -> list[str]:
-    """Names of this process: its name, its label, and the name of its node."""
-    names = [spec.name, spec.label]
+    """Names of this process: its name, its label, and the name of its node; of its members, too."""
+    names = [spec.name, spec.label, *(name for one in spec.members for name in names_of(one))]
     if spec.ros is not None and spec.ros.node_name is not None:
         names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
     return names

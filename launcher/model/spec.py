@@ -179,7 +179,9 @@ class ProcessSpec(Record):
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
     same without it. `output_given` is the launch file's own spelling of `output`, for the plan,
     and so are the two timeouts `..._given`. `place` is the file and line of the action. `scopes`
-    are what is around it, the outermost first; only runs with a hosts file have them.
+    are what is around it, the outermost first; only runs with a hosts file have them. `members`
+    are the processes of the launch file that this one is instead of; `is_essential`: the end of
+    this member ends all.
     """
 
     name: str
@@ -199,10 +201,14 @@ class ProcessSpec(Record):
     sigkill_timeout_given: str = "5"
     place: str = "the launch file"
     scopes: tuple[Scope, ...] = ()
+    members: tuple[ProcessSpec, ...] = ()
+    is_essential: bool = False
 
     @property
     def command_line(self) -> str:
         """The words as ROS 2 prints them in `process has died`: joined by a blank, unquoted."""
+        if self.members:  # each word of each of them would fill a screen
+            return f"{' '.join(self.argv[:3])} ... ({len(self.members)} nodes)"
         return " ".join(self.argv)
 
 

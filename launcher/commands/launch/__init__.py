@@ -25,6 +25,7 @@ from launcher.model.options import RunOptions
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.commands.launch.hosts import Preparation
+    from launcher.engine.core_driver import Core
     from launcher.interpreter import Interpreter
 
 FEW_NODES = 20  # find each other in any case
@@ -106,6 +107,9 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
             option = "--hosts" if options.hosts is not None else "--discovery"
             hint = "a launch file with generate_launch_description() can run on several hosts"
             raise UsageError(f"{option} does not apply to a script with a LaunchService", hint=hint)
+        if options.compose:
+            hint = "a launch file with generate_launch_description() can have composed nodes"
+            raise UsageError("--compose does not apply to a script with a LaunchService", hint=hint)
         from launcher.commands.launch.service import run_script
 
         return run_script(request, options)
@@ -155,12 +159,20 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         try:
             core.evaluate()
             _check(core, interpreter, options)
+            run: Core = core
+            absorbed: frozenset[str] = frozenset()
+            if options.compose:
+                from launcher.commands.launch import composing
+
+                run, absorbed = composing.composed(core, options)
             if session.nodes_made > FEW_NODES and (hosts is None or hosts.fleet is None):
                 from launcher.commands.launch.crowds import warn_of_crowd
 
-                warn_of_crowd(core.effects, request, is_all=not interpreter.host.timers)
-            run = supervising(core, options, run_path, request, session, fleet, core.switched_off)
-            with run as (supervisor, _):
+                is_all = not interpreter.host.timers
+                warn_of_crowd(core.effects, request, is_all=is_all, absorbed=absorbed)
+            off = core.switched_off
+            supervised = supervising(run, options, run_path, request, session, fleet, off)
+            with supervised as (supervisor, _):
                 code = supervisor.run()
         finally:
             core.interpreter.close()

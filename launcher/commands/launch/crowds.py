@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
 from launcher.commands.launch.target import LaunchRequest
 from launcher.hosts.crowd import too_many
@@ -14,21 +14,34 @@ from launcher.ros.discovery.ports import participants_by_domain
 from launcher.stdio import silence
 
 
-def warn_of_crowd(effects: Iterable[Effect], request: LaunchRequest, *, is_all: bool) -> None:
-    """Say which nodes would not find each other, those of timers included (unless `is_all`)."""
+def warn_of_crowd(
+    effects: Iterable[Effect],
+    request: LaunchRequest,
+    *,
+    is_all: bool,
+    absorbed: Container[str] = (),
+) -> None:
+    """Say which nodes would not find each other, those of timers included (unless `is_all`).
+
+    `absorbed` are processes of the launch file that are none of their own.
+    """
     specs = [effect.spec for effect in effects if isinstance(effect, StartProcess)]
     if not is_all:
         with silence():
             plan = make_plan(request.path, request.arguments)
         if plan.error is None:
             specs = of_run(plan)
-    for message in crowds(specs):
+    for message in crowds(spec for spec in specs if spec.name not in absorbed):
         print(f"warning: {message}", file=sys.stderr)
 
 
 def of_run(plan: Plan) -> list[ProcessSpec]:
     """The processes that run at the same time, if none exits."""
-    return [process.spec for process in plan.processes if process.stamp.phase == "run"]
+    return [
+        process.spec
+        for process in plan.processes
+        if process.stamp.phase == "run" and process.spec.name not in plan.absorbed
+    ]
 
 
 def crowds(specs: Iterable[ProcessSpec], wiring: Mapping[str, str] | None = None) -> list[str]:

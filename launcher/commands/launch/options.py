@@ -58,6 +58,13 @@ LOG_LEVEL = option(
     _later("parse_log_levels"),
     name="settings",
 )
+COMPOSE = option(
+    "--compose NAME",
+    "run the Python nodes that match in one process, which needs less memory; NAME may be a "
+    "pattern",
+    default=(),
+    repeat="all",
+)
 SKIP_HOST = option(
     "--skip-host NAME",
     "do without a host of the hosts file: what would run there is not started; NAME may be a "
@@ -116,6 +123,7 @@ RUN_OPTIONS = (
     ),
     PREFIX,
     LOG_LEVEL,
+    COMPOSE,
     option("--hosts FILE", "run processes on other hosts, as this file says", repeat="once"),
     SKIP_HOST,
     option(
@@ -206,6 +214,8 @@ def run_options(parsed: Parsed) -> RunOptions:
         refuse_absent_programs(options.prefix)
     if options.skip_hosts and options.hosts is None:
         raise UsageError("--skip-host needs --hosts FILE")
+    if options.compose and options.hosts is not None:
+        raise UsageError("--compose and --hosts exclude each other")
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
     return options

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from typing import IO, Any
 
     from launcher.model.events import LoadComponent
+    from launcher.model.spec import ProcessSpec
 
 
 class ParameterCheck:
@@ -59,9 +60,10 @@ class ParameterCheck:
             if process.process_id in self._seen:
                 continue
             self._seen.add(process.process_id)
-            options = {option for option, _ in ros_options(process.spec.argv)}
-            if options & {PARAMETER, PARAMETER_FILE}:
-                add(process.spec.env, _node(process))
+            for spec in process.spec.members or (process.spec,):
+                options = {option for option, _ in ros_options(spec.argv)}
+                if options & {PARAMETER, PARAMETER_FILE}:
+                    add(spec.env, _node(process.child.pid, spec))
         for effect, name in self._components:
             container = f"/{effect.request.container.lstrip('/')}"
             owners = (one for one in processes if full_node_name(one.spec.argv) == container)
@@ -171,13 +173,12 @@ class _Writer:
             self._reactor.remove(self._fd)
 
 
-def _node(process: Process) -> dict[str, Any]:
-    assert process.child is not None
-    sources = () if process.spec.ros is None else process.spec.ros.parameters
+def _node(pid: int, spec: ProcessSpec) -> dict[str, Any]:
+    sources = () if spec.ros is None else spec.ros.parameters
     return {
-        "pid": process.child.pid,
-        "argv": process.spec.argv,
-        "place": process.spec.place,
+        "pid": pid,
+        "argv": spec.argv,
+        "place": spec.place,
         "generated": [source.file for source in sources if source.generated is not None],
     }
 

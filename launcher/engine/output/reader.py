@@ -14,6 +14,7 @@ from launcher.engine.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.compose.output import GroupOutput
     from launcher.engine.listener import RunListener
 
 PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
@@ -156,6 +157,9 @@ class OutputReader:
     def _deliver(
         self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
     ) -> None:
+        if process.group is not None:
+            self._deliver_parts(process, fd, stream, lines, process.group)
+            return
         process.ring.append(stream.name, stream.read_at_s, lines)
         if stream.shown:  # before the log files
             stopping = process.machine.state is ProcessState.STOPPING
@@ -169,8 +173,28 @@ class OutputReader:
             process.on_lines(lines)
         self._screen.push()
 
+    def _deliver_parts(
+        self, process: Process, fd: int, stream: Stream, lines: bytes, group: GroupOutput
+    ) -> None:
+        policy = process.spec.output
+        for part in group.parts(lines):
+            process.ring.append(stream.name, stream.read_at_s, part.kept)
+            shown = part.lines
+            if part.prefix is process.prefix:  # a member tells of its end in its own lines
+                stopping = process.machine.state is ProcessState.STOPPING
+                shown = stream.gate.feed(shown, stopping=stopping) if stream.shown else b""
+            if stream.shown and shown:
+                self._show(process, fd, stream, shown, prefix=part.prefix)
+            self._directory.write_lines(part.name, policy, stream.name, part.lines, stream.ago_s)
+
     def _show(
-        self, process: Process, fd: int, stream: Stream, lines: bytes, shown: int = 0
+        self,
+        process: Process,
+        fd: int,
+        stream: Stream,
+        lines: bytes,
+        shown: int = 0,
+        prefix: bytes | None = None,
     ) -> None:
         if process.filter is not None:
             chosen = process.filter.choose(fd, lines)
@@ -178,7 +202,7 @@ class OutputReader:
             if not chosen:
                 return
             lines, shown = chosen, 0
-        self._screen.write_lines(stream, process.prefix, lines, shown)
+        self._screen.write_lines(stream, prefix or process.prefix, lines, shown)
 
     def _finish(self, process: Process, fd: int, stream: Stream) -> None:
         """Flush an unfinished line and an unfinished traceback."""

@@ -1,0 +1,1 @@
+"""Several nodes of a launch file in one process, for `--compose`."""

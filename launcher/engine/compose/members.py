@@ -1,0 +1,43 @@
+"""What the launcher does when one of the nodes of a composed process ends."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Sequence
+
+from launcher.engine.compose.output import GroupOutput
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.machine import ProcessState
+from launcher.engine.output.stdout import StdoutWriter
+from launcher.engine.process import Process
+from launcher.model.events import Event, MemberExited, Outcome
+
+
+def follow_members(
+    process: Process, screen: StdoutWriter, log: RunLog, feed: Callable[[Event], None]
+) -> None:
+    """From now on tell its members apart; `feed` is called when one has ended."""
+    specs = process.spec.members
+
+    def tell(index: int, words: Sequence[str]) -> None:
+        if words[0] == "exit" and len(words) == 2 and words[1].lstrip("-").isdecimal():
+            code, name = int(words[1]), specs[index].name
+            pid = -1 if process.child is None else process.child.pid
+            log.log(*_message(code, name, process))
+            log.note("member ended", process, None, member=name, returncode=code)
+            feed(MemberExited(process.process_id, index, pid, code))
+
+    names = [
+        (spec.name, screen.prefix(spec, process.number + index)) for index, spec in enumerate(specs)
+    ]
+    process.group = GroupOutput((process.name, process.prefix), names, tell)
+
+
+def _message(code: int, name: str, process: Process) -> tuple[str, str, str]:
+    """(level, logger, text)."""
+    if code == 0:
+        return "INFO", name, f"node has finished cleanly in {process.name}"
+    end = Outcome(returncode=code)
+    if code == -signal.SIGINT or process.machine.state is ProcessState.STOPPING:
+        return "INFO", name, f"node was stopped in {process.name} ({end})"
+    return "ERROR", name, f"node has died in {process.name} ({end})"

@@ -1,0 +1,130 @@
+"""The process of the members: it starts them, passes on signals, and ends with them."""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from launcher.ros.clean_up import limited_clean_up
+from launcher.ros.composed import context, current, output, program, signals
+from launcher.ros.composed.member import Member
+
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_NEXT_S = 5.0  # as the launcher stops processes: SIGINT, then SIGTERM, then SIGKILL
+
+
+class Group:
+    """Runs in the main thread; everything else reaches it through `_todo`."""
+
+    def __init__(self, members: Sequence[Member]) -> None:
+        self._members = members
+        self._todo: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._running = len(members)
+        self._code = 0
+        self._is_stopping = self._is_ending = False
+        self._escalation: list[tuple[float, Callable[[], None]]] = []
+
+    def run(self) -> int:
+        """The exit code of the process, negative for a signal."""
+        for signum in _STOP_SIGNALS:
+            self._hear(signum)
+        threading.Thread(target=self._read_requests, daemon=True).start()
+        for one in self._members:
+            one.start(lambda member: self._todo.put(lambda: self._ended(member)))
+        while self._running:
+            self._next()()
+        with limited_clean_up():
+            context.close_shared()
+        return self._code
+
+    def _next(self) -> Callable[[], None]:
+        """What is to be done next, as soon as there is something."""
+        if not self._escalation:
+            return self._todo.get()
+        try:
+            return self._todo.get(timeout=max(0.0, self._escalation[0][0] - time.monotonic()))
+        except queue.Empty:
+            return self._escalation.pop(0)[1]
+
+    def forward(self, signum: int) -> None:
+        """Hear of a signal from now on; for all threads."""
+        self._todo.put(lambda: self._hear(signum))
+
+    def _hear(self, signum: int) -> None:
+        signal.signal(signum, lambda number, _: self._todo.put(lambda: self._signalled(number)))
+
+    def _signalled(self, signum: int) -> None:
+        self._is_stopping = self._is_stopping or signum in _STOP_SIGNALS
+        for one in self._members:
+            signals.deliver(one, signum)
+
+    def _ended(self, one: Member) -> None:
+        one.wait()
+        self._running -= 1
+        code = one.exit_code or 0
+        output.tell(one.index, "exit", code)
+        if not self._is_ending:  # else its code is that of the one that ends all
+            self._code = self._code or code
+        if (code or one.is_essential) and not self._is_stopping:
+            self._is_ending = True
+            self._stop()
+
+    def _stop(self) -> None:
+        """A member has failed, or is one that the others do not go on without."""
+        now = time.monotonic()
+        self._escalation = [
+            (now + _NEXT_S, lambda: self._signalled(signal.SIGTERM)),
+            (now + 2 * _NEXT_S, lambda: os._exit((self._code or 1) & 0xFF)),
+        ]
+        self._signalled(signal.SIGINT)
+
+    # ---- the launcher
+
+    def _read_requests(self) -> None:
+        """`INDEX SIGNAL`: for one member only."""
+        data = b""
+        while chunk := os.read(0, 4096):
+            *lines, data = (data + chunk).split(b"\n")
+            for line in lines:
+                index, _, signum = line.partition(b" ")
+                if index.isdigit() and signum.isdigit() and int(index) < len(self._members):
+                    self._todo.put(self._request(int(index), int(signum)))
+
+    def _request(self, index: int, signum: int) -> Callable[[], None]:
+        return lambda: signals.deliver(self._members[index], signum)
+
+
+def members_of(words: Sequence[str]) -> list[Member]:
+    """From `[--essential] NAME COUNT WORD ...` for each."""
+    found: list[Member] = []
+    rest = list(words)
+    while rest:
+        is_essential = rest[0] == "--essential"
+        name, count, *rest = rest[is_essential:]
+        argv, rest = rest[: int(count)], rest[int(count) :]
+        found.append(Member(len(found), name, argv, is_essential=is_essential))
+    return found
+
+
+def main() -> None:
+    group = Group(members_of(sys.argv[1:]))
+    if sys.path and sys.path[0] in ("", os.getcwd()):
+        del sys.path[0]  # a console script would not have it
+    output.install()
+    current.inherit()
+    program.install()
+    context.install()
+    signals.install(group.forward)
+    code = group.run()
+    if code == -signal.SIGINT:
+        sys.excepthook = lambda *_: None
+        raise KeyboardInterrupt  # Python ends by the signal, after its clean-up
+    if code < 0:
+        signal.signal(-code, signal.SIG_DFL)
+        os.kill(os.getpid(), -code)
+    sys.exit(code)

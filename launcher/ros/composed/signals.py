@@ -1,0 +1,94 @@
+"""Signals as each member sees them: its own handlers, and those of rclpy.
+
+Python has one handler for a signal, which runs in the main thread. Here that is the group's, which
+calls the handlers of the members; an exception that one of these raises goes to the thread of its
+member.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from launcher.ros.composed import current
+from launcher.ros.composed.member import Member
+
+_own_signal, _own_getsignal = signal.signal, signal.getsignal
+_TIMERS = ("setitimer", "alarm", "pause", "sigwait", "sigtimedwait", "set_wakeup_fd")
+
+Forward = Callable[[int], None]
+
+
+def install(forward: Forward) -> None:
+    """From now on `signal.signal` of a member sets a handler of that member.
+
+    `forward(signum)` makes the process hear of a signal, in its main thread.
+    """
+
+    def set_handler(signum: int, handler: Any) -> Any:
+        one = current.member()
+        if one is None:
+            return _own_signal(signum, handler)
+        before = handler_of(one, signum)
+        one.handlers[signum] = handler
+        if callable(handler):
+            forward(signum)
+        return before
+
+    def get_handler(signum: int) -> Any:
+        one = current.member()
+        return _own_getsignal(signum) if one is None else handler_of(one, signum)
+
+    signal.signal, signal.getsignal = set_handler, get_handler  # type: ignore[assignment]
+    for name in _TIMERS:
+        setattr(signal, name, _refusing(name, getattr(signal, name)))
+
+
+def _refusing(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*arguments: Any) -> Any:
+        if current.member() is None:
+            return function(*arguments)
+        if name == "setitimer" and arguments[0] == signal.ITIMER_PROF:
+            return 0.0, 0.0  # it limits a clean-up, which the group does itself
+        raise RuntimeError(f"signal.{name} does not work in a composed node: it is of the process")
+
+    return call
+
+
+def handler_of(one: Member, signum: int) -> Any:
+    default = signal.default_int_handler if signum == signal.SIGINT else signal.SIG_DFL
+    return one.handlers.get(signum, default)
+
+
+def deliver(one: Member, signum: int) -> None:
+    """What a signal to a process of its own would do to the member."""
+    if one.has_ended:
+        return
+    shuts_down = one.rclpy_shuts_down_at(signum)
+    if shuts_down:
+        one.end_contexts()
+    handler = handler_of(one, signum)
+    if handler == signal.SIG_DFL and not shuts_down and signum in (signal.SIGTERM, signal.SIGHUP):
+        interrupt(one, SystemExit)
+        one.killed_by = signum
+    elif callable(handler):
+        try:
+            with current.acting_as(one):
+                handler(signum, sys._current_frames().get(one.ident))
+        except BaseException as error:
+            interrupt(one, type(error))
+            if isinstance(error, KeyboardInterrupt):
+                one.is_interrupted = True
+    one.wake()
+
+
+def interrupt(one: Member, kind: type[BaseException]) -> None:
+    """Raise it in the thread of the member, as soon as that executes Python."""
+    with one.lock:
+        if not one.has_ended:
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                ctypes.c_ulong(one.ident), ctypes.py_object(kind)
+            )
