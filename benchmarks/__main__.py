@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import hosts, warm
+from benchmarks import hosts, saving, warm
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -50,6 +50,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "own-types": own_types,
     "warm-fleet": warm.fleet,
     "warm-restart": warm.restart,
+    "warm-save": saving.save,
     "warm-twenty": warm.twenty,
     "warm-memory": warm.memory,
     "warm-none": warm.without_nodes,

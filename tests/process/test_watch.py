@@ -273,6 +273,19 @@ def generate_launch_description():
         run.wait_for("b runs 9")
 
 
+def test_a_file_that_the_launch_file_reads(desk: Desk):
+    names = desk.bench.folder / "names.txt"
+    names.write_text("one")
+    actions = f"""*[sh("exec sleep 1000", name=name) for name in open("{names}").read().split()]"""
+    with desk.run(actions) as run:
+        wait_until(lambda: str(names) in run.ask("watch")["launch_files"], "the file that is read")
+        before = pids(run)
+        names.write_text("one two")
+        run.wait_for("names.txt changed: the launch file is reloaded")
+        run.wait_for("the launch file was reloaded: new: two-2")
+        assert before.items() <= pids(run).items()
+
+
 def test_on_and_off_for_some_and_for_all(desk: Desk):
     with desk.bench.launch(desk.nodes) as run:
         run.wait_for("b runs 1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -24,6 +25,8 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from launcher.commands.launch.hosts import Preparation
     from launcher.engine.core_driver import Core
     from launcher.interpreter import Interpreter
@@ -138,7 +141,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         # Launch files ask where the logs of their run are.
         session.log_dir = run_path
         _read_log_formats()
-        with limited(request.time_limit, request.path):
+        with _noting_files(options), limited(request.time_limit, request.path):
             description = frontends.load(request.path)
             if not request.lenient and not is_declared(request, description):
                 from launcher.commands.launch import checks
@@ -157,7 +160,8 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
         fleet = None if hosts is None else hosts.fleet
         core = LaunchCore(interpreter, description, request, services, options.with_prefix)
         try:
-            core.evaluate()
+            with _noting_files(options):
+                core.evaluate()
             _check(core, interpreter, options)
             run: Core = core
             absorbed: frozenset[str] = frozenset()
@@ -184,6 +188,15 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
 
         repeat_warnings()
     return code
+
+
+def _noting_files(options: RunOptions) -> AbstractContextManager[None]:
+    """Within, what the launch file reads is noted if it is to be watched."""
+    if not options.watch:
+        return contextlib.nullcontext()
+    from launcher.commands.launch.files_read import recording
+
+    return recording()
 
 
 def _hosts(request: LaunchRequest, options: RunOptions) -> Preparation | None:

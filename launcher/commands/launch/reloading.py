@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 
 from launcher import frontends
 from launcher.commands.launch import mistakes
+from launcher.commands.launch.files_read import files_read, recording
 from launcher.commands.launch.target import LaunchRequest, is_declared
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import LaunchFileError
@@ -117,6 +118,8 @@ def evaluate(
             noninteractive=old.context.noninteractive,
         )
         new.host.succeed(old.host)
+        if old.host.scopes is not None:
+            new.note_scopes()
         replay = Replay(
             new,
             known,
@@ -136,7 +139,7 @@ def evaluate(
             raise mistakes.together(errors) from fault
         return Evaluation(new, description, reload, known), stale_containers(loads, replay, reload)
 
-    with _as_at_first(), limited(request.time_limit, request.path):
+    with recording(), _as_at_first(), limited(request.time_limit, request.path):
         evaluation, stale = attempt(())
         if stale:
             evaluation.discard()
@@ -191,11 +194,11 @@ def is_own(path: str | None) -> bool:
 
 
 def launch_files(request: LaunchRequest, interpreter: Interpreter) -> list[str]:
-    """The launch file, those that it has included, and its own modules."""
+    """The launch file, those that it has included, its own modules, and what it has read."""
     modules = [
         getattr(module, "__file__", None)
         for name, module in list(sys.modules.items())
         if name not in session.current().modules
     ]
-    paths = [request.path, *includers(interpreter.context), *filter(is_own, modules)]
+    paths = [request.path, *includers(interpreter.context), *filter(is_own, modules), *files_read()]
     return list(dict.fromkeys(os.path.abspath(path) for path in paths if path is not None))
