@@ -233,6 +233,8 @@ def _counted_as(process: Mapping[str, Any]) -> str:
         return "unreachable"
     if process.get("waiting_for"):
         return "waiting"
+    if process.get("not_responding_s"):
+        return "not responding"
     if state != "exited":
         return state
     if is_in_trouble(process):

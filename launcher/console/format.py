@@ -72,12 +72,12 @@ def ending(process: Mapping[str, Any]) -> str:
 
 
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
-    """Whether it needs attention: it is stopped or stopping, paused, unreachable, or has failed."""
+    """Whether it needs attention: it has failed, is stopped, paused, unreachable, or silent."""
     state = process["state"]
     last = process.get("last_exit") or {}
     died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
-    is_known = process.get("unreachable_s") is None
-    return died or state in _TROUBLE or bool(process.get("paused")) or not is_known
+    is_silent = process.get("unreachable_s") is not None or bool(process.get("not_responding_s"))
+    return died or state in _TROUBLE or bool(process.get("paused")) or is_silent
 
 
 def killed_text(processes: Sequence[Mapping[str, Any]]) -> str:

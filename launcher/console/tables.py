@@ -121,13 +121,13 @@ def _figure(key: str, form: Callable[[Any], str] = str) -> Callable[[Process], T
 
 def state(process: Process) -> Text:
     """State of a process; with its last exit, unless it runs; with what else concerns it."""
+    word = "paused" if process.get("paused") else process["state"].lower()
     if concern(process):
-        return Text(f"{process['state'].lower()}, {concern(process)}", "yellow")
+        return Text(f"{word}, {concern(process)}", "yellow")
     if process.get("paused"):
-        return Text("paused", "yellow")
+        return Text(word, "yellow")
     if process.get("waiting_for"):
         return Text(readiness(process), "yellow")
-    word = process["state"].lower()
     if process.get("lacks"):
         return Text(f"{word}, {readiness(process)}", "yellow")
     last = process.get("last_exit")

@@ -124,9 +124,12 @@ def unreachable(row: Mapping[str, Any]) -> str:
 
 
 def concern(row: Mapping[str, Any]) -> str:
-    """What its state does not say: `unreachable 4 s`, `debugger at 127.0.0.1:5678`; or empty."""
-    address = row.get("debugger")
-    return unreachable(row) or (f"debugger at {address}" if address else "")
+    """What its state does not say: `unreachable 4 s`, `not responding 4 s`, `debugger at ...`."""
+    address, silent_s = row.get("debugger"), row.get("not_responding_s")
+    if address:
+        return f"debugger at {address}"
+    silent = f"not responding {_duration(int(silent_s))}" if silent_s else ""
+    return unreachable(row) or silent
 
 
 def _with_concern(state: str, row: Mapping[str, Any]) -> str:

@@ -146,6 +146,7 @@ class Service:
 
         def send_sample() -> None:
             if exchange.is_open:
+                self._control.responsiveness.look()
                 exchange.item(self._rows(call))
                 self._control.reactor.call_later(period_s, send_sample)
 

@@ -46,10 +46,18 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "paused": process.is_halted,
         "debugger": process.debugger and process.debugger.address,
         "start": process.start_kind.partition(",")[0] or "cold",
+        "not_responding_s": _silent_s(process, control.reactor.now()),
         "last_exit": _last_exit(process),
         **(_place(process) if control.has_hosts else {}),
         **({} if control.ready is None else control.ready.row(process)),
     }
+
+
+def _silent_s(process: Process, now: float) -> float | None:
+    """0 while its node answers, None while that is not known."""
+    if process.silence is None:
+        return 0.0 if process.answers else None
+    return round(process.silence.elapsed_s(now), 1)
 
 
 def _place(process: Process) -> dict[str, Any]:

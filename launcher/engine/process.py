@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from launcher.engine.debugger import Debugger
     from launcher.engine.hosts.remote_host import RemoteHost
     from launcher.engine.machine import Ended
+    from launcher.engine.monitor.responsiveness import Silence
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
     from launcher.model.events import Outcome
@@ -34,7 +35,8 @@ class History:
     `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
     outcome of the first. `refusals` are starts that failed, but for those of which a stop was
     requested meanwhile. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
-    `core_note` is about the core file of the last death.
+    `core_note` is about the core file of the last death, `hang` the stack of the last life that
+    ended while its node did not answer.
     """
 
     __slots__ = (
@@ -42,6 +44,7 @@ class History:
         "deaths",
         "first_death",
         "first_error",
+        "hang",
         "peak_uss",
         "refusals",
         "run_s",
@@ -53,6 +56,7 @@ class History:
         self.deaths = 0
         self.first_death: Outcome | None = None
         self.first_error = self.core_note = ""
+        self.hang: tuple[str, ...] = ()
         self.run_s = 0.0
         self.peak_uss: int | None = None
 
@@ -72,6 +76,7 @@ class Process:
     its files, which the launch file is not told. `user_stops`: how often users have stopped it.
     `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
+    `answers`: its node is being asked, and has answered; `silence`: it does not any more.
     """
 
     def __init__(self, process_id: int, spec: ProcessSpec, *, number: int, prefix: bytes) -> None:
@@ -89,6 +94,8 @@ class Process:
         self.debugger: Debugger | None = None
         self.next_debugger: Debugger | None = None
         self.start_kind = ""
+        self.answers = False
+        self.silence: Silence | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()
         self.filter: LineFilter | None = None

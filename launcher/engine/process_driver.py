@@ -198,6 +198,7 @@ class ProcessDriver:
                 self._reactor.remove(process.child.status)
             process.child.close()
             process.child = process.debugger = None
+            process.answers = False
 
     def _set_timer(self, process: Process) -> None:
         if process.timer is not None:
@@ -307,6 +308,8 @@ class ProcessDriver:
         ago_s = 0.0 if at_s is None else now - at_s
         process.last_end, process.ended_wall_s = end, time.time() - ago_s
         self._add_to_history(process, end, now - ago_s)
+        if process.silence is not None:
+            self._report_hang(process, now)
         returncode = end.outcome.returncode
         if returncode is not None:
             by_user = process.machine.is_held
@@ -324,6 +327,15 @@ class ProcessDriver:
         self._report_restart(process, end)
         self.release(process)
         self._listener.ended(process, pid, end)
+
+    def _report_hang(self, process: Process, now: float) -> None:
+        """It has ended while its node did not answer: keep its stack for the summary."""
+        silence, process.silence = process.silence, None
+        assert silence is not None
+        text = f"had not responded for {silence.elapsed_s(now):.0f} s before it ended"
+        process.history.hang = (f"{process.name} {text}; its stack:", *silence.stack)
+        stack = "".join(f"\n    {line}" for line in silence.stack)
+        self._log.log("WARNING", process.name, f"{text}; its stack:{stack}", sink="log")
 
     def _report_core(self, process: Process, pid: int, end: Ended) -> None:
         """Name the core file after a death by a signal; how to get one is told once."""

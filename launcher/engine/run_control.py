@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
+    from launcher.engine.monitor.responsiveness import Responsiveness
     from launcher.engine.ready.gate import ReadyGate
     from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
@@ -105,6 +106,14 @@ class RunControl:
 
         return Stacks(self.reactor)
 
+    @functools.cached_property
+    def responsiveness(self) -> Responsiveness:
+        """Imported when somebody looks."""
+        from launcher.engine.monitor.responsiveness import Responsiveness
+
+        adopt = self.housekeeper.add_helper
+        return Responsiveness(self.reactor, self.log, self.stacks, self._processes, adopt)
+
     @property
     def processes(self) -> list[Process]:
         """All of the launch file, in order of first start."""
@@ -180,6 +189,8 @@ class RunControl:
     def close(self) -> None:
         if "logger_levels" in vars(self):
             self.logger_levels.close()
+        if "responsiveness" in vars(self):
+            self.responsiveness.close()
         if "stacks" in vars(self):
             self.stacks.close()
         if "watching" in vars(self):

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import functools
 import gc
+import math
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from launcher.model.spec import ProcessSpec
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+RESPONSIVE_DELAY_S = 2.0  # nodes are starting before, and cannot be late
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 WATCH_DELAY_S = 0.05  # the first processes are started before
 
@@ -294,11 +296,17 @@ class Supervisor:
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
         if self._options.watch:
             self._reactor.call_later(WATCH_DELAY_S, self._watch)
+        if self._options.responsive:
+            self._reactor.call_later(RESPONSIVE_DELAY_S, self._watch_nodes)
         self.on_begun()
 
     def _watch(self) -> None:
         if not self._shutdown.has_begun:
             self.control.watching.turn(None, on=True)
+
+    def _watch_nodes(self) -> None:
+        if not self._shutdown.has_begun:
+            self.control.responsiveness.look(math.inf)
 
     def _clean_up(self, *, is_orderly: bool) -> None:
         for process in self._processes.values():

@@ -51,6 +51,7 @@ class RunOptions(Record):
     ros: bool = False
     watch: bool = False
     check_parameters: bool = True
+    responsive: bool = False
     budgets: tuple[str, ...] = ()
     file_budgets: tuple[Any, ...] = ()
     start_rules: tuple[Any, ...] = ()

@@ -148,6 +148,7 @@ STARTED_BY = {
     "launcher.console": {"engine"},
     "launcher.ros.agent": {"engine"},
     "launcher.ros.bridge": {"engine"},
+    "launcher.ros.responsiveness": {"engine"},
     "launcher.ros.parameter_check": {"engine"},
     "launcher.ros.logger_levels": {"engine"},
     "launcher.ros.probe": {"smoke"},

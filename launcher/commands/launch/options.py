@@ -166,6 +166,10 @@ RUN_OPTIONS = (
         "stop and restart processes, for rqt and Foxglove",
     ),
     option(
+        "--responsive",
+        "warn of nodes that do not answer any more, with their stacks (30 MB; `top` does it, too)",
+    ),
+    option(
         "--format FORMAT",
         "lines on the screen: default, compact, or a template with {message}, {severity}, {name}, "
         "{time}, {clock}, {process} and more",

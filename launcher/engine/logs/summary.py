@@ -27,6 +27,7 @@ MIN_ENDED = 20
 FIGURES = 30  # columns of restarts, time and memory with their gaps
 MIN_ERROR = 24  # columns for the first error; with fewer it is on a line of its own
 ERROR_CHARS = 300  # where there is no terminal
+MAX_HANGS, MAX_STACK = 3, 40  # processes, and lines of each
 INDENT = "    "
 GAP = "  "
 _HEAD = ("PROCESS", "ENDED", "RESTARTS", "RUN TIME", "PEAK USS", "FIRST ERROR")
@@ -88,6 +89,8 @@ def write(
         head = "processes of this run:\n"
         log.log(level, "launch", head + on_screen, sink="screen")
         log.log(level, "launch", head + in_file, sink="log")
+        for text in hangs(processes):
+            log.log(level, "launch", text)
         causes = causes or ["every process was restarted or ended as expected"]
     elif processes and not causes:
         causes = [all_well(processes)]
@@ -120,6 +123,16 @@ def all_well(processes: Collection[Process]) -> str:
         return text
     size, name = max(peaks)
     return f"{text}; peak memory {_megabytes(size)} USS ({name})"
+
+
+def hangs(processes: Sequence[Process]) -> list[str]:
+    """The stacks of processes whose nodes did not answer when they were ended, or died."""
+    found = [process.history.hang for process in processes if not is_well(process)]
+    shown = [hang for hang in found if hang][:MAX_HANGS]
+    return [
+        "\n".join([head, *(f"{INDENT}{line}" for line in stack[:MAX_STACK])])
+        for head, *stack in shown
+    ]
 
 
 def _had_ended_before(process: Process) -> bool:

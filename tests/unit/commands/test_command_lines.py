@@ -110,6 +110,7 @@ ONCE = ("x", RestartMode.ALWAYS)
             {"control": False, "exit_when_any_dies": True},
         ),
         (f"{F} --ros", {}, {}, {"ros": True}),
+        (f"{F} --responsive", {}, {}, {"responsive": True}),
         (f"--timeout 2.5 {F}", {}, {}, {"timeout_s": 2.5}),
         (f"--timeout=1 {F} --timeout=0.5", {}, {}, {"timeout_s": 0.5}),
         (f"{F} --stagger .5 --max-starting 3", {}, {}, {"stagger_s": 0.5, "max_starting": 3}),

@@ -100,6 +100,16 @@ def test_the_bar_shows_what_cannot_be_reached():
     assert text_of(status_line(crowd, 60)).startswith("40 unreachable")
 
 
+def test_the_bar_shows_what_does_not_respond_or_is_debugged():
+    hangs = process("a-1", not_responding_s=4.7)
+    assert "a not responding 4 s" in text_of(status_line([hangs], 80))
+    crowd = [process(f"robot_{n}-{n}", not_responding_s=4.7) for n in range(40)]
+    assert text_of(status_line(crowd, 60)).startswith("40 not responding")
+    assert "not" not in text_of(status_line([process("a-1", not_responding_s=0.0)], 80))
+    debugged = process("a-1", debugger="127.0.0.1:5678")
+    assert "a debugger at 127.0.0.1:5678" in text_of(status_line([debugged], 80))
+
+
 def test_success_and_failure_are_told_in_words():
     assert text_of(status_line(ENDED, 200)) == (
         "a finished | b exit 4 | c SIGSEGV | d fatal exit 1 x3 | e backoff SIGKILL x1 | "

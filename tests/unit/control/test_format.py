@@ -121,3 +121,12 @@ def test_hosts_are_a_column_where_there_are_some():
 def test_how_often_resources_are_sampled_is_told_only_if_it_is_seldom():
     assert sampling(1.0) == ""
     assert sampling(5.0) == "CPU and memory are sampled every 5 s: there are many processes"
+
+
+def test_a_node_that_does_not_respond_and_a_debugger_are_told_with_the_state():
+    hangs = {**ROW, "not_responding_s": 4.7}
+    assert table([hangs])[1].split("  ")[1].strip() == "RUNNING, not responding 4 s"
+    assert "not responding" not in table([{**ROW, "not_responding_s": 0.0}])[1]
+    assert (
+        "RUNNING, debugger at 127.0.0.1:5678" in table([{**ROW, "debugger": "127.0.0.1:5678"}])[1]
+    )

@@ -155,6 +155,14 @@ def test_of_a_hundred_processes_those_in_trouble_are_listed():
     assert text.endswith("\n    and 80 processes did not; see events.jsonl")
 
 
+def test_the_stack_of_what_hung_when_it_ended_is_told_unless_all_is_well():
+    hung, well = process("a-1", DIED, deaths=1), process("b-2")
+    hung.history.hang = well.history.hang = ("a-1 had not responded", "pid 7: a", "  f (a:1)")
+    _, (_, stack), _ = written([hung, well], code=1).screen
+    assert stack == "a-1 had not responded\n    pid 7: a\n      f (a:1)"
+    assert len(written([well]).screen) == 1
+
+
 def test_what_had_to_be_killed_or_never_started_is_told():
     killed = process("a-1", Ended(Outcome(returncode=-9), asked=True, retry_in_s=None))
     for event in (Command.START, Command.STARTED, Command.STOP, *[Command.SKIP_GRACE] * 2):
