@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -208,52 +208,47 @@ def _node_script(folder: Path, text: str) -> str:
 # ---- until all are there
 
 
-class Times(NamedTuple):
-    """Seconds from the command until all have published, and until all are in the graph."""
-
-    published_s: float
-    graph_s: float
-
-
 def fleet(runs: int) -> list[Row]:
     """Six nodes of the fleet, all at once: from the command on, preparation included."""
     text = _FLEET_FILE.format(names=FLEET)
-    found = _until_all_are_there(runs, text, set(FLEET), tells=0)
-    what = f"the fleet: command to all {len(FLEET)} in the graph"
-    return [_cold_against_warm(what, 2.0, found, 1)]
+    measure = partial(_in_graph_s, text, set(FLEET))
+    return [_row(f"the fleet: command to all {len(FLEET)} in the graph", 2.0, measure, runs)]
 
 
 def twenty(runs: int) -> list[Row]:
-    """The same with small nodes. Discovery takes another 3 s in some runs, warm or cold."""
+    """The same with small nodes; from when they publish until all are known takes discovery."""
     with scratch() as folder:
         text = _FILE.format(script=_node_script(folder, _NODE), count=MANY, parameters=[])
         names = {f"node_{number}" for number in range(MANY)}
-        found = _until_all_are_there(max(1, runs // 2), text, names, tells=MANY)
-    return [
-        _cold_against_warm(f"{MANY} nodes: command to all have published", 4.0, found, 0),
-        _cold_against_warm(f"{MANY} nodes: command to all in the graph", 4.0, found, 1),
-    ]
+        return [
+            _row(f"{MANY} nodes: {what}", 4.0, measure, max(1, runs // 2))
+            for what, measure in {
+                "command to all have published": partial(_published_s, text),
+                "command to all in the graph": partial(_in_graph_s, text, names),
+            }.items()
+        ]
 
 
-def _until_all_are_there(
-    runs: int, text: str, names: set[str], *, tells: int
-) -> dict[str, list[Times]]:
-    return interleaved(
-        runs, {how: partial(_times, text, names, how, tells) for how in (COLD, WARM)}
-    )
+def _row(what: str, limit: float, measure: Callable[[str], float], runs: int) -> Row:
+    found = interleaved(runs, {how: partial(measure, how) for how in (COLD, WARM)})
+    return _cold_against_warm(what, limit, found[COLD], found[WARM])
 
 
-def _times(text: str, names: set[str], how: str, tells: int) -> Times:
-    with _domain() as domain, domain.observed() as observer, domain.running(text, how) as run:
-        in_graph = observer.wait_for(names)
-        published = max(_wait_for(run, "published", tells), default=run.begun_s)
-        return Times(published - run.begun_s, in_graph - run.begun_s)
+def _in_graph_s(text: str, names: set[str], how: str) -> float:
+    with (
+        _domain() as domain,
+        domain.observed() as observer,
+        domain.running(text, how) as run,
+    ):
+        return observer.wait_for(names) - run.begun_s
 
 
-def _cold_against_warm(
-    what: str, limit: float, found: Mapping[str, Sequence[tuple[float, ...]]], column: int
-) -> Row:
-    cold, warm = ([times[column] for times in found[how]] for how in (COLD, WARM))
+def _published_s(text: str, how: str) -> float:
+    with _domain() as domain, domain.running(text, how) as run:
+        return max(_wait_for(run, "published", MANY)) - run.begun_s
+
+
+def _cold_against_warm(what: str, limit: float, cold: list[float], warm: list[float]) -> Row:
     detail = f"cold {milliseconds(cold)}, warm {milliseconds(warm)}"
     value = median(cold) / median(warm)
     return Row(f"{what}, cold / warm", value, "x", limit, detail, at_least=True)
@@ -270,14 +265,25 @@ class Restart(NamedTuple):
 
 
 def restart(runs: int) -> list[Row]:
-    """One robot, restarted several times in a run. It needs 0.12 s to exit, warm or cold."""
+    """One robot, restarted several times in a run.
+
+    It needs 0.12 s to exit, warm or cold, and publishes its first status after 0.05 s.
+    """
     found: dict[str, list[Restart]] = {COLD: [], WARM: []}
     for _ in range(max(1, runs // 3)):
         for how in (COLD, WARM):
             found[how] += _restarts(how)
+    whats = (
+        "request to its first status",
+        "exit of the old process to its first status",
+    )
     return [
-        _cold_against_warm("restart of a robot: request to its first status", 5.0, found, 0),
-        _cold_against_warm("the same, from the exit of the old process on", 5.0, found, 1),
+        _cold_against_warm(
+            f"restart of a robot: {what}",
+            5.0,
+            *([times[column] for times in found[how]] for how in (COLD, WARM)),
+        )
+        for column, what in enumerate(whats)
     ]
 
 
@@ -324,7 +330,15 @@ def memory(runs: int) -> list[Row]:
         text = _FILE.format(script=_node_script(folder, _NODE), count=MANY, parameters=[])
         found = {how: _memory_mb(domain, text, how) for how in (COLD, WARM)}
     detail = f"{found[WARM]:.1f} MB of {found[COLD]:.1f}, {MANY} nodes and what has made them"
-    return [Row("PSS per node, warm against cold", found[WARM] / found[COLD], "x", 0.5, detail)]
+    return [
+        Row(
+            "PSS per node, warm against cold",
+            found[WARM] / found[COLD],
+            "x",
+            0.5,
+            detail,
+        )
+    ]
 
 
 def _memory_mb(domain: Domain, text: str, how: str) -> float:
@@ -350,11 +364,18 @@ def without_nodes(runs: int) -> list[Row]:
     """CPU time of a run that has no Python node, by default and with `--cold`."""
     with _domain() as domain:
         found = interleaved(
-            2 * runs, {name: partial(_cpu_s, domain, words) for name, words in _PLAIN.items()}
+            2 * runs,
+            {name: partial(_cpu_s, domain, words) for name, words in _PLAIN.items()},
         )
     detail = f"default {milliseconds(found['default'])}, --cold {milliseconds(found[COLD])}"
     return [
-        Row("CPU of a run without nodes", ratio(found["default"], found[COLD]), "x", 1.05, detail)
+        Row(
+            "CPU of a run without nodes",
+            ratio(found["default"], found[COLD]),
+            "x",
+            1.05,
+            detail,
+        )
     ]
 
 

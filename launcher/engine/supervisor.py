@@ -432,7 +432,14 @@ class Supervisor:
 
     def admit(self, process: Process) -> bool:
         if self._warm is None:
-            if not (self._options.warm or process.spec.ros) or process.next_debugger:
+            spec = process.spec
+            if not (self._options.warm or spec.ros) or process.next_debugger:
+                return False
+            from launcher.packages.python_program import program_of
+
+            program = program_of(spec.argv, spec.env, spec.cwd)
+            if isinstance(program, str):
+                process.start_kind = f"cold, because {program}"
                 return False
             from launcher.engine.warm.spawner import WarmSpawner
 

@@ -116,11 +116,19 @@ def test_a_run_without_a_hosts_file_imports_nothing_for_hosts(tmp_path: Path):
     assert [name for name in modules if name.startswith(hosts)] == []
 
 
-def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Path):
+@pytest.mark.parametrize(
+    "action",
+    [
+        'ExecuteProcess(cmd=[sys.executable, "-m", "this"])',
+        'Node(executable="/bin/sleep", arguments=["0.2"])',
+        'Node(executable=sys.executable, arguments=["-c", "pass"])',
+    ],
+)
+def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Path, action: str):
     file = tmp_path / "one.launch.py"
-    command = '[sys.executable, "-c", "pass"]'
-    text = LAUNCH_FILE.replace('["/bin/true"]', command)
-    file.write_text(f"import sys\n{text}", encoding="utf-8")
+    text = LAUNCH_FILE.replace('ExecuteProcess(cmd=["/bin/true"], output="screen")', action)
+    assert action in text
+    file.write_text(f"import sys\nfrom launch_ros.actions import Node\n{text}", encoding="utf-8")
     modules = python(TELL_AT_THE_END, str(file)).split()
     assert "launcher.engine.shutdown" in modules
     assert [name for name in modules if name.startswith("launcher.engine.warm")] == []
