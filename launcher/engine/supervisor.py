@@ -450,7 +450,8 @@ class Supervisor:
                 settings_of=self.settings_of,
                 warn=self._log.warn,
                 is_forced=bool(self._options.warm),
-                is_interactive=self._options.console and self._screen.is_tty,
+                is_interactive=self._options.watch
+                or (self._options.console and self._screen.is_tty),
                 is_begun=self._is_begun,
             )
         return self._warm.admit(process)

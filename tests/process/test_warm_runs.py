@@ -87,6 +87,13 @@ def test_one_node_is_cold_and_its_restart_prepared(control_bench: ControlBench, 
         wait_until(restarts_warm, "it is prepared")
 
 
+def test_with_watch_the_restart_of_one_node_is_prepared(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(nodes(script, 1), "--watch") as run:
+        run.wait_for("value is 1")
+        wait_until(lambda: preparing_of(run), "its next start is prepared")
+
+
 def test_cold_and_other_programs_prepare_nothing(control_bench: ControlBench, folder):
     script = node_script(folder)
     with control_bench.launch(nodes(script, 4), "--cold") as run:

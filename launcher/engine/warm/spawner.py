@@ -48,8 +48,8 @@ class WarmSpawner:
     `is_forced`: by `--warm`, a start always waits for the preparation. Else it waits if that makes
     it sooner: if more nodes are to be started than there are processors. Otherwise the first ones
     are started cold, and what is needed for their next start is prepared when they have settled,
-    if that is to be expected: they have a restart policy, or a user may restart them
-    (`is_interactive`). `is_begun`: the static part of the launch file has been carried out.
+    if that is to be expected: they have a restart policy, or a user or an edited file may restart
+    them (`is_interactive`). `is_begun`: the static part of the launch file has been carried out.
     """
 
     def __init__(
