@@ -117,6 +117,7 @@ def test_programs_of_any_style_run_as_they_are(bench: ControlBench):
             "[INFO] [words-7]: node has finished cleanly in composed-1",
             "[threads-3] threads has a thread",
             "[client-5] client got True",
+            "]: has another context",
             "[rate-6] rate has slept",
         ):
             run.wait_for(text)
@@ -129,6 +130,8 @@ def test_programs_of_any_style_run_as_they_are(bench: ControlBench):
             lambda: "heard /usual at 3.5" in logged(run, "threads-3", "threads"), "a message"
         )
         end(run)
+    # This one is called as the other by the words of the process.
+    assert re.search(r"\[client-5\] .*\[client\]: has another context", run.screen)
     assert "[careful-2] careful was stopped" in run.screen
     assert "[threads-3] threads was stopped" in run.screen
     assert "[INFO] [usual-1]: node was stopped in composed-1 (SIGINT)" in run.screen

@@ -93,6 +93,7 @@ def client(name: str) -> None:
     rclpy.init()
     node = Plain(name)
     other = rclpy.create_node(f"{name}_other", context=context)
+    other.get_logger().info("has another context")
     caller = other.create_client(Trigger, f"/{name}/{name}_trigger")
     server = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)
     server.start()

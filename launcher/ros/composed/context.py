@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import rclpy
@@ -229,6 +229,7 @@ def install() -> None:
         context = options.get("context") or _get_default_context()
         if not isinstance(context, MemberContext) or context._is_own:
             _own_init(node, node_name, *positional, **options)
+            _introduce(node, current.member(), ())
             return
         own = options.get("cli_args") or []
         if options.get("use_global_arguments", True):
@@ -237,16 +238,18 @@ def install() -> None:
         options["use_global_arguments"] = False
         with _lock:  # rcl has tables of nodes without locks
             _own_init(node, node_name, *positional, **options)
-        _introduce(node, context)
+        _introduce(node, context.member, context.levels)
 
     rclpy.node.Node.__init__ = init_node
 
 
-def _introduce(node: Any, context: MemberContext) -> None:
+def _introduce(node: Any, one: Member | None, levels: Iterable[tuple[str, int]]) -> None:
     """Tell the launcher of the node, whose logger may log from now on."""
+    if one is None:
+        return
     logger = node.get_logger().name
-    for name, level in context.levels:
+    for name, level in levels:
         if not name:
             rclpy.logging.set_logger_level(logger, level)
-    context.member.nodes.add(node)
-    output.tell(context.member.index, "node", node.get_fully_qualified_name(), logger)
+    one.nodes.add(node)
+    output.tell(one.index, "node", node.get_fully_qualified_name(), logger)
