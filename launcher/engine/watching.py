@@ -137,6 +137,7 @@ class Watching:
             {
                 "process": process.name,
                 "argv": spec.argv,
+                "members": [one.argv for one in spec.members],
                 "env": {name: spec.env[name] for name in _ENVIRONMENT if name in spec.env},
                 "cwd": spec.cwd,
                 "parameters": _parameter_files(spec),
@@ -244,6 +245,8 @@ def _ignore(result: Result) -> None:
 
 def _parameter_files(spec: ProcessSpec) -> list[str]:
     """Those of the user; the launcher's own are made anew with each evaluation."""
+    if spec.members:
+        return [path for one in spec.members for path in _parameter_files(one)]
     sources = () if spec.ros is None else spec.ros.parameters
     generated = {one.file for one in sources if one.generated is not None}
     given = [path for option, path in ros_options(spec.argv) if option is PARAMETER_FILE]

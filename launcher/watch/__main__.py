@@ -88,6 +88,7 @@ class Watcher:
                 request["env"],
                 request["cwd"],
                 tuple(request["parameters"]),
+                members=tuple(map(tuple, request["members"])),
             )
             changed = self._watched.add_process(name, program, started_ns)
             tell({"files": name, "paths": self._watched.files(name)})

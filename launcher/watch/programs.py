@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 
-from launcher.model.record import Record
+from launcher.model.record import Record, replace
 from launcher.packages.imports import imports_of, is_installed
 from launcher.packages.python_program import PythonProgram, program_of
 
@@ -16,12 +16,16 @@ _SYSTEM = ("/usr/", "/bin/", "/sbin/", "/lib", "/opt/ros/")  # changes there are
 
 
 class Program(Record):
-    """A command as it was started; `parameters` are the parameter files of the user."""
+    """A command as it was started; `parameters` are the parameter files of the user.
+
+    `members` are the commands of the nodes that it runs itself, instead of its own.
+    """
 
     argv: tuple[str, ...]
     env: Mapping[str, str]
     cwd: str | None = None
     parameters: tuple[str, ...] = ()
+    members: tuple[tuple[str, ...], ...] = ()
 
     @property
     def parameter_files(self) -> list[str]:
@@ -30,7 +34,9 @@ class Program(Record):
 
 def files_of(program: Program) -> list[str]:
     """The absolute paths of its own source files and parameter files, the program first."""
-    paths = [*_sources(program), *program.parameter_files]
+    commands = program.members or (program.argv,)
+    sources = [path for argv in commands for path in _sources(replace(program, argv=argv))]
+    paths = [*sources, *program.parameter_files]
     return list(dict.fromkeys(os.path.normpath(path) for path in paths))
 
 

@@ -233,7 +233,8 @@ def test_verbs_are_about_the_group(bench: ControlBench):
         before = pid_of(run)
         run.ask("restart", "composed-1")
         assert pid_of(run) != before
-        wait_until(lambda: run.screen.count("[usual-2] [INFO]") > 1, "the new process")
+        started = f"process started with pid [{pid_of(run)}]"
+        wait_until(lambda: "[usual-2] [INFO]" in run.screen.partition(started)[2], "its lines")
         lines = [line["text"] for line in run.ask("logs", "composed-1")["lines"]]
         assert "[careful-1] careful was stopped" in lines
         folder = Path(run.connect().hello["run"]["log_dir"])
@@ -241,6 +242,26 @@ def test_verbs_are_about_the_group(bench: ControlBench):
             run.ask("reload")
         end(run)
     assert "[careful-1] careful was stopped" in (folder / "launch.log").read_text()
+
+
+def test_an_edit_of_one_program_restarts_the_group(bench: ControlBench):
+    program = bench.folder / "edited.py"
+    text = PROGRAM.read_text()
+    program.write_text(text)
+    edited = plain("careful").replace(str(PROGRAM), str(program))
+    with bench.launch(f"{edited}, {plain('usual')}", "--compose", "*", "--watch") as run:
+        run.wait_for("[careful-1] [INFO]")
+        run.wait_for("[usual-2] [INFO]")
+        before = pid_of(run)
+        wait_until(lambda: "edited.py" in str(run.ask("watch")), "it is watched")
+        program.write_text(text.replace("was stopped", "was ended"))
+        run.wait_for("[careful-1] careful was stopped")
+        wait_until(lambda: pid_of(run) not in (None, before), "the new process")
+        started = f"process started with pid [{pid_of(run)}]"
+        wait_until(lambda: "[careful-1] [INFO]" in run.screen.partition(started)[2], "its lines")
+        run.ask("quit")
+        assert run.exit_code() == 0, run.screen
+    assert "[careful-1] careful was ended" in run.screen
 
 
 def test_log_levels_are_those_of_each_node(bench: ControlBench):

@@ -384,6 +384,7 @@ def test_full_inotify_watches_are_named_with_their_repair(desk: Desk):
         "env": dict(os.environ),
         "cwd": None,
         "parameters": [],
+        "members": [],
         "started_ns": 1 << 62,
     }
     with watcher:

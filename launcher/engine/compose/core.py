@@ -18,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.engine.core_driver import Core
+    from launcher.engine.core_driver import ReloadableCore
 
 _FIRST_GROUP = 1 << 29  # ids of processes of the launch file are smaller
 
@@ -48,7 +48,7 @@ class ComposedCore:
 
     def __init__(
         self,
-        core: Core,
+        core: ReloadableCore,
         composition: Composition,
         late: Callable[[ProcessSpec], str | None],
     ) -> None:
@@ -149,7 +149,13 @@ class ComposedCore:
     def intentions(self) -> Sequence[str]:
         return self._core.intentions()
 
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        self._core.stay_while(condition)
+
     def evaluate_again(self, *arguments: Any) -> Any:
+        self.launch_files()
+
+    def launch_files(self) -> list[str]:
         hint = "end the run, and start it again"
         raise LauncherError("a run with composed nodes cannot be reloaded", hint=hint)
 

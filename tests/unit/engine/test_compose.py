@@ -153,6 +153,8 @@ def test_the_rest_is_that_of_the_core():
     assert core.has_failed
     with pytest.raises(LauncherError, match="cannot be reloaded"):
         core.evaluate_again()
+    with pytest.raises(LauncherError, match="cannot be reloaded"):
+        core.launch_files()
 
 
 # ---- output
