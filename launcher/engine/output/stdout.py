@@ -268,6 +268,7 @@ class StdoutWriter:
             rest = self._try(block)
             if not rest or self.closed:
                 return
+            self._reactor.remove(self.fd)  # it is still watched if `push` has emptied the queue
             self._reactor.add_writer(self.fd, self.flush)
             self._waiting.append(rest)
             self._waiting_bytes += len(rest)
@@ -275,7 +276,7 @@ class StdoutWriter:
             self._press()
 
     def push(self) -> None:
-        """Write of the queue what the output takes now.
+        """Write of the queue what the output takes now; `flush` follows when it can take more.
 
         A terminal takes a few KB: it would have nothing to do while much more is being read.
         """
@@ -374,6 +375,7 @@ class StdoutWriter:
             self.write(_OVERWRITE if len(partial) < (self.columns or 0) else b"\n")
             if self._waiting:
                 return
+        self._reactor.remove(self.fd)
         self.fd, self._next_fd = self._next_fd, None
         self._on_diverted()
         if source is not None and len(partial) <= PINNED_BYTES:

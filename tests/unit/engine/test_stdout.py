@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from launcher.engine.output import stdout
-from launcher.engine.output.stdout import TOGETHER_BYTES, StdoutWriter
+from launcher.engine.output.stdout import TERMINAL_HIGH_WATER, TOGETHER_BYTES, StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 
 
@@ -69,10 +69,22 @@ class Terminal:
         self.fd, theirs = pty.openpty()
         tty.setraw(theirs)
         self.screen = StdoutWriter(reactor, theirs, colour=False)
+        self.reactor = reactor
         self._theirs = theirs
 
     def read(self) -> bytes:
         return os.read(self.fd, 1 << 20)
+
+    def fill(self) -> None:
+        """Write until it takes nothing more."""
+        self.screen.write(b"a" * 4 * TOGETHER_BYTES)
+        assert self.screen.waiting_bytes > 0
+
+    def empty(self) -> None:
+        """Read, and let the writer push, until nothing waits."""
+        while self.screen.waiting_bytes:
+            self.read()
+            self.screen.push()
 
     def close(self) -> None:
         self.screen.take_waiting()
@@ -106,8 +118,7 @@ def test_short_blocks_are_written_together_in_their_order(
     terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ):
     screen = terminal.screen
-    screen.write(b"a" * 4 * TOGETHER_BYTES)  # until it takes nothing more
-    assert screen.waiting_bytes > 0
+    terminal.fill()
     blocks = [b"%07d\n" % number for number in range(10_000)]
     for block in blocks:
         screen.write(block)
@@ -129,3 +140,32 @@ def test_short_blocks_are_written_together_in_their_order(
     while not found.endswith(blocks[-1]):
         found += terminal.read()
     assert found.lstrip(b"a") == b"".join(blocks)
+
+
+def test_a_queue_that_was_emptied_between_two_turns_may_fill_again(terminal: Terminal):
+    pressed: list[bool] = []
+    terminal.screen.on_pressure = pressed.append
+    for _ in range(3):
+        terminal.fill()
+        terminal.screen.write(b"b" * TERMINAL_HIGH_WATER)
+        terminal.empty()
+    assert pressed == [True]
+    terminal.read()
+    terminal.reactor.turn()
+    assert pressed == [True, False]
+    assert terminal.reactor.timeout_s() is None
+
+
+def test_a_terminal_is_not_watched_any_more_after_its_output_was_diverted(terminal: Terminal):
+    diverted: list[int] = []
+    terminal.fill()
+    terminal.empty()
+    terminal.read()
+    read_end, write_end = os.pipe()
+    terminal.screen.divert(write_end, lambda: diverted.append(1))
+    assert diverted == [1]
+    with pytest.raises(FileNotFoundError):
+        terminal.reactor._epoll.unregister(terminal.screen._terminal)
+    terminal.screen.come_back(b"")
+    os.close(read_end)
+    os.close(write_end)
