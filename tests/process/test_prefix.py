@@ -35,7 +35,7 @@ def test_a_plan_has_the_words_too(workspace: Workspace):
     assert arm["cmd"] == ["nice", "-n", "3", "true"]
     shown = workspace.call(file, "-p", "--prefix=arm=nice -n '3'", "--prefix", "amr=nice")
     assert "$ nice -n 3 true" in shown.stdout
-    assert "--prefix 'amr' matches no process (did you mean 'arm'?)" in shown.stderr
+    assert "--prefix 'amr' matches no process (did you mean 'arm'?)" in shown.stdout
     assert not workspace.started.exists()
 
 
