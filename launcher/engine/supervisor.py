@@ -6,7 +6,6 @@ import contextlib
 import errno
 import functools
 import gc
-import math
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
@@ -306,7 +305,7 @@ class Supervisor:
 
     def _watch_nodes(self) -> None:
         if not self._shutdown.has_begun:
-            self.control.responsiveness.look(math.inf)
+            self.control.responsiveness.look(float("inf"))
 
     def _clean_up(self, *, is_orderly: bool) -> None:
         for process in self._processes.values():
