@@ -44,12 +44,16 @@ def test_an_exit_is_reported_while_a_grandchild_still_writes_to_the_pipe(bench: 
 # They stamp entries and lines, and compare the times of files.
 WALL_CLOCK_READERS = {
     "cgroup",
+    "child",
+    "core_file",
     "event_log",
     "line_format",
     "link",
+    "reload",
     "run_directory",
     "process_driver",
     "shared_memory",
+    "watching",
 }
 
 
