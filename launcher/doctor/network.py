@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from launcher import proc
 from launcher.doctor.facts import NetworkFacts, Node
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
+from launcher.hosts.crowd import PROFILES
 from launcher.ros.discovery.gids import holders
 from launcher.ros.discovery.ports import announcement_ports, participants_by_domain
 
@@ -72,7 +73,7 @@ def _nodes() -> Iterator[Node]:
     for domain in sorted(participants_by_domain()):
         for pid in sorted(holders(set(announcement_ports(domain)), set())):
             memory = _device(str(pid))
-            variables = {name: proc.variable(pid, name) for name in SETTINGS}
+            variables = {name: proc.variable(pid, name) for name in (*SETTINGS, *PROFILES)}
             yield Node(
                 pid=pid,
                 command=os.path.basename(" ".join(proc.command_line(pid)[:1])) or "?",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from launcher.doctor.facts import Finding, NetworkFacts, Node
+from launcher.hosts.crowd import too_many
 from launcher.model.level import Level
 from launcher.program import program
 from launcher.text import count
@@ -21,6 +22,7 @@ def check_network(facts: NetworkFacts) -> list[Finding]:
         _multicast(facts),
         _shared_memory(facts),
         _other_nodes(facts),
+        *_crowds(facts),
         _clock(facts),
     ]
 
@@ -125,6 +127,18 @@ def _other_nodes(facts: NetworkFacts) -> Finding:
         )
     advice = "nodes of this shell do not see them: set the variable to the same value"
     return _finding(name, Level.NOTE, "; ".join(texts), advice)
+
+
+def _crowds(facts: NetworkFacts) -> Iterator[Finding]:
+    """More nodes than find each other."""
+    name = "number of nodes"
+    environments = [{**one.settings, "ROS_DOMAIN_ID": str(one.domain)} for one in facts.nodes]
+    messages = too_many(environments, {})
+    for message in messages:
+        text, _, advice = message.rpartition("; ")
+        yield _finding(name, Level.PROBLEM, text, advice)
+    if not messages:
+        yield _finding(name, Level.OK, f"{count(len(facts.nodes), 'process')} with nodes")
 
 
 def _named(nodes: list[Node]) -> str:

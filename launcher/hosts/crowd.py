@@ -15,7 +15,7 @@ from launcher.text import count
 LOCALHOST_MAX = 33  # the first 32 know all; each of the others knows these and itself
 DOMAIN_MAX = 101
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-_PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 _RMW = ("", "rmw_fastrtps_cpp", "rmw_fastrtps_dynamic_cpp")
 _WIDE = ("SUBNET", "SYSTEM_DEFAULT")
 
@@ -24,7 +24,7 @@ def limit(environment: Mapping[str, str]) -> int | None:
     """How many participants of one domain find each other here; None: no limit that is known."""
     if environment.get("RMW_IMPLEMENTATION", "") not in _RMW:
         return None
-    if any(environment.get(name) for name in _PROFILES):
+    if any(environment.get(name) for name in PROFILES):
         return None  # it may say anything about ports and peers
     if environment.get("ROS_DISCOVERY_SERVER"):
         return DOMAIN_MAX

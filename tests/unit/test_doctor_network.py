@@ -94,6 +94,17 @@ def test_nodes_that_this_shell_would_not_see(
     assert words is None or words in finding.text
 
 
+def test_more_nodes_than_find_each_other_are_a_problem():
+    crowd = (node(**{RANGE: "LOCALHOST"}),) * 34
+    finding = found("number of nodes", nodes=crowd)
+    assert finding.level is Level.PROBLEM
+    assert finding.text.startswith("34 nodes on domain 0 do not all find each other: ")
+    assert finding.advice == f"use --discovery server, or {RANGE}=SUBNET"
+    assert found("number of nodes", nodes=crowd[1:]).level is Level.OK
+    served = node(ROS_DISCOVERY_SERVER="127.0.0.1:11811", FASTRTPS_DEFAULT_PROFILES_FILE="/x.xml")
+    assert found("number of nodes", nodes=(served,) * 120).level is Level.OK
+
+
 def test_a_clock_that_nobody_keeps_is_noted():
     assert found("clock", is_in_step=False).level is Level.NOTE
     assert found("clock", is_in_step=None).level is Level.OK
