@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import hosts, saving, warm
+from benchmarks import hosts, hundred, saving, warm
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -54,6 +54,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "warm-twenty": warm.twenty,
     "warm-memory": warm.memory,
     "warm-none": warm.without_nodes,
+    "warm-hundred": hundred.hundred,
     "hosts-first": hosts.first_line,
     "hosts-delay": hosts.delay,
     "hosts-flood": hosts.flood,

@@ -117,6 +117,10 @@ class Run:
     def screen(self) -> str:
         return (self._folder / "screen").read_text(errors="replace")
 
+    def logs(self, pattern: str) -> list[Path]:
+        """The log files of processes whose names are like this."""
+        return list(self._folder.rglob(f"{pattern}.log"))
+
     def ask(self, verb: str, *names: str) -> Mapping[str, object]:
         socket = next(iter(self._folder.rglob(f"{self.process.pid}-*.sock")))
         with Connection(socket, timeout_s=TIMEOUT_S) as connection:
