@@ -66,6 +66,9 @@ if TYPE_CHECKING:
         # Do not end for want of processes while this is true.
         def stay_while(self, condition: Callable[[], bool]) -> None: ...
 
+        # Whether the launch file has asked something of its node: transitions, components.
+        def is_steered(self, spec: ProcessSpec) -> bool: ...
+
         # What the evaluation has read.
         def launch_files(self) -> list[str]: ...
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import errno
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_log import RunLog
@@ -149,7 +149,7 @@ class Reloader:
             raise LauncherError("a script with a LaunchService cannot be reloaded")
         core: ReloadableCore = self._core  # type: ignore[assignment]
         if not hasattr(core, "evaluate_again"):
-            raise LauncherError("a run without a launch file of its own cannot be reloaded")
+            raise LauncherError("an attached run cannot be reloaded")
         return core
 
     def compare(self) -> list[Entry]:
@@ -158,9 +158,12 @@ class Reloader:
         evaluation.discard()
         return self._entries(evaluation.reload)
 
-    def reload(self, done: Done) -> None:
-        """Call `done` when everything is carried out; LauncherError, and nothing was changed."""
-        evaluation = self._evaluate()
+    def reload(self, done: Done, edited: Collection[Process] = ()) -> None:
+        """Call `done` when everything is carried out; LauncherError, and nothing was changed.
+
+        The files of those that are `edited` have changed: they are restarted in any case.
+        """
+        evaluation = self._evaluate(edited)
         reload, entries = evaluation.reload, self._entries(evaluation.reload)
         self.core.adopt(evaluation)
         self._core_driver.forget()
@@ -235,13 +238,17 @@ class Reloader:
         self._core_driver.nudge()
         done([replace(one, result=results.get(one.name)) for one in entries])
 
-    def _evaluate(self) -> Evaluation:
+    def _evaluate(self, edited: Collection[Process] = ()) -> Evaluation:
         core = self.core
         if self._shutdown.has_begun:
             raise LauncherError("the run is being stopped")
         if self.is_busy:
             raise LauncherError("another reload is being carried out")
-        known = [_known(one) for one in self._processes.values() if not one.is_gone]
+        known = [
+            _known(one, is_edited=one in edited)
+            for one in self._processes.values()
+            if not one.is_gone
+        ]
         return core.evaluate_again(known, self._adapt)
 
     def _entries(self, reload: Reload) -> list[Entry]:
@@ -260,7 +267,7 @@ def _names(entries: Sequence[Entry]) -> dict[str, list[str]]:
     }
 
 
-def _known(process: Process) -> Known:
+def _known(process: Process, *, is_edited: bool) -> Known:
     machine, end = process.machine, process.last_end
     is_stopped = machine.state is ProcessState.STOPPED
     has_ended = machine.state in (ProcessState.EXITED, ProcessState.FATAL) or (
@@ -276,4 +283,5 @@ def _known(process: Process) -> Known:
         has_ended=has_ended,
         returncode=end.outcome.returncode if has_ended and end is not None else None,
         ended_ago_s=time.time() - process.ended_wall_s if has_ended else 0.0,
+        is_edited=is_edited,
     )

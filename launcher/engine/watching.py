@@ -189,10 +189,11 @@ class Watching:
             if has_launch and names:
                 verb += ", and the launch file is reloaded"
             self._log.log("INFO", "launch", f"{_named(paths)} changed: {', '.join(what)} {verb}")
-        if has_launch:
-            self._reload()
+        steered = [one for one in chosen if self._is_steered(one)]
+        if has_launch or steered:
+            self._reload(steered)
         for process in chosen:
-            if not process.is_gone and not process.is_replaced:
+            if not process.is_gone and self._is_due(process, changed.get(process.name)):
                 restart_changed(self._control, process, _ignore)
 
     def _is_due(self, process: Process, changed_ns: int | None) -> bool:
@@ -204,13 +205,20 @@ class Watching:
             return machine.state is ProcessState.STARTING and process.child is not None
         return machine.running_since == 0.0 or changed_ns > self._wall_ns(machine.running_since)
 
-    def _reload(self) -> None:
+    def _is_steered(self, process: Process) -> bool:
+        """Whether its restart is to be followed by what the launch file asks of its node."""
+        try:
+            return self._reloader.core.is_steered(process.spec)
+        except LauncherError:
+            return False
+
+    def _reload(self, edited: Sequence[Process] = ()) -> None:
         if self._reloader.is_busy:
             self._loads_again = True
             return
         began_s = self._reactor.now()
         try:
-            self._reloader.reload(self._reloaded)
+            self._reloader.reload(self._reloaded, edited)
         except LauncherError as error:
             text = f"{error.render()}\nthe launch file was not reloaded: everything runs on"
             self._log.log("ERROR", "launch", text)

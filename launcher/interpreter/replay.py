@@ -62,6 +62,7 @@ class Replay:
         self._sequence = itertools.count()
         self._elapsed_s = 0.0
         self.loads: list[model.LoadRequest] = []
+        self.repeated: list[model.Effect] = []  # what the run has done already
 
     def run(self, elapsed_s: float) -> Reload:
         """Evaluate up to this time since the start of the run; LaunchFileError."""
@@ -111,8 +112,8 @@ class Replay:
                     self._change_state(effect, change, request_id, now_s)
                 case model.WatchLifecycle() | model.UseSimTime():
                     self._effects.append(effect)
-                case model.LogMessage() if effect not in self._said:
-                    self._effects.append(effect)
+                case model.LogMessage():
+                    (self.repeated if effect in self._said else self._effects).append(effect)
                 # Signals, stops and input: the processes have got them.
 
     # ---- processes
@@ -137,6 +138,8 @@ class Replay:
         changes = differences(known.spec, comparable(spec))
         if full_node_name(spec.argv) in self._stale:
             changes.append("components")
+        if known.is_edited:
+            changes.append("files")
         self._kept.append(Kept(known.process_id, spec, planned, tuple(changes)))
         if known.is_stopped or not needs_restart(changes):  # else the run tells what happens
             self._tell(known, now_s)
@@ -180,6 +183,7 @@ class Replay:
         if not self._is_done(load, load.container):
             self._send(effect, load.container)
             return
+        self.repeated.append(effect)
         name = f"{(load.namespace or '').rstrip('/')}/{load.name}" if load.name else ""
         self._at(now_s, model.ComponentLoaded(request_id, full_node_name=name))
 
@@ -189,6 +193,7 @@ class Replay:
         if not self._is_done(change, change.node):
             self._send(effect, change.node)
             return
+        self.repeated.append(effect)
         self._at(now_s, model.StateChanged(request_id))
         for label, start, goal in transition_steps(change.transition_id):
             self._at(now_s, model.TransitionSeen(change.node, label, start, goal))

@@ -13,7 +13,8 @@ class Known(Record):
 
     `pid` is None if it is not running. `has_ended`, `ended_ago_s` seconds ago: neither a restart
     nor a user will start it again; with `returncode`, unless it could not be started. `is_stopped`:
-    a user or the launch file has stopped it.
+    a user or the launch file has stopped it. `is_edited`: it is restarted since its files have
+    changed.
     """
 
     process_id: int
@@ -24,6 +25,7 @@ class Known(Record):
     has_ended: bool = False
     returncode: int | None = None
     ended_ago_s: float = 0.0
+    is_edited: bool = False
     is_stopped: bool = False
 
 

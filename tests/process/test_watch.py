@@ -286,6 +286,66 @@ def test_a_file_that_the_launch_file_reads(desk: Desk):
         assert before.items() <= pids(run).items()
 
 
+LIFECYCLE_NODE = """import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.lifecycle import Node, TransitionCallbackReturn
+
+import part
+
+class Steered(Node):
+    def on_configure(self, state):
+        print(f"configured {part.VALUE}", flush=True)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state):
+        print(f"activated {part.VALUE}", flush=True)
+        return super().on_activate(state)
+
+rclpy.init()
+node = Steered("steered")
+try:
+    rclpy.spin(node)
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+LIFECYCLE_ACTIONS = """*__import__("steering").actions({!r})"""
+STEERING = """from launch.actions import EmitEvent, RegisterEventHandler
+from launch.events import matches_action
+from launch_ros.actions import LifecycleNode
+from launch_ros.event_handlers import OnStateTransition
+from launch_ros.events.lifecycle import ChangeState
+
+def actions(script):
+    node = LifecycleNode(executable=script, name="steered", namespace="", output="screen")
+    def change(number):
+        matcher = matches_action(node)
+        return EmitEvent(event=ChangeState(lifecycle_node_matcher=matcher, transition_id=number))
+    handler = OnStateTransition(
+        target_lifecycle_node=node, goal_state="inactive", entities=[change(3)])
+    return [node, RegisterEventHandler(handler), change(1)]
+"""
+
+
+@pytest.mark.thorough
+def test_a_lifecycle_node_goes_through_its_transitions_again(desk: Desk):
+    script = desk.folder / "steered.py"
+    script.write_text(f"#!{sys.executable}\n{LIFECYCLE_NODE}")
+    script.chmod(0o755)
+    (desk.bench.folder / "steering.py").write_text(STEERING)
+    path = f"*(sys.path.insert(0, {str(desk.bench.folder)!r}) or ()), "
+    with desk.run(path + LIFECYCLE_ACTIONS.format(str(script))) as run:
+        run.wait_for("activated 1")
+        wait_until(lambda: run.ask("watch")["processes"][0]["files"], "the files")
+        assert {one["change"] for one in run.ask("reload")["processes"]} == {"same"}
+        desk.part.write_text("VALUE = 2\n")
+        run.wait_for("activated 2")
+        assert {one["change"] for one in run.ask("reload")["processes"]} == {"same"}
+        desk.part.write_text("VALUE = 3\n")
+        run.wait_for("activated 3")
+        for value in (1, 2):
+            assert run.screen.count(f"activated {value}") == 1, "it was asked for again"
+
+
 def test_on_and_off_for_some_and_for_all(desk: Desk):
     with desk.bench.launch(desk.nodes) as run:
         run.wait_for("b runs 1")

@@ -159,6 +159,12 @@ class LaunchCore:
         """Do not end for want of processes while this is true."""
         self.interpreter.stay_while(condition)
 
+    def is_steered(self, spec: ProcessSpec) -> bool:
+        """Whether the launch file has asked its node for transitions, or to load components."""
+        from launcher.commands.launch import reloading
+
+        return reloading.is_steered(spec, [one for _, _, some in self._steps for one in some])
+
     def launch_files(self) -> list[str]:
         """The launch file, and what its evaluation has read."""
         from launcher.commands.launch import reloading

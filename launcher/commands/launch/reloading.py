@@ -30,6 +30,7 @@ from launcher.model.events import (
     StartProcess,
 )
 from launcher.model.reload import Known, Reload
+from launcher.model.ros_arguments import full_node_name
 from launcher.model.spec_diff import needs_restart
 
 TYPE_CHECKING = False
@@ -54,10 +55,12 @@ class Evaluation:
         description: LaunchDescription,
         reload: Reload,
         known: Sequence[Known],
+        repeated: Sequence[Effect],
     ) -> None:
         self.interpreter = interpreter
         self.description = description
         self.reload = reload
+        self._repeated = repeated
         self._known = {one.process_id: one.spec.spec for one in known}
         self._environment = dict(os.environ)
 
@@ -83,7 +86,7 @@ class Evaluation:
         """As if the run had begun with this launch file."""
         kept = [StartProcess(one.process_id, one.planned) for one in self.reload.kept]
         later = [effect for _, effects in self.reload.after for effect in effects]
-        return [*kept, *self.reload.effects, *later]
+        return [*kept, *self._repeated, *self.reload.effects, *later]
 
 
 def evaluate(
@@ -137,7 +140,8 @@ def evaluate(
                 fault, description, new.context, request.arguments, os.environ
             )
             raise mistakes.together(errors) from fault
-        return Evaluation(new, description, reload, known), stale_containers(loads, replay, reload)
+        evaluation = Evaluation(new, description, reload, known, replay.repeated)
+        return evaluation, stale_containers(loads, replay, reload)
 
     with recording(), _as_at_first(), limited(request.time_limit, request.path):
         evaluation, stale = attempt(())
@@ -191,6 +195,14 @@ def is_own(path: str | None) -> bool:
     if "/site-packages/" in path or "/dist-packages/" in path:
         return False
     return not path.startswith((_PACKAGE + os.sep, sysconfig.get_paths()["stdlib"] + os.sep))
+
+
+def is_steered(spec: ProcessSpec, effects: Sequence[Effect]) -> bool:
+    """Whether one of these is a request to its node."""
+    targets = {one.request.container for one in effects if isinstance(one, LoadComponent)}
+    targets |= {one.request.node for one in effects if isinstance(one, ChangeState)}
+    name = full_node_name(spec.argv)
+    return name is not None and any(f"/{target.lstrip('/')}" == name for target in targets)
 
 
 def launch_files(request: LaunchRequest, interpreter: Interpreter) -> list[str]:

@@ -159,6 +159,9 @@ class ComposedCore:
         hint = "end the run, and start it again"
         raise LauncherError("a run with composed nodes cannot be reloaded", hint=hint)
 
+    def is_steered(self, spec: ProcessSpec) -> bool:
+        return False  # its restart cannot repeat what the launch file has asked
+
 
 def _request(number: int, index: int, signum: int) -> events.Effect:
     """For the process of the group, which reads this (`launcher.ros.composed.group`)."""
