@@ -49,7 +49,8 @@ def recording() -> Iterator[None]:
 
 def files_read() -> list[str]:
     """The files of the user among those that were read so far, without modules."""
-    skipped = (*_SYSTEM, tempfile.gettempdir() + "/launch_params_", sys.prefix, sys.base_prefix)
+    own = (f"{tempfile.gettempdir()}/{name}" for name in ("launch_params_", "launcher-"))
+    skipped = (*_SYSTEM, *own, sys.prefix, sys.base_prefix)
     return [
         path
         for one in _recorders
