@@ -15,7 +15,6 @@ import enum
 import errno
 import os
 import signal
-from collections import deque
 from collections.abc import Callable
 
 from launcher.model.events import Outcome
@@ -182,13 +181,13 @@ class ProcessMachine:
         self._starts_again = False
         self._is_stuck = False
         self.running_since = 0.0
-        self._recent: deque[float] = deque(maxlen=restart.max_restarts or 0)
+        self._recent: list[float] = []  # an empty deque takes 600 bytes
 
     def apply(self, restart: RestartPolicy, stop: StopPolicy) -> None:
         """Change its policies; a stop that is under way goes on as it began."""
         if restart != self.restart:
             self.restart = restart
-            self._recent = deque(self._recent, maxlen=restart.max_restarts or 0)
+            self._forget_old_restarts()
         self._next_stop = stop
         self._take_stop()
 
@@ -325,6 +324,7 @@ class ProcessMachine:
             # BACKOFF -> STARTING
             self.restarts += 1
             self._recent.append(now)
+            self._forget_old_restarts()
             self._enter(ProcessState.STARTING)
             return [Order.SPAWN]
         if self._step + 1 == len(self.stop.steps):
@@ -332,6 +332,11 @@ class ProcessMachine:
             self.deadline = None
             return [Stuck(self.stop.steps[-1][1])]
         return self._escalate(now)
+
+    def _forget_old_restarts(self) -> None:
+        """Keep the times of as many as the policy counts."""
+        most = self.restart.max_restarts or 0
+        del self._recent[: max(0, len(self._recent) - most)]
 
     def _signal(self, step: int, now: float) -> list[Action]:
         """Send the signal of this step of the stop: RUNNING, STOPPING -> STOPPING."""
