@@ -19,6 +19,7 @@ VERBS = {
     "doctor": "find what is wrong on this machine, and repair it",
     "hosts": "try other hosts, and bring the launcher and packages to them",
     "attach": "return to a run whose processes were left on other hosts",
+    "analyze": "show where the time of a start-up went",
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",

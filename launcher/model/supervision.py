@@ -123,7 +123,7 @@ def _of_process(fact: Fact, spec: ProcessSpec) -> Fact:
         subject=subject,
         node=own if needs_node else filled(fact.node),
         words=tuple(map(filled, fact.words)),
-        is_own=needs_node or (fact.kind == "node" and subject == node),
+        is_own=(needs_node and bool(node)) or (fact.kind == "node" and subject == node),
     )
 
 

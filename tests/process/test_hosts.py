@@ -234,6 +234,46 @@ def test_starts_are_paced_over_all_hosts(bench: HostsBench):
     assert times["bot2_b-3"] - times["here-1"] >= 0.6
 
 
+READY = 'sh("sleep 0.3; echo up; exec sleep 60", name="bot1_a"),'
+
+
+def test_processes_of_other_hosts_wait_and_are_waited_for(bench: HostsBench):
+    rules = "bot1_a: {ready_when: {log: '^up$'}}\nbot2_b: {after: bot1_a}\nhere: {after: bot2_b}\n"
+    (bench.folder / "bench.supervise.yaml").write_text(rules)
+    actions = f"{SLEEPER.format('here')}, {SLEEPER.format('bot2_b')}, {READY}"
+    with bench.launch(actions) as run:
+        wait_until(lambda: run.row("here")["pid"], "the last one runs")
+        order = [e["process"] for e in events(run) if e["event"] == "started"]
+        assert order == ["bot1_a-3", "bot2_b-2", "here-1"]
+        assert run.row("bot1_a")["ready"] is True
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+
+
+@pytest.mark.parametrize("consequence", ["start", "fail"])
+def test_a_wait_of_a_process_of_another_host_ends_by_its_timeout(
+    bench: HostsBench, consequence: str
+):
+    after = f"{{processes: bot1_a, timeout: 0.3, on_timeout: {consequence}}}"
+    rules = f"bot1_a: {{ready_when: {{log: never}}}}\nbot2_b: {{after: {after}}}\n"
+    (bench.folder / "bench.supervise.yaml").write_text(rules)
+    with bench.launch(f"{READY} {SLEEPER.format('bot2_b')}") as run:
+        state = {"start": "RUNNING", "fail": "FATAL"}[consequence]
+        wait_until(lambda: run.row("bot2_b")["state"] == state, f"it is {state}:\n{run.screen}")
+        assert run.row("bot1_a")["ready"] is False
+
+
+def test_a_process_of_another_host_is_stopped_while_it_waits(bench: HostsBench):
+    rules = "bot1_a: {ready_when: {log: never}}\nbot2_b: {after: bot1_a}\n"
+    (bench.folder / "bench.supervise.yaml").write_text(rules)
+    with bench.launch(f"{READY} {SLEEPER.format('bot2_b')}") as run:
+        wait_until(lambda: run.row("bot2_b")["waiting_for"], "it waits")
+        run.ask("stop", "bot2_b")
+        assert run.row("bot2_b")["state"] == "STOPPED"
+        assert "started with pid" in str(run.ask("start", "bot2_b"))
+        wait_until(lambda: run.row("bot2_b")["pid"], "it runs")
+
+
 def test_starts_on_an_unreachable_host_hold_up_no_others(bench: HostsBench):
     actions = f"""{SLEEPER.format("bot1_a")}, RegisterEventHandler(
         __import__("launch").event_handlers.OnProcessIO(

@@ -303,6 +303,19 @@ def test_a_restarted_process_is_ready_again_and_others_restart_with_it(
     assert ("ended", "worker") in found[again:]
 
 
+def test_a_launch_file_that_is_reloaded_may_add_processes_that_wait(control_bench: ControlBench):
+    rules = "server: {ready_when: {log: is ready}}\nworker: {after: server}\n"
+    supervise(control_bench, f"{rules}late: {{after: server}}\n")
+    with control_bench.launch(pair(control_bench)) as run:
+        wait_until(lambda: waits(run, "worker"), "the worker waits")
+        control_bench.command(f'{pair(control_bench)} sh("exec sleep 60", name="late"),')
+        done = run.shell("reload")
+        assert done.returncode == 0, done.stderr
+        wait_until(lambda: waits(run, "late"), f"the new one waits:\n{run.screen}")
+        go(control_bench)
+        wait_until(lambda: run.row("late")["pid"], "the new one runs")
+
+
 # ---- with other options
 
 
@@ -401,6 +414,71 @@ def test_a_plan_tells_the_mistakes_of_the_file(workspace: Workspace):
 def test_the_schema_is_printed(workspace: Workspace):
     done = workspace.call("plan", "--supervise-schema")
     assert json.loads(done.stdout)["title"] == "Supervision of the processes of a launch file"
+
+
+# ---- analyze and smoke
+
+
+def test_analyze_shows_the_chain_of_a_run_that_goes_on_and_of_one_that_is_over(
+    control_bench: ControlBench,
+):
+    supervise(control_bench, "server: {ready_when: {log: is ready}}\nworker: {after: server}\n")
+    with control_bench.launch(pair(control_bench)) as run:
+        wait_until(lambda: waits(run, "worker"), "the worker waits")
+        found = json.loads(run.shell("analyze", str(run.process.pid), "--json").stdout)
+        assert found["is_ready"] is False
+        assert "not ready: worker-1 (waiting since" in run.shell("analyze").stdout
+        go(control_bench)
+        wait_until((control_bench.folder / "worker_ran").exists, "the worker runs")
+        run.process.send_signal(signal.SIGINT)
+        run.exit_code()
+        text = run.shell("analyze").stdout
+    assert text.startswith("2 of 2 processes ready after ")
+    chain = text[text.index("critical chain") :].splitlines()
+    assert chain[1].startswith("worker-1 @")
+    assert chain[2].startswith("`-server-2 @")
+    latest = str(control_bench.folder / "log" / "latest")
+    found = json.loads(run.shell("analyze", latest, "--json").stdout)
+    assert found["critical_chain"] == ["worker-1", "server-2"]
+    server, worker = sorted(found["processes"], key=lambda one: one["name"])
+    assert 0 < server["started_s"] < server["ready_s"] <= worker["released_s"]
+    assert worker["released_s"] <= worker["started_s"]
+
+
+def test_analyze_of_nothing_is_refused(bench: Bench):
+    command = [sys.executable, "-m", "launcher", "analyze"]
+    done = subprocess.run(command, env=bench.env, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "there is no run in" in done.stderr
+
+
+def smoke(bench: Bench, expect: str, *words: str) -> subprocess.CompletedProcess[str]:
+    (bench.folder / "bench.expect.yaml").write_text(expect, encoding="utf-8")
+    *_, file = bench.command(pair(bench))
+    return subprocess.run(
+        [sys.executable, "-m", "launcher", "smoke", file, *words],
+        env=bench.env,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+def test_smoke_waits_until_all_are_ready_and_expects_it(bench: Bench):
+    supervise(bench, "server: {ready_when: {log: is ready}}\nworker: {after: server}\n")
+    go(bench)
+    done = smoke(bench, "expect:\n  - ready: server\n    within: 60 s\n", "--for", "0.5")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "smoke: 2 of 2 expectations met" in done.stdout
+
+
+def test_smoke_is_not_ready_while_a_process_waits(bench: Bench):
+    supervise(bench, "server: {ready_when: {log: never}}\nworker: {after: server}\n")
+    done = smoke(bench, "expect: []\n", "--ready-within", "3", "--for", "0.5")
+    assert done.returncode == 124, done.stdout + done.stderr
+    assert "not ready: server-2, worker-1" in done.stdout + done.stderr or (
+        "not ready: worker-1, server-2" in done.stdout + done.stderr
+    )
 
 
 # ---- without a file

@@ -1,6 +1,7 @@
 """Starts the process that looks at the ROS graph for a run (launcher.ros.ready).
 
-One for each domain. It is restarted once if it dies.
+One for each domain. It is restarted once if it dies, and ends when nothing has been asked of it for
+a while.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable, Mapping
 
 from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.posix import spawn
-from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.model.record import as_dict
 from launcher.model.supervision import Fact
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     Tell = Callable[[bool, str], None]  # whether it holds, and what is seen instead
 
 MAX_STARTS = 2
+IDLE_S = 10.0
 GOODBYE_S = 2.0  # one that does not exit at EOF of its input is killed after this
 
 
@@ -40,7 +42,7 @@ class GraphFacts:
     def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, tell: Tell) -> int:
         """Tell from now on what is seen of a fact, in the domain of this environment."""
         domain = env.get("ROS_DOMAIN_ID") or "0"
-        if domain not in self._helpers:
+        if domain not in self._helpers or self._helpers[domain].has_left:
             self._helpers[domain] = _Helper(self._reactor, self._warn, env)
         self._last += 1
         self._of_number[self._last] = self._helpers[domain]
@@ -68,6 +70,8 @@ class _Helper:
         self._env = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", **env}
         self._requests: dict[int, tuple[dict[str, Any], Tell]] = {}
         self._starts = 0
+        self._timer: Timer | None = None
+        self.has_left = False
         self._process: subprocess.Popen[bytes] | None = None
         self._start()
 
@@ -100,12 +104,23 @@ class _Helper:
             self._write(request)
 
     def watch(self, number: int, request: dict[str, Any], tell: Tell) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         self._requests[number] = (request, tell)
         self._write(request)
 
     def unwatch(self, number: int) -> None:
         del self._requests[number]
         self._write({"unwatch": number})
+        if not self._requests:
+            self._timer = self._reactor.call_later(IDLE_S, self._leave)
+
+    def _leave(self) -> None:
+        """Let it end; another one is started when it is needed again."""
+        if self._process is not None and self._process.stdin is not None:
+            self.has_left = True
+            self._reactor.remove(self._in)
+            self._process.stdin.close()
 
     # ---- writing, without waiting for a process that does not read
 
@@ -152,6 +167,8 @@ class _Helper:
         code = self._process.wait()
         line = last_line(self._errors)
         self._release()
+        if self.has_left:
+            return
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
         reason = f"{how}: {line}" if line else how
         is_restarted = self._starts < MAX_STARTS
@@ -172,10 +189,13 @@ class _Helper:
         self._process = None
 
     def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         if self._process is None:
             return
         assert self._process.stdin is not None
-        self._reactor.remove(self._in)
+        if not self.has_left:
+            self._reactor.remove(self._in)
         self._process.stdin.close()
         wait_or_kill(self._process, GOODBYE_S)
         self._release()

@@ -110,6 +110,9 @@ class ReadyGate:
 
     def started(self, process: Process) -> None:
         entry = self._order[process.name]
+        if entry.facts:
+            facts = [fact.text for fact in entry.facts]
+            self._log.note("not ready", process, ready_when=facts)
         self._carry_out(self._order.started(process.name, self._reactor.now()))
         if entry.facts and entry.ready_s is None:
             self._watches[process.name] = Watch(
@@ -235,7 +238,9 @@ class ReadyGate:
             self._listener.stop(f"{process.name} has waited for {expired.text}")
 
     def _note_release(self, process: Process, waited_s: float, why: str) -> None:
-        self._log.note("released", process, waited_s=round(waited_s, 6), why=why)
+        names = self._order.needed(process.name)
+        waited_s = round(waited_s, 6)
+        self._log.note("released", process, None, waited_s=waited_s, why=why, processes=names)
 
     # ---- for users
 

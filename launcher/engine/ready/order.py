@@ -327,6 +327,10 @@ class StartOrder:
 
     # ---- for users
 
+    def needed(self, name: str) -> list[str]:
+        """The processes that it waits for, or has waited for."""
+        return list(dict.fromkeys(one.name for one in _needed(self._entries[name])))
+
     def reason(self, name: str) -> str:
         """What it waits for, or lacks to be ready; empty if neither."""
         entry = self._entries[name]

@@ -14,6 +14,7 @@ from launcher.ros.discovery.reader import DiscoveryReader
 
 PORTS_S = 0.1  # from one look at the ports to the next
 _DISPOSE_S = 0.4  # after it a port is silent: dispose, since a participant may know us already
+_SUBSCRIBE_S = 0.5  # to the nodes of one participant, if that was lost
 _RENEW_S = 3.0  # before the lease of our announcement ends
 
 
@@ -24,12 +25,18 @@ class DiscoveryFollower(DiscoveryReader):
         super().__init__(domain_id, remote=remote)
         self.since: dict[bytes, float] = {}
         self._inodes: dict[bytes, str] = {}
+        self._subscribed: dict[bytes, float] = {}
         self._silent_since: dict[int, float] = {}
         self._next_look_s = 0.0
         self._renewed_s = time.monotonic()
 
     def fileno(self) -> int:
         return self._socket.fileno()
+
+    @property
+    def version(self) -> object:
+        """Changes with every participant and every sample."""
+        return [(prefix, peer.arrived) for prefix, peer in self._peers.items()]
 
     @property
     def participants(self) -> list[Participant]:
@@ -70,7 +77,15 @@ class DiscoveryFollower(DiscoveryReader):
         self._announce({peer.address for peer in self._peers.values()})
         return True
 
+    def _subscribe(self, peer: Participant) -> None:
+        """Not at each answer of the participant: it would answer to that again, without end."""
+        now = time.monotonic()
+        if now >= self._subscribed.get(peer.prefix, 0.0) + _SUBSCRIBE_S:
+            self._subscribed[peer.prefix] = now
+            super()._subscribe(peer)
+
     def _forget(self, prefix: bytes) -> None:
         del self._peers[prefix]
         self.since.pop(prefix, None)
         self._inodes.pop(prefix, None)
+        self._subscribed.pop(prefix, None)

@@ -33,10 +33,12 @@ from launcher.ros.ready.views import View, followed
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.ready.calls import Calls
+    from launcher.ros.ready.introductions import Introductions
     from launcher.ros.ready.views import ObservedView
 
 _GRAPH_S = 0.1  # at most until a change of the graph is noticed
 _CALLS_S = 0.02  # the same, of a message or an answer
+_IDLE_S = 1.0  # while nothing is watched
 
 
 class Watcher:
@@ -50,6 +52,9 @@ class Watcher:
         self._follower: DiscoveryFollower | None = None
         self._observed: ObservedView | None = None
         self._calls: Calls | None = None
+        self._introductions: Introductions | None = None
+        self._version: object = None
+        self._last_view = View(())
         if is_plain():
             self._open_follower()
 
@@ -60,13 +65,15 @@ class Watcher:
 
     def run(self) -> None:
         while True:
-            period_s = _CALLS_S if self._calls is not None and self._watched else _GRAPH_S
-            sources: list[Any] = [0] if self._follower is None else [0, self._follower]
-            readable, _, _ = select.select(sources, [], [], period_s if self._watched else None)
+            is_busy = self._calls is not None and self._calls.is_busy
+            period_s = _CALLS_S if is_busy else _GRAPH_S if self._watched else _IDLE_S
+            sources: list[Any] = [0]
+            if self._follower is not None and self._watched:
+                sources.append(self._follower)
+            readable, _, _ = select.select(sources, [], [], period_s)
             if 0 in readable and not self._read():
                 return
-            if self._watched:
-                self._look()
+            self._look()
 
     # ---- requests
 
@@ -96,6 +103,8 @@ class Watcher:
             self._open_calls()
         view = self._view()
         if self._calls is not None:
+            if self._follower is not None and self._introductions is not None and self._watched:
+                self._introductions.introduce(self._follower.participants)
             self._calls.spin()
         for number, watched in list(self._watched.items()):
             seen = in_graph(watched, view)
@@ -118,7 +127,10 @@ class Watcher:
         if self._follower is not None:
             try:
                 self._follower.poll()
-                return followed(self._follower)
+                if self._follower.version != self._version:
+                    self._version = self._follower.version
+                    self._last_view = followed(self._follower)
+                return self._last_view
             except UnsupportedDiscovery:
                 self._follower = None
         if self._observed is None:
@@ -132,6 +144,10 @@ class Watcher:
             from launcher.ros.ready.calls import Calls
 
             self._calls = Calls(self._observer())
+            if self._follower is not None:
+                from launcher.ros.ready.introductions import Introductions
+
+                self._introductions = Introductions(self._calls.observer)
 
     def _observer(self) -> Observer:
         """The one node of this process, for the graph and for calls."""
@@ -139,8 +155,12 @@ class Watcher:
             return self._calls.observer
         if self._observed is not None:
             return self._observed.observer
+        from launcher.ros import probe
         from launcher.ros.discovery.observer import Observer
 
+        # announces us more often, to nodes that start later; a profile of the user takes precedence
+        profile = os.path.join(os.path.dirname(probe.__file__), "participant.xml")
+        os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", profile)
         return self._stack.enter_context(Observer())
 
 

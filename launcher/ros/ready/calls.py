@@ -32,6 +32,11 @@ class Calls:
         self._executor.add_node(observer.node)
         self._begun: dict[int, Receiving | Calling] = {}
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a message or an answer may come."""
+        return bool(self._begun)
+
     def look(self, number: int, watched: Watched, view: View) -> Seen:
         """Whether a fact holds whose part of the graph is there."""
         if number not in self._begun:
@@ -48,7 +53,7 @@ class Calls:
 
     def spin(self) -> None:
         """Take the answers that have arrived."""
-        if self._begun:
+        if self.is_busy:
             self._executor.spin_once(timeout_sec=0)
 
 

@@ -197,6 +197,13 @@ KINDS = (
         of_process=True,
     ),
     Kind(
+        "ready",
+        _PROCESSES,
+        "A process is ready, as its `ready_when` in the supervision file says.",
+        (),
+        WITHIN_10_S,
+    ),
+    Kind(
         "no_deaths",
         choice("*"),
         "No process exits unexpectedly. Implied in every run.",

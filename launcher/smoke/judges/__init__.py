@@ -17,6 +17,7 @@ JUDGES = {
     "no_errors": logs.no_errors,
     "no_tracebacks": logs.no_tracebacks,
     "process": processes.process,
+    "ready": processes.ready,
     "no_deaths": processes.no_deaths,
     "cpu": processes.cpu,
     "memory": processes.memory,

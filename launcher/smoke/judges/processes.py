@@ -117,6 +117,42 @@ def _alive(facts: Facts, name: str, alive: bool, when: Window) -> Verdict:
     return when.violated(seen=seen, at_s=last.at_s, about=(name,))
 
 
+# ---- readiness
+
+
+@with_window(lambda e: f"{e.subject} is ready{times_text(e)}")
+def ready(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """Each process that the pattern matches, for the first time."""
+    names = facts.named(expectation.subject) or facts.unready(expectation.subject)
+    if not names:
+        guess = explain.unknown_process(expectation.subject, facts)
+        return when.not_yet(seen="no such process was started", guess=guess)
+    moments = {name: next(facts.of("ready", name), None) for name in names}
+    missing = [name for name, event in moments.items() if event is None or event.at_s > when.to_s]
+    if missing:
+        seen = several(_unready(name, moments[name], facts, when) for name in missing)
+        return when.not_yet(seen=seen, about=(*missing,))
+    at_s = max(event.at_s for event in moments.values() if event is not None)
+    if when.is_too_early(at_s):
+        return when.violated(seen=f"too early, after {when.since(at_s)}", at_s=at_s)
+    return when.met(seen=f"after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
+
+
+def _unready(name: str, event: ProcessEvent | None, facts: Facts, when: Window) -> str:
+    """Why a process is not ready, or when it was."""
+    if event is not None:
+        return f"{name} was ready after {when.since(event.at_s)}"
+    if name in facts.unready(name):
+        facts_of = next(reversed([*facts.of("not ready", name)]), None)
+        if facts_of is None:
+            return f"{name} waits for others"
+        return f"{name} has no {', '.join(facts_of.details.get('ready_when', ()))}"
+    end = facts.last_end(name)
+    if end is not None:
+        return f"{name} ended with {_end_text(end)}"
+    return f"{name} has no 'ready_when' in a supervision file"
+
+
 # ---- unexpected exits
 
 

@@ -150,6 +150,18 @@ class Facts:
         names = (e.process for e in self.events if e.kind in ("started", "not started"))
         return tuple(dict.fromkeys(name for name in names if name))
 
+    def unready(self, pattern: str = "*") -> tuple[str, ...]:
+        """The processes that wait for others, or are not ready, as the launcher says."""
+        found: dict[str, None] = {}
+        for event in self.events:
+            if event.process is None:
+                continue
+            if event.kind in ("waiting", "not ready"):
+                found[event.process] = None
+            elif event.kind in ("ready", "released", "withdrawn", "ended", "not started"):
+                found.pop(event.process, None)
+        return tuple(name for name in found if self.is_named(name, pattern))
+
     def named(self, pattern: str) -> tuple[str, ...]:
         """The processes that match a pattern, by name, label or node name."""
         return tuple(name for name in self.processes() if self.is_named(name, pattern))

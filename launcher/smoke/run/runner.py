@@ -16,6 +16,7 @@ from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdi
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
+from launcher.smoke.judges.common import several
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.preflight.forecast import Forecast
@@ -164,7 +165,9 @@ class Runner:
         """Called again and again while the system is observed; for subclasses."""
 
     def _check_ready(self, facts: Facts) -> None:
-        """Ready: a process runs, and all expectations for the start are met."""
+        """Ready: a process runs, none waits for others or for its own facts (`ready_when`), and
+        all expectations for the start are met.
+        """
         if facts.ready_s is not None or self._gave_up:
             return
         limit_s = self._script.ready_limit_s()
@@ -181,12 +184,15 @@ class Runner:
             self._give_up(f"not ready: {why}")
 
     def _is_ready(self, facts: Facts) -> bool:
+        if facts.unready():
+            return False
         wanted = (replace(e, within=None) for e in self._script.presence())
         return all(judge(e, facts).outcome is Outcome.MET for e in wanted)
 
     def _unready_text(self, facts: Facts) -> str:
         """What is missing, after `not ready after 10.0 s`."""
-        return ""
+        names = facts.unready()
+        return f": not ready: {several(names)}" if names else ""
 
     def _give_up(self, reason: str) -> None:
         self._gave_up = True

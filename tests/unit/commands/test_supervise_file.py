@@ -19,9 +19,10 @@ from launcher.commands.launch.supervise.ready_fields import KINDS
 from launcher.commands.launch.supervise.schema import json_schema
 from launcher.engine.monitor.budget_parser import parse_words
 from launcher.errors import LauncherError, LaunchFileError
-from launcher.model.options import RunOptions
+from launcher.model.options import RunOptions, matches
 from launcher.model.spec import ProcessSpec, RestartMode, RosIdentity
 from launcher.model.supervision import After, Fact, StartRule, rule_for
+from launcher.planner import make_plan
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -356,6 +357,15 @@ def test_patterns_make_circles_among_the_processes_of_a_launch_file():
 def test_a_process_does_not_wait_for_itself_by_a_pattern():
     found = rules("'robot_*': {after: robot_1}\n")
     assert circle_among(found, [spec("robot_1-1"), spec("robot_2-2")]) is None
+
+
+def test_the_example_is_about_the_processes_of_the_fleet():
+    path = ROOT / "examples" / "system.supervise.yaml"
+    names = [value for field, value in read(str(path)) if field == "file_names"]
+    launched = [one.spec for one in make_plan(str(ROOT / "launch/system.launch.py"), ()).processes]
+    assert all(any(matches(name, one) for one in launched) for name, _ in names)
+    jsonschema.validate(yaml.safe_load(path.read_text(encoding="utf-8")), json_schema())
+    assert not (ROOT / "launch" / "system.supervise.yaml").exists()  # robots start at once there
 
 
 # ---- where it is

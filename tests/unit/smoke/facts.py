@@ -58,6 +58,18 @@ def ended(name: str, returncode: int, at_s: float, *, asked: bool = False) -> Pr
     return ProcessEvent(at_s=at_s, kind="ended", process=name, details=details)
 
 
+def event(kind: str, name: str, at_s: float, **details: Any) -> ProcessEvent:
+    return ProcessEvent(at_s=at_s, kind=kind, process=name, details=details)
+
+
+def ready(name: str, at_s: float) -> ProcessEvent:
+    return event("ready", name, at_s, ready_s=1.0)
+
+
+def not_ready(name: str, at_s: float) -> ProcessEvent:
+    return event("not ready", name, at_s, ready_when=["publisher on /t"])
+
+
 def signalled(name: str, signum: int, at_s: float) -> ProcessEvent:
     return ProcessEvent(at_s=at_s, kind="signal", process=name, details={"signal": signum})
 

@@ -15,8 +15,11 @@ from tests.unit.smoke.cases import STEPS, Case, log
 from tests.unit.smoke.facts import (
     END_S,
     ended,
+    event,
     expectation,
     lines,
+    not_ready,
+    ready,
     running,
     samples,
     seen,
@@ -155,6 +158,30 @@ CASES = {
         {"events": (*TWO, ended("robot_1-1", 0, 4.0), ended("robot_2-2", -9, 4.0, asked=True))},
         {"events": (*TWO, ended("robot_1-1", 1, 4.0))},
         "robot_1-1 exited at 4.0 s of the run with exit code 1",
+    ),
+    "ready": Case(
+        "ready: robot_*, within: 5 s",
+        {"events": (*TWO, *(ready(name, 2.0) for name in ("robot_1-1", "robot_2-2")))},
+        {"events": (*TWO, ready("robot_1-1", 2.0), not_ready("robot_2-2", 1.0))},
+        "robot_2-2 has no publisher on /t",
+    ),
+    "ready without facts": Case(
+        "ready: robot_1, within: 5 s",
+        {"events": (*TWO, ready("robot_1-1", 0.5))},
+        {"events": TWO},
+        "robot_1-1 has no 'ready_when' in a supervision file",
+    ),
+    "ready too late": Case(
+        "ready: robot_1, within: 1 s",
+        {"events": (*TWO, ready("robot_1-1", 0.5))},
+        {"events": (*TWO, ready("robot_1-1", 2.0))},
+        "robot_1-1 was ready after 2.0 s",
+    ),
+    "ready of one that waits": Case(
+        "ready: robot_3",
+        {"events": (*started("robot_3-1"), ready("robot_3-1", 2.0))},
+        {"events": (event("waiting", "robot_3-1", 0.5),)},
+        "robot_3-1 waits for others",
     ),
     "cpu": Case(
         "cpu: robot_*, below: 50 %, peak: 90 %",

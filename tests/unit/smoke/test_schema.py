@@ -53,6 +53,7 @@ GOOD = {
     "service": "expect: [{service: /a, request: {data: true}, fields: {success: true}}]",
     "service once": "expect: [{service: /a, once: true, where: m.success}]",
     "run": "expect: [{start_up: 5 s}, {clean_shutdown: 3 s}, {shared_memory: clean}]",
+    "ready": "expect: [{ready: 'robot_*', within: 5 s}]",
     "deaths": "expect: [{no_deaths: '*'}]",
     "scenario": "scenario: [{at: 8 s, do: kill a, name: kill}, {after: kill, do: start a}]",
     "pause": "scenario: [{do: pause robot_1 for 500 ms}]",
@@ -218,6 +219,7 @@ SUBJECTS: dict[str, Any] = {
     **dict.fromkeys(("start_up", "clean_shutdown"), "3 s"),
     "order": ["a", "b"],
     "shared_memory": "clean",
+    "ready": "robot_1",
     "no_deaths": "*",
 }
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.model.spec import ProcessSpec
 from launcher.model.supervision import StartRule, circle, restarts_with, rule_for, waits_for
 
+_WILDCARDS = set("*?[")
 _MAX_SHOWN = 12  # names of a chain
 
 
@@ -18,6 +19,7 @@ def circles_in(rules: Sequence[StartRule]) -> Iterator[tuple[str, str, str]]:
     A pattern may be an exception from another, and others may match the same process: only names
     that are written out are compared here, and the rest with the processes of the launch file.
     """
+    known = _Patterns(rules)
     for key, names_of in (("after", _after), ("restart_with", _restart_with)):
         edges: dict[str, list[str]] = {}
         for rule in rules:
@@ -27,7 +29,7 @@ def circles_in(rules: Sequence[StartRule]) -> Iterator[tuple[str, str, str]]:
             if rule.pattern in names:
                 yield rule.pattern, key, _itself(rule.pattern, key)
             else:
-                edges[rule.pattern] = _reached(names, rules)
+                edges[rule.pattern] = [one for name in names for one in known.meant_by(name)]
         found = circle(edges)
         if found:
             yield found[0], key, _message(found, key)
@@ -41,17 +43,22 @@ def _restart_with(rule: StartRule) -> Sequence[str] | None:
     return rule.restart_with
 
 
-def _reached(names: Iterable[str], rules: Sequence[StartRule]) -> list[str]:
-    """The rules without wildcards that these names mean, and those of the same pattern."""
-    plain = [rule.pattern for rule in rules if not set("*?[") & set(rule.pattern)]
-    known = {rule.pattern for rule in rules}
-    found: dict[str, None] = {}
-    for name in names:
-        if set("*?[") & set(name):
-            found.update(dict.fromkeys(one for one in plain if fnmatch.fnmatchcase(one, name)))
-        if name in known:
-            found[name] = None
-    return list(found)
+class _Patterns:
+    """The patterns of the rules; those without wildcards are names."""
+
+    def __init__(self, rules: Sequence[StartRule]) -> None:
+        self._all = {rule.pattern for rule in rules}
+        self._names = [name for name in self._all if not _WILDCARDS & set(name)]
+        self._meant: dict[str, list[str]] = {}
+
+    def meant_by(self, name: str) -> list[str]:
+        """The names that it matches, and the same pattern."""
+        if name not in self._meant:
+            found = [name] if name in self._all else []
+            if _WILDCARDS & set(name):
+                found += fnmatch.filter(self._names, name)
+            self._meant[name] = found
+        return self._meant[name]
 
 
 def circle_among(rules: Sequence[StartRule], specs: Sequence[ProcessSpec]) -> LauncherError | None:
