@@ -22,6 +22,7 @@ SHELL_VERBS = (
     "launch",
     "attach",
     "args",
+    "analyze",
     "run",
     "build",
     "test",
