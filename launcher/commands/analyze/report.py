@@ -89,7 +89,8 @@ def _chain(found: Timeline) -> list[str]:
     for depth, one in enumerate(chain):
         indent = "" if depth == 0 else f"{'  ' * (depth - 1)}`-"
         waited = f", waited {one.waited_s:.2f} s" if one.waited_s >= 0.005 else ""
-        texts.append(f"{indent}{_name(one)} @{one.done_s:.2f} s +{one.own_s:.2f} s{waited}")
+        own_s = one.own_s or 0.0  # also if its start was lost with an old file
+        texts.append(f"{indent}{_name(one)} @{one.done_s:.2f} s +{own_s:.2f} s{waited}")
     root = chain[-1]
     texts.append(f"{'  ' * (len(chain) - 1)}`-launch file @{root.queued_s:.2f} s")
     return texts
