@@ -56,6 +56,7 @@ _SENTENCES = {
     Kind.START_CANCELLED: "was stopped before it had started",
     Kind.RUN_STOPPING: "was not started: the run is being stopped",
     Kind.QUEUED: "is queued to start",
+    Kind.UNDER_DEBUGGER: "is under a debugger and runs on as it is; `restart` it, then `reload`",
     Kind.EXISTS: "is running (pid {pid})",
     Kind.SIGNALLED: "received {signal}",
     Kind.SURVIVED: "received {signal} and is still running",

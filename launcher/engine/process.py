@@ -134,6 +134,11 @@ class Process:
         self.spec = spec
         self.machine.apply(spec.restart, spec.stop)
 
+    @property
+    def is_debugged(self) -> bool:
+        """Whether it is, or is being started, under a debugger of a user."""
+        return self.debugger is not None or self.next_debugger is not None
+
     def take_debugger(self) -> ProcessSpec:
         """What its start, which is due, has to run."""
         self.debugger, self.next_debugger = self.next_debugger, None

@@ -50,6 +50,7 @@ class Kind(enum.Enum):
     ALREADY_RUNNING = enum.auto()  # pid
     STARTED = enum.auto()  # pid; of a restart old_pid and stopped
     START_FAILED = enum.auto()  # exit; of a restart stopped
+    UNDER_DEBUGGER = enum.auto()  # it was not restarted for a change
     # signals
     EXISTS = enum.auto()  # pid
     SIGNALLED = enum.auto()  # signum

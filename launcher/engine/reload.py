@@ -46,7 +46,8 @@ class Change(enum.Enum):
 class Entry(Record):
     """A process in a comparison of the run with its launch file; `details`: what has changed.
 
-    `result` is what was done; None if nothing was, or in a comparison without consequences.
+    `result` is what was done; None if nothing was, or in a comparison without consequences. One
+    that is left as it is has it in both.
     """
 
     name: str
@@ -236,7 +237,7 @@ class Reloader:
     def _finish(self, entries: Sequence[Entry], results: Mapping[str, Result], done: Done) -> None:
         self.is_busy = False
         self._core_driver.nudge()
-        done([replace(one, result=results.get(one.name)) for one in entries])
+        done([replace(one, result=results.get(one.name, one.result)) for one in entries])
 
     def _evaluate(self, edited: Collection[Process] = ()) -> Evaluation:
         core = self.core
@@ -252,13 +253,18 @@ class Reloader:
         return core.evaluate_again(known, self._adapt)
 
     def _entries(self, reload: Reload) -> list[Entry]:
-        kept = [
-            Entry(one.spec.name, Change.CHANGED if one.changes else Change.SAME, one.changes)
-            for one in reload.kept
-        ]
+        kept = [_kept(one) for one in reload.kept]
         gone = [Entry(self._processes[number].name, Change.GONE) for number in reload.gone]
         new = [Entry(one.name, Change.NEW, (one.command_line,)) for one in reload.new]
         return [*kept, *gone, *new]
+
+
+def _kept(one: Kept) -> Entry:
+    name = one.spec.name
+    if one.postponed:
+        result = Result(name, Kind.UNDER_DEBUGGER, done=False)
+        return Entry(name, Change.CHANGED, one.postponed, result)
+    return Entry(name, Change.CHANGED if one.changes else Change.SAME, one.changes)
 
 
 def _names(entries: Sequence[Entry]) -> dict[str, list[str]]:
@@ -284,4 +290,5 @@ def _known(process: Process, *, is_edited: bool) -> Known:
         returncode=end.outcome.returncode if has_ended and end is not None else None,
         ended_ago_s=time.time() - process.ended_wall_s if has_ended else 0.0,
         is_edited=is_edited,
+        is_debugged=process.is_debugged,
     )

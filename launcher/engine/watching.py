@@ -12,7 +12,7 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
-from launcher.engine.process_control import ProcessControl, Result
+from launcher.engine.process_control import Kind, ProcessControl, Result
 from launcher.engine.reload import Change, Entry, Reloader, restart_changed
 from launcher.errors import LauncherError
 from launcher.model.ros_arguments import PARAMETER_FILE, ros_options
@@ -180,8 +180,12 @@ class Watching:
     ) -> None:
         if self._is_stopping():
             return
-        chosen = [one for one in self._processes() if self._is_due(one, changed.get(one.name))]
+        due = [one for one in self._processes() if self._is_due(one, changed.get(one.name))]
+        chosen = [one for one in due if not one.is_debugged]
         names = [one.name for one in chosen]
+        if debugged := [one.name for one in due if one.is_debugged]:
+            text = f"{_named(paths)} changed: {_run_on(debugged)}, under a debugger"
+            self._log.log("INFO", "launch", text)
         self._log.note("files changed", None, None, files=list(paths), restarts=names)
         if names or has_launch:
             what = [*names, *(["the launch file"] if has_launch and not names else [])]
@@ -193,7 +197,9 @@ class Watching:
         if has_launch or steered:
             self._reload(steered)
         for process in chosen:
-            if not process.is_gone and self._is_due(process, changed.get(process.name)):
+            if process.is_gone or process.is_debugged:
+                continue
+            if self._is_due(process, changed.get(process.name)):
                 restart_changed(self._control, process, _ignore)
 
     def _is_due(self, process: Process, changed_ns: int | None) -> bool:
@@ -276,9 +282,25 @@ def _named(paths: Sequence[str]) -> str:
 
 
 def _summary(entries: Sequence[Entry]) -> str:
-    parts = [
-        f"{change.value}: {', '.join(one.name for one in entries if one.change is change)}"
-        for change in (Change.NEW, Change.GONE, Change.CHANGED)
-        if any(one.change is change for one in entries)
-    ]
+    groups: dict[str, list[str]] = {}
+    for change in _FAILED:
+        for one in entries:
+            if one.change is change:
+                groups.setdefault(_outcome(one), []).append(one.name)
+    parts = [f"{outcome}: {', '.join(names)}" for outcome, names in groups.items()]
     return f"the launch file was reloaded: {'; '.join(parts) or 'all processes are the same'}"
+
+
+_FAILED = {
+    Change.NEW: "not started",
+    Change.GONE: "not stopped",
+    Change.CHANGED: "not restarted",
+}
+
+
+def _outcome(one: Entry) -> str:
+    if one.result is None or one.result.done:
+        return one.change.value
+    if one.result.kind is Kind.UNDER_DEBUGGER:
+        return f"{_FAILED[one.change]}, under a debugger"
+    return _FAILED[one.change]

@@ -140,7 +140,11 @@ class Replay:
             changes.append("components")
         if known.is_edited:
             changes.append("files")
-        self._kept.append(Kept(known.process_id, spec, planned, tuple(changes)))
+        postponed: list[str] = []
+        if known.is_debugged and needs_restart(changes):
+            spec, changes, postponed = known.spec.spec, [], changes
+        kept = Kept(known.process_id, spec, planned, tuple(changes), tuple(postponed))
+        self._kept.append(kept)
         if known.is_stopped or not needs_restart(changes):  # else the run tells what happens
             self._tell(known, now_s)
 

@@ -14,7 +14,7 @@ class Known(Record):
     `pid` is None if it is not running. `has_ended`, `ended_ago_s` seconds ago: neither a restart
     nor a user will start it again; with `returncode`, unless it could not be started. `is_stopped`:
     a user or the launch file has stopped it. `is_edited`: it is restarted since its files have
-    changed.
+    changed. `is_debugged`: it is left as it is, whatever has changed.
     """
 
     process_id: int
@@ -27,18 +27,21 @@ class Known(Record):
     ended_ago_s: float = 0.0
     is_edited: bool = False
     is_stopped: bool = False
+    is_debugged: bool = False
 
 
 class Kept(Record):
     """A process that the new launch file has, too; with `changes` if it is not the same.
 
-    `planned` is its spec without the options of the run.
+    `planned` is its spec without the options of the run. With changes that are `postponed` it runs
+    on as it is, for the next reload to find them again.
     """
 
     process_id: int
     spec: ProcessSpec
     planned: ProcessSpec
     changes: tuple[str, ...] = ()
+    postponed: tuple[str, ...] = ()
 
 
 class Reload(Record):

@@ -93,6 +93,28 @@ def test_it_can_be_stopped_while_it_waits_and_dies_into_a_normal_restart(
     assert control_bench.survivors() == []
 
 
+def test_changes_of_files_and_of_the_launch_file_leave_it_as_it_is(control_bench: ControlBench):
+    script = control_bench.folder / "node.py"
+    script.write_text(SCRIPT)
+    action = f'ExecuteProcess(cmd=[sys.executable, "{script}", "{{}}"], name="{{}}"),'
+    first = action.format("one", "arm") + action.format("one", "leg")
+    with control_bench.launch(first, "--watch") as run:
+        wait_until(lambda: all(row["files"] for row in run.ask("watch")["processes"]), "files")
+        pid, leg = run.ask("debug", "arm")["pid"], run.row("leg")["pid"]
+        script.write_text(SCRIPT + "# changed\n")
+        run.wait_for("node.py changed: leg-2 restarts")
+        run.wait_for("node.py changed: arm-1 runs on with what it has loaded, under a debugger")
+        wait_until(lambda: run.row("leg")["pid"] not in (None, leg), "the restart of the other")
+        control_bench.command(action.format("two", "arm") + action.format("one", "leg"))
+        run.wait_for("not restarted, under a debugger: arm-1")
+        text = run.ask_text("reload")
+        assert "arm-1 is under a debugger and runs on as it is" in text
+        assert run.row("arm")["pid"] == pid
+        run.ask("restart", "arm")
+        assert {one["change"] for one in run.ask("reload")["processes"]} == {"changed", "same"}
+        assert run.ask("info", "arm")["processes"][0]["command"][-1] == "two"
+
+
 def test_a_budget_is_told_but_not_enforced(control_bench: ControlBench, arm: str):
     options = ("--budget", "arm:memory=1M,for=1,action=restart")
     with control_bench.launch(arm.replace("arm.py", "late.py"), *options) as run:

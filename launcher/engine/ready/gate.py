@@ -220,7 +220,7 @@ class ReadyGate:
                     self._log.log("WARNING", process.name, text)
 
     def _restart(self, process: Process, other: str) -> None:
-        if process.machine.state is ProcessState.RUNNING:
+        if process.machine.state is ProcessState.RUNNING and not process.is_debugged:
             text = f"restarted, since {other} has been restarted"
             self._log.log("INFO", process.name, text)
             self._driver.advance(process, Command.RESTART)
