@@ -188,11 +188,9 @@ class Watching:
             self._log.log("INFO", "launch", text)
         self._log.note("files changed", None, None, files=list(paths), restarts=names)
         if names or has_launch:
-            what = [*names, *(["the launch file"] if has_launch and not names else [])]
-            verb = "restart" if len(names) > 1 else "restarts" if names else "is reloaded"
-            if has_launch and names:
-                verb += ", and the launch file is reloaded"
-            self._log.log("INFO", "launch", f"{_named(paths)} changed: {', '.join(what)} {verb}")
+            parts = [f"{', '.join(names)} restart{'s' * (len(names) == 1)}"] if names else []
+            parts += ["the launch file is evaluated again"] if has_launch else []
+            self._log.log("INFO", "launch", f"{_named(paths)} changed: {', and '.join(parts)}")
         steered = [one for one in chosen if self._is_steered(one)]
         if has_launch or steered:
             self._reload(steered)

@@ -273,6 +273,19 @@ def generate_launch_description():
         run.wait_for("b runs 9")
 
 
+def test_a_restart_that_the_end_of_the_run_prevents_is_told(desk: Desk):
+    slow = """sh('trap "echo stopping" INT; echo {}; while :; do sleep 0.1; done', name="slow",
+        output="screen", sigterm_timeout="1.0")"""
+    with desk.run(slow.format("first")) as run:
+        run.wait_for("first")
+        wait_until(lambda: run.ask("watch")["launch_files"], "the launch file to be watched")
+        desk.bench.command(slow.format("second"))
+        run.wait_for("stopping")
+        run.process.send_signal(signal.SIGINT)
+        run.exit_code()
+        assert "the launch file was reloaded: not restarted: slow-1" in run.screen
+
+
 def test_a_file_that_the_launch_file_reads(desk: Desk):
     names = desk.bench.folder / "names.txt"
     names.write_text("one")
@@ -281,7 +294,7 @@ def test_a_file_that_the_launch_file_reads(desk: Desk):
         wait_until(lambda: str(names) in run.ask("watch")["launch_files"], "the file that is read")
         before = pids(run)
         names.write_text("one two")
-        run.wait_for("names.txt changed: the launch file is reloaded")
+        run.wait_for("names.txt changed: the launch file is evaluated again")
         run.wait_for("the launch file was reloaded: new: two-2")
         assert before.items() <= pids(run).items()
 
