@@ -225,6 +225,11 @@ class ProcessMachine:
         return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL
 
     @property
+    def is_asked_to_end(self) -> bool:
+        """Whether it is being stopped, or a user has sent a signal that asks for its exit."""
+        return self.state is ProcessState.STOPPING or not POLITE.isdisjoint(self._sent)
+
+    @property
     def is_stuck(self) -> bool:
         """Whether it still exists after SIGKILL."""
         return self._is_stuck and self.state is ProcessState.STOPPING

@@ -163,12 +163,16 @@ class ProcessExited(Record):
 
 
 class MemberExited(Record):
-    """One of the nodes of a composed process has ended; `index` is its place there."""
+    """One of the nodes of a composed process has ended; `index` is its place there.
+
+    `with_process`: somebody has asked the process to end.
+    """
 
     process_id: int
     index: int
     pid: int
     returncode: int
+    with_process: bool = False
 
 
 class SpawnFailed(Record):

@@ -244,11 +244,39 @@ def test_verbs_are_about_the_group(bench: ControlBench):
     assert "[careful-1] careful was stopped" in (folder / "launch.log").read_text()
 
 
+@pytest.mark.parametrize("verb", ["stop", "kill"])
+def test_a_group_that_a_user_stops_is_held_and_may_be_started_again(bench: ControlBench, verb: str):
+    actions = f"{plain('careful')}, {plain('careful', name='other')}"
+    with bench.launch(actions, "--compose", "*") as run:
+        wait_until_both_log(run)
+        options = {"signal": int(signal.SIGINT)} if verb == "kill" else {}
+        run.ask(verb, "composed-1", **options)
+        assert run.row("composed-1")["state"] == "STOPPED"
+        run.ask("start", "composed-1")
+        wait_until_both_log(run)
+        before = pid_of(run)
+        run.ask("restart", "composed-1")
+        wait_until_both_log(run)
+        assert pid_of(run) != before
+        end(run)
+    assert run.screen.count("\n[careful-1] careful was stopped") == 3
+    assert run.screen.count("\n[other-2] other was stopped") == 3
+
+
+def wait_until_both_log(run: ControlledRun) -> None:
+    """In the life of their process that runs now."""
+    started = f"process started with pid [{pid_of(run)}]"
+    for name in ("careful-1", "other-2"):
+        text = f"[{name}] [INFO]"
+        wait_until(lambda text=text: text in run.screen.partition(started)[2], text)
+
+
 def test_an_edit_of_one_program_restarts_the_group(bench: ControlBench):
     program = bench.folder / "edited.py"
     text = PROGRAM.read_text()
     program.write_text(text)
-    edited = plain("careful").replace(str(PROGRAM), str(program))
+    on_exit = ", on_exit=__import__('launch').actions.Shutdown()"
+    edited = plain("careful", more=on_exit).replace(str(PROGRAM), str(program))
     with bench.launch(f"{edited}, {plain('usual')}", "--compose", "*", "--watch") as run:
         run.wait_for("[careful-1] [INFO]")
         run.wait_for("[usual-2] [INFO]")

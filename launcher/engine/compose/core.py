@@ -106,8 +106,8 @@ class ComposedCore:
                 group.codes.clear()
                 group.told.clear()
                 return [events.ProcessStarted(one, pid) for one in group.members]
-            case events.MemberExited(index=index, pid=pid, returncode=code):
-                return self._member_exited(group, index, pid, code)
+            case events.MemberExited():
+                return self._member_exited(group, event)
             case events.ProcessExited(pid=pid, returncode=code, will_restart=will_restart):
                 left = [one for one in group.members if one not in group.told]
                 codes = {one: group.codes.get(one, code) for one in left}
@@ -121,14 +121,14 @@ class ComposedCore:
                 ]
         return []
 
-    def _member_exited(self, group: _Group, index: int, pid: int, code: int) -> list[events.Event]:
-        """Of one that takes the group with it, it is told when it is known what becomes of that."""
-        member = group.members[index]
+    def _member_exited(self, group: _Group, event: events.MemberExited) -> list[events.Event]:
+        """Of one that ends with the group, it is told when it is known what becomes of that."""
+        member, code = group.members[event.index], event.returncode
         group.codes[member] = code
-        if code or group.spec.members[index].is_essential:
+        if code or event.with_process or group.spec.members[event.index].is_essential:
             return []
         group.told.add(member)
-        return [events.ProcessExited(member, pid, code)]
+        return [events.ProcessExited(member, event.pid, code)]
 
     def watches_output(self, process_id: int) -> bool:
         """Nodes whose output a handler reads are not composed."""

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 
 from launcher.engine.compose.output import GroupOutput
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import ProcessState
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.process import Process
 from launcher.model.events import Event, MemberExited, Outcome
@@ -25,7 +24,8 @@ def follow_members(
             pid = -1 if process.child is None else process.child.pid
             log.log(*_message(code, name, process))
             log.note("member ended", process, None, member=name, returncode=code)
-            feed(MemberExited(process.process_id, index, pid, code))
+            is_asked = process.machine.is_asked_to_end
+            feed(MemberExited(process.process_id, index, pid, code, with_process=is_asked))
 
     names = [
         (spec.name, screen.prefix(spec, process.number + index)) for index, spec in enumerate(specs)
@@ -38,6 +38,6 @@ def _message(code: int, name: str, process: Process) -> tuple[str, str, str]:
     if code == 0:
         return "INFO", name, f"node has finished cleanly in {process.name}"
     end = Outcome(returncode=code)
-    if code == -signal.SIGINT or process.machine.state is ProcessState.STOPPING:
+    if code == -signal.SIGINT or process.machine.is_asked_to_end:
         return "INFO", name, f"node was stopped in {process.name} ({end})"
     return "ERROR", name, f"node has died in {process.name} ({end})"

@@ -110,6 +110,19 @@ def test_a_member_that_takes_the_group_with_it_is_told_with_its_own_code_at_the_
     assert inner.seen[2:] == [events.ProcessExited(number, 80, 0) for number in (1, 3)]
 
 
+def test_members_of_a_group_that_is_restarted_are_told_when_it_has_ended():
+    core, inner = composed()
+    core.handle(events.ProcessStarted(GROUP, 77))
+    inner.seen.clear()
+    for index in (0, 1):
+        core.handle(events.MemberExited(GROUP, index, 77, 0, with_process=True))
+    assert inner.seen == []
+    core.handle(events.ProcessExited(GROUP, 77, 0, will_restart=True))
+    assert inner.seen == [
+        events.ProcessExited(number, 77, 0, will_restart=True) for number in (1, 3)
+    ]
+
+
 def test_an_essential_member_is_told_at_the_end_of_the_group():
     core, inner = composed(essential=True)
     core.handle(events.ProcessStarted(GROUP, 77))
