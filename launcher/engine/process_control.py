@@ -238,6 +238,7 @@ class ProcessControl:
             return
         if _is_queued(process):
             if not self._skip_wait(process, done):
+                self._driver.begin_again(process)
                 done(Result(process.name, Kind.QUEUED, done=True))
             return
         self._note("restart", process)

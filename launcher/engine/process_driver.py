@@ -99,6 +99,11 @@ class ProcessDriver:
         """Start a process that waits for others; False if it does not."""
         return self._ready is not None and self._ready.skip(process)
 
+    def begin_again(self, process: Process) -> None:
+        """Give up a warm start that is under way, and begin it with what its spec is now."""
+        if self.warm is not None and self.warm.withdraw(process):
+            self._spawn(process)
+
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the state machine, carry out its actions, and set a timer for its deadline."""
         for action in process.machine.handle(event, self._reactor.now()):

@@ -107,6 +107,25 @@ def test_cold_and_other_programs_prepare_nothing(control_bench: ControlBench, fo
         assert not preparing_of(run)
 
 
+def test_a_reload_during_the_preparation_starts_what_the_new_file_says(
+    control_bench: ControlBench, folder
+):
+    text = "#!{python}\nimport sys, signal\nprint(open(sys.argv[-1]).read(), flush=True)\n"
+    script = node_script(folder, text + "signal.pause()\n")
+    others = nodes(script, 2).replace("output=", 'arguments=["/dev/null"], output=')
+    first = nodes(script, 1).replace("output=", 'parameters=[{{"x": {}}}], output=')
+    with control_bench.launch(first.format(1111) + others, "--warm") as run:
+        wait_until(lambda: preparing_of(run), "it prepares")
+        preparing_of(run)[0].suspend()
+        control_bench.command(first.format(2222) + others)
+        changes = {one["name"]: one["change"] for one in run.ask("reload")["processes"]}
+        assert changes["node-1"] == "changed"
+        preparing_of(run)[0].resume()
+        run.wait_for("x: 2222")
+        assert "x: 1111" not in run.screen
+        assert {row["start"] for row in run.ask("ps")["processes"]} == {"warm"}
+
+
 def test_edited_code_is_used_by_the_next_start(control_bench: ControlBench, folder):
     script = node_script(folder)
     with control_bench.launch(nodes(script, 1), "--warm") as run:
