@@ -262,3 +262,15 @@ def test_after_the_end_nothing_is_prepared(bed: Bed):
     process = bed.start("", "late")
     assert process.start_kind.startswith("cold")
     assert not bed.spawner.pids
+
+
+def test_the_end_leaves_nothing_that_looks_for_imports(bed: Bed):
+    imported = "\n".join(f"import absent_{number}" for number in range(20))
+    for number in range(300):
+        (bed.folder / f"module_{number}.py").write_text(imported)
+    modules = "\n".join(f"import module_{number}" for number in range(300))
+    before = set(proc.children(os.getpid()))
+    bed.start(modules, "large")
+    bed.run(lambda: proc.children(bed.pid))
+    bed.spawner.close()
+    assert not set(proc.children(os.getpid())) - before

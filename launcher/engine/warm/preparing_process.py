@@ -112,15 +112,21 @@ class PreparingProcess:
         self._ended(why or _how_it_ended(returncode))
 
     def close(self) -> int:
-        """Kill it, and wait for that; how it ended, as of `spawn.reap`."""
+        """Kill it with what it has started, and wait for that; how it ended, as of `spawn.reap`.
+
+        What it has started and not given away (`Scan`) is in its group, and becomes our child.
+        """
         if not self._pidfd_is_open:
             return 0
         self.rest()
         self._reactor.remove(self._socket.fileno())
         self._socket.close()
         with contextlib.suppress(OSError):
-            signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
+            os.killpg(self.pid, signal.SIGKILL)
         returncode, _ = spawn.reap(self._pidfd)
+        with contextlib.suppress(ChildProcessError):
+            while True:
+                os.waitpid(-self.pid, 0)
         os.close(self._pidfd)
         self._pidfd_is_open = False
         return returncode
