@@ -47,6 +47,8 @@ class Prefixer:
         self._children[read_end] = (command, prefix, child)
         self._partial[read_end] = b""
         self._selector.register(read_end, selectors.EVENT_READ)
+        if self._stopping:  # meanwhile: `stop` did not know this one yet
+            os.killpg(child.pid, signal.SIGINT)
 
     def stop(self, *_: object) -> None:
         self._stopping = True
