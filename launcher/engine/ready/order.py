@@ -257,8 +257,8 @@ class StartOrder:
     def _restarts_with(self, entry: Entry) -> Iterator[Action]:
         for other in self._entries.values():
             names = other.rule.restart_with or ()
-            if other is entry or not other.is_running:
-                continue
+            if other is entry or not other.is_running or other.started_s > entry.started_s:
+                continue  # one that was started later knows only the present life
             if any(matches(name, entry.spec) for name in names):
                 yield RestartWith(other.name, entry.name)
 

@@ -337,6 +337,22 @@ def test_only_a_running_process_is_restarted_with_another():
     assert run.kinds(RestartWith) == []
 
 
+def test_a_process_that_was_started_after_the_one_it_follows_is_not_restarted():
+    run = Run(
+        rule("a", ready=(LOG,)), rule("b", restart_with=("a",)), rule("c", restart_with=("a",))
+    )
+    run.start("a-1", "b-2", "c-3")
+    run.fact("a-1")
+    run.ends("a-1", asked=True)
+    run.ends("b-2", asked=True)
+    run.now += 1.0
+    run.runs("a-1")
+    run.now += 1.0
+    run.runs("b-2")
+    run.fact("a-1")
+    assert run.kinds(RestartWith) == ["c-3"]
+
+
 # ---- circles
 
 
