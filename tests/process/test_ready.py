@@ -296,11 +296,26 @@ def test_a_restarted_process_is_ready_again_and_others_restart_with_it(
         os.killpg(run.row("server")["pid"], signal.SIGKILL)
         wait_until(lambda: run.row("worker")["pid"] not in (None, before), "it is restarted")
         run.wait_for("restarted, since server-2 has been restarted")
+        wait_until(lambda: moments(control_bench)[-1] == ("started", "worker"), "it is noted")
     found = moments(control_bench)
     assert found.count(("ready", "server")) == 2
     again = len(found) - 1 - found[::-1].index(("ready", "server"))
     assert ("waiting", "worker") not in found[again:]  # only the first start waits
     assert ("ended", "worker") in found[again:]
+
+
+def test_a_restart_with_another_is_not_reported_to_the_launch_file(control_bench: ControlBench):
+    supervise(control_bench, "follower: {restart_with: lead}\n")
+    actions = (
+        'sh("exec sleep 60", name="lead"),sh("exec sleep 60", name="follower", on_exit=Shutdown()),'
+    )
+    with control_bench.launch(actions) as run:
+        wait_until(lambda: run.row("follower")["pid"], "the follower runs")
+        before = run.row("follower")["pid"]
+        assert run.shell("restart", "lead").returncode == 0
+        wait_until(lambda: run.row("follower")["pid"] not in (None, before), "it is restarted")
+        os.killpg(run.row("follower")["pid"], signal.SIGKILL)
+        assert run.exit_code() == 1  # now it has exited by itself
 
 
 def test_a_launch_file_that_is_reloaded_may_add_processes_that_wait(control_bench: ControlBench):

@@ -220,9 +220,11 @@ class ReadyGate:
                     self._log.log("WARNING", process.name, text)
 
     def _restart(self, process: Process, other: str) -> None:
+        """The launch file is not told of its exit: `on_exit` must not end the run."""
         if process.machine.state is ProcessState.RUNNING and not process.is_debugged:
             text = f"restarted, since {other} has been restarted"
             self._log.log("INFO", process.name, text)
+            process.is_replaced = True
             self._driver.advance(process, Command.RESTART)
 
     def _expire(self, process: Process, expired: order.Expire) -> None:
