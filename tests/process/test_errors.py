@@ -320,7 +320,7 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
         (["levle", "WARN", "--jsn"], "hint: did you mean `python -m launcher level`?\n"),
         (["./plan"], "error: launch file 'plan' not found\n"),
         (["plan.py"], "error: launch file 'plan.py' not found\n"),
-        (["warehouse"], "hint: available: system\n"),
+        (["zzz"], "hint: available: system, warehouse\n"),
     ],
 )
 def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(

@@ -343,7 +343,7 @@ def test_the_probe_ends_with_its_input_even_during_a_pending_call(env):
     files = {path for path in files if "_port" not in path}
     assert files
     assert probe.end() == (0, "")
-    assert not [path for path in files if path.exists()]
+    assert not [path for path in files if os.path.exists(path)]
 
 
 def test_signals_for_the_system_are_not_for_the_probe(env):

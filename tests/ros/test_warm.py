@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from launcher.engine.monitor.shared_memory import FOLDER, held
 from tests.ros.conftest import ros_domain
-from tests.support.node_process import REPOSITORY, shared_memory_of
+from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
 
 NODE = """#!{python}
@@ -68,7 +69,6 @@ ENDS = {
     ("plain", signal.SIGINT): "exit code -2",
     ("plain", signal.SIGTERM): "exit code 1",
 }
-SEGMENT = re.compile("fastrtps_[0-9a-f]{16}")
 LAUNCH = """
 from launch import LaunchDescription
 from launch_ros.actions import Node
@@ -125,8 +125,9 @@ def test_warm_nodes_talk_and_end_as_cold_ones(run: Run, signum: int):
     for hearer in NAMES:
         for speaker in NAMES:
             run.wait_for(f"{hearer} hears {speaker}")
-    files = {path for name in NAMES for path in shared_memory_of(run.pid_of(name))}
-    segments = [path for path in files if SEGMENT.fullmatch(path.name)]  # ports are shared
+    pids = {run.pid_of(name) for name in NAMES}  # they have segments of other processes mapped, too
+    segments = [Path(FOLDER, name) for name, pid in held().items() if pid in pids]
+    segments = [path for path in segments if "_port" not in path.name]  # ports are shared
     assert len([path for path in segments if path.exists()]) >= len(NAMES)
     for name in NAMES:
         os.kill(run.pid_of(name), signum)
