@@ -29,6 +29,7 @@ from launcher.model.spec_diff import comparable, needs_restart
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core, Evaluation, ReloadableCore
+    from launcher.engine.ready.gate import ReadyGate
 
 # What is about processes that may only be started when those that are gone have ended.
 _OF_PROCESSES = (StartProcess, LoadComponent, ChangeState)
@@ -128,6 +129,7 @@ class Reloader:
         adapt: Callable[[ProcessSpec], ProcessSpec],
         has_hosts: bool,
         is_script: Callable[[], bool],
+        ready: ReadyGate | None = None,
     ) -> None:
         self._reactor = reactor
         self._core = core
@@ -139,6 +141,7 @@ class Reloader:
         self._adapt = adapt
         self._has_hosts = has_hosts
         self._is_script = is_script
+        self._ready = ready
         self.is_busy = False
 
     @property
@@ -195,6 +198,12 @@ class Reloader:
             done(None)
             return
         process.adopt(spec)
+        if self._ready is not None:
+            self._ready.adopt(process)
+            if self._ready.waits(process):  # it goes on waiting, as it is now
+                self._core_driver.carry_out(after)
+                done(Result(process.name, Kind.QUEUED, done=True))
+                return
         if process.machine.state in (ProcessState.STOPPED, ProcessState.STOPPING):
             done(None)  # it stays so
             return
@@ -210,13 +219,19 @@ class Reloader:
 
         def stopped(result: Result) -> None:
             process.machine.is_held = False
+            self._forget(process)
             done(result)
 
         if process.machine.is_pending:
             self._control.stop(process, stopped)
         else:
             process.machine.is_held = False
+            self._forget(process)
             done(None)
+
+    def _forget(self, process: Process) -> None:
+        if self._ready is not None:
+            self._ready.forget(process)
 
     def _begin(
         self, effects: Sequence[Effect], ended: Callable[[Result], None], waiting: _Countdown

@@ -135,6 +135,7 @@ class RunControl:
             adapt=self._adapt,
             has_hosts=self.has_hosts,
             is_script=self._is_script,
+            ready=self.ready,
         )
 
     @functools.cached_property

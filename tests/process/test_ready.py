@@ -331,6 +331,32 @@ def test_a_launch_file_that_is_reloaded_may_add_processes_that_wait(control_benc
         wait_until(lambda: run.row("late")["pid"], "the new one runs")
 
 
+def test_a_reload_lets_what_waits_wait_as_it_is_now(control_bench: ControlBench):
+    supervise(control_bench, "server: {ready_when: {log: is ready}}\nworker: {after: server}\n")
+    with control_bench.launch(pair(control_bench)) as run:
+        wait_until(lambda: waits(run, "worker"), "the worker waits")
+        changed = pair(control_bench).replace("touch worker_ran", "touch new_worker_ran")
+        control_bench.command(changed)
+        done = run.shell("reload")
+        assert done.returncode == 0, done.stderr
+        row = run.row("worker")
+        assert (row["state"], row["pid"]) == ("STARTING", None)
+        go(control_bench)
+        wait_until((control_bench.folder / "new_worker_ran").exists, "the worker runs as changed")
+    assert not (control_bench.folder / "worker_ran").exists()
+
+
+def test_a_reload_ends_the_wait_for_what_is_gone(control_bench: ControlBench):
+    supervise(control_bench, "server: {ready_when: {log: is ready}}\nworker: {after: server}\n")
+    with control_bench.launch(pair(control_bench)) as run:
+        wait_until(lambda: waits(run, "worker"), "the worker waits")
+        worker, _, _ = pair(control_bench).partition('sh("until')
+        control_bench.command(worker)
+        done = run.shell("reload")
+        assert done.returncode == 0, done.stderr
+        wait_until((control_bench.folder / "worker_ran").exists, "the worker runs")
+
+
 # ---- with other options
 
 

@@ -70,6 +70,21 @@ class ReadyGate:
         self._processes[process.name] = process
         self._carry_out(self._order.add(process.spec))
 
+    def adopt(self, process: Process) -> None:
+        """It has another spec now."""
+        self._carry_out(self._order.adopt(process.spec))
+        self._check_soon()
+
+    def forget(self, process: Process) -> None:
+        """The launch file does not have it any more, and it has ended, if it can be ended."""
+        self._unwatch(process.name)
+        del self._processes[process.name]
+        self._order.forget(process.name)
+        self._check_soon()
+
+    def waits(self, process: Process) -> bool:
+        return self._order[process.name].phase is order.Phase.WAITING
+
     def admit(self, process: Process) -> None:
         entry, now = self._order[process.name], self._reactor.now()
         if process.machine.is_held:  # a user starts it
@@ -126,6 +141,8 @@ class ReadyGate:
         self._check_soon()
 
     def ended(self, process: Process, end: Ended) -> None:
+        if process.name not in self._processes:
+            return  # it is gone, and could not be ended before
         outcome = end.outcome
         actions = self._order.ended(
             process.name,

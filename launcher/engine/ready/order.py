@@ -75,9 +75,9 @@ class Entry:
     """One process. `needs` are those that it waits for, by the names in its rule."""
 
     def __init__(self, spec: ProcessSpec, rule: StartRule) -> None:
-        self.name, self.spec, self.rule = spec.name, spec, rule
+        self.name = spec.name
+        self.describe(spec, rule)
         self.phase = Phase.NEW
-        self.needs: dict[str, list[Entry]] = {n: [] for n in rule.after.names} if rule.after else {}
         self.admitted_s = self.passed_s = self.started_s = 0.0
         self.is_running = self.is_finished = False
         self.lives = 0
@@ -86,6 +86,10 @@ class Entry:
         self.state = "it has not been started"
         self._held: set[int] = set()
         self._said: dict[int, str] = {}
+
+    def describe(self, spec: ProcessSpec, rule: StartRule) -> None:
+        self.spec, self.rule = spec, rule
+        self.needs: dict[str, list[Entry]] = {n: [] for n in rule.after.names} if rule.after else {}
 
     @property
     def facts(self) -> tuple[Fact, ...]:
@@ -152,6 +156,7 @@ class StartOrder:
         self._rules = rules
         self._switched_off = switched_off
         self._entries: dict[str, Entry] = {}
+        self._forgotten: list[ProcessSpec] = []
 
     def __getitem__(self, name: str) -> Entry:
         return self._entries[name]
@@ -164,7 +169,27 @@ class StartOrder:
 
     def add(self, spec: ProcessSpec) -> list[Action]:
         """A process that may be started from now on."""
-        new = Entry(spec, rule_for(self._rules, spec))
+        return self._join(Entry(spec, rule_for(self._rules, spec)))
+
+    def adopt(self, spec: ProcessSpec) -> list[Action]:
+        """The process of this name has this spec now; new facts count from its next start."""
+        entry = self._entries.pop(spec.name)
+        self._disconnect(entry)
+        entry.describe(spec, rule_for(self._rules, spec))
+        return self._join(entry)
+
+    def forget(self, name: str) -> None:
+        """The launch file does not have it any more: nothing waits for it."""
+        entry = self._entries.pop(name)
+        self._disconnect(entry)
+        self._forgotten.append(entry.spec)
+
+    def _disconnect(self, entry: Entry) -> None:
+        for other in self._entries.values():
+            for others in other.needs.values():
+                others[:] = [one for one in others if one is not entry]
+
+    def _join(self, new: Entry) -> list[Action]:
         for other in self._entries.values():
             _connect(other, new)
             _connect(new, other)
@@ -198,8 +223,8 @@ class StartOrder:
 
     def withdraw(self, name: str) -> bool:
         """It shall not start any more; False if it was not waiting."""
-        entry = self._entries[name]
-        if entry.phase is not Phase.WAITING:
+        entry = self._entries.get(name)
+        if entry is None or entry.phase is not Phase.WAITING:
             return False
         entry.phase, entry.state = Phase.NEW, "it was stopped"
         return True
@@ -308,8 +333,9 @@ class StartOrder:
         return list(found.values())
 
     def _is_no_matter(self, name: str, entry: Entry) -> bool:
-        """Whether it means only the process itself, or one that a condition keeps away."""
-        return any(matches(name, spec) for spec in (entry.spec, *self._switched_off()))
+        """Whether it means only the process itself, or one that is gone, or kept away."""
+        none = (entry.spec, *self._forgotten, *self._switched_off())
+        return any(matches(name, spec) for spec in none)
 
     def _reason(self, lacking: Sequence[Entry | str], first: Entry | None = None) -> str:
         """`dispatcher: no publisher on /fleet/tasks, and for monitor`."""

@@ -353,6 +353,34 @@ def test_a_process_that_was_started_after_the_one_it_follows_is_not_restarted():
     assert run.kinds(RestartWith) == ["c-3"]
 
 
+# ---- reloads
+
+
+def test_one_that_the_launch_file_does_not_have_any_more_is_not_waited_for():
+    run = Run(rule("a", ready=(LOG,)), rule("b", "a"))
+    run.start("a-1", "b-2")
+    run.ends("a-1", asked=True)
+    run.order.forget("a-1")
+    assert not run.order.withdraw("a-1")
+    run.check()
+    assert run.kinds(Release) == ["b-2"]
+
+
+def test_names_and_facts_are_those_of_the_new_spec():
+    fact = Fact(kind="node", subject="{node}")
+    run = Run(rule("*", ready=(fact,)), rule("b", "new", ready=()))
+    run.tell(run.order.add(spec("a-1", "old")))
+    run.order.admit("a-1", run.now)
+    run.runs("a-1")
+    run.start("b-2")
+    assert run.order.reason("b-2") == "new: it has not been started"
+    run.tell(run.order.adopt(spec("a-1", "new")))
+    assert run.order.reason("b-2") == "new: no node /new"
+    run.runs("a-1")
+    run.fact("a-1")
+    assert run.kinds(Release) == ["b-2"]
+
+
 # ---- circles
 
 
