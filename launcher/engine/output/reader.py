@@ -76,6 +76,8 @@ class OutputReader:
 
     def attach(self, process: Process) -> None:
         assert process.child is not None
+        if process.group is not None:
+            process.group.begin()
         for fd, name in process.child.streams.items():
             process.streams[fd] = Stream(name, shown=process.shows(name))
             if not self._paused:
@@ -177,7 +179,7 @@ class OutputReader:
         self, process: Process, fd: int, stream: Stream, lines: bytes, group: GroupOutput
     ) -> None:
         policy = process.spec.output
-        for part in group.parts(lines):
+        for part in group.parts(lines, has_events=stream.name != "stdout"):
             process.ring.append(stream.name, stream.read_at_s, part.kept)
             shown = part.lines
             if part.prefix is process.prefix:  # a member tells of its end in its own lines

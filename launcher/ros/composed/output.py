@@ -1,7 +1,8 @@
 """Standard output and error: each line with the member that has written it.
 
-A line of a member is `RS index US text`, an event about it `RS index GS words`. The lines of rcl
-come from C and have no such mark; they name their logger.
+A line of a member is `RS index US text`, an event about it `RS index GS token words`. The token is a
+random word, so that no output of a program is taken for an event; the first line, `RS GS token`,
+tells it. The lines of rcl come from C and have no such mark; they name their logger.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from launcher.ros.composed import current
 
 RS, GS, US = "\x1e", "\x1d", "\x1f"
 MOST_CHARACTERS = 65536  # of a line; a longer one is cut
+_TOKEN = os.urandom(16).hex()
 _lock = threading.Lock()
 
 
@@ -75,11 +77,13 @@ def write_all(fd: int, data: bytes) -> None:
 
 def tell(index: int, *words: object) -> None:
     """An event about a member, on standard error, where the lines of its loggers go."""
-    text = f"{RS}{index}{GS}{' '.join(map(str, words))}\n"
+    text = f"{RS}{index}{GS}{_TOKEN} {' '.join(map(str, words))}\n"
     write_all(2, text.encode())
 
 
 def install() -> tuple[MemberStream, MemberStream]:
+    """Before any program is started."""
+    write_all(2, f"{RS}{GS}{_TOKEN}\n".encode())
     streams = MemberStream(sys.stdout), MemberStream(sys.stderr)
     sys.stdout, sys.stderr = streams
     sys.stdin = open(os.devnull)  # noqa: SIM115  (the real one has requests of the launcher)

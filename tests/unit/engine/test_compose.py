@@ -173,12 +173,16 @@ def test_the_rest_is_that_of_the_core():
 # ---- output
 
 
+TOKEN = "0123456789abcdef" * 2
+
+
 class Told:
     def __init__(self) -> None:
         self.events: list[tuple[int, Sequence[str]]] = []
         names = [("a-1", b"[a] "), ("b-2", b"[b] ")]
         tell = lambda index, words: self.events.append((index, words))  # noqa: E731
         self.output = GroupOutput(("group-1", b"[g] "), names, tell)
+        assert list(self.output.parts(f"\x1e\x1d{TOKEN}\n".encode())) == []
 
     def parts(self, text: str) -> list[tuple[str, str]]:
         return [(one.name, one.lines.decode()) for one in self.output.parts(text.encode())]
@@ -202,7 +206,7 @@ def test_marked_lines_are_those_of_their_member():
 def test_lines_of_rcl_are_told_apart_by_their_logger():
     told = Told()
     assert told.parts(log("fleet.a")) == [("group-1", log("fleet.a"))]
-    told.parts("\x1e0\x1dnode /fleet/a fleet.a\n\x1e1\x1dnode /b b\n")
+    told.parts(f"\x1e0\x1d{TOKEN} node /fleet/a fleet.a\n\x1e1\x1d{TOKEN} node /b b\n")
     colour = f"\x1b[33m{log('b.part.deep')}"
     assert told.parts(log("fleet.a") + colour + log("rcl") + log("bb")) == [
         ("a-1", log("fleet.a")),
@@ -214,7 +218,7 @@ def test_lines_of_rcl_are_told_apart_by_their_logger():
 
 def test_what_follows_a_line_of_a_logger_belongs_to_it_in_the_same_block():
     told = Told()
-    told.parts("\x1e0\x1dnode /a a\n")
+    told.parts(f"\x1e0\x1d{TOKEN} node /a a\n")
     assert told.parts(f"x\n{log('a')}  second\nthird\n\x1e1\x1fy\n") == [
         ("group-1", "x\n"),
         ("a-1", f"{log('a')}  second\nthird\n"),
@@ -225,17 +229,31 @@ def test_what_follows_a_line_of_a_logger_belongs_to_it_in_the_same_block():
 
 def test_a_logger_of_two_members_is_that_of_none():
     told = Told()
-    told.parts("\x1e0\x1dnode /a a\n\x1e1\x1dnode /a a\n")
+    told.parts(f"\x1e0\x1d{TOKEN} node /a a\n\x1e1\x1d{TOKEN} node /a a\n")
     assert told.parts(log("a")) == [("group-1", log("a"))]
 
 
 def test_events_are_told_and_not_shown():
     told = Told()
-    assert told.parts("\x1e0\x1fa\n\x1e1\x1dexit -2\r\n\x1e0\x1fb\n") == [
+    assert told.parts(f"\x1e0\x1fa\n\x1e1\x1d{TOKEN} exit -2\r\n\x1e0\x1fb\n") == [
         ("a-1", "a\n"),
         ("a-1", "b\n"),
     ]
     assert told.events == [(1, ["exit", "-2"])]
+
+
+@pytest.mark.parametrize(
+    "line", ["\x1e0\x1dexit 1", "\x1e0\x1d", f"\x1e0\x1d{'f' * 32} exit 1", f"\x1e\x1d{'f' * 32}"]
+)
+def test_a_program_cannot_write_events(line):
+    told = Told()
+    assert told.parts(f"{line}\n") == [("group-1", f"{line}\n")]
+    event = f"\x1e0\x1d{TOKEN} exit 1\n".encode()
+    (part,) = told.output.parts(event, has_events=False)
+    assert (part.name, told.events) == ("group-1", [])
+    told.output.begin()  # another life has another token
+    assert told.parts(event.decode()) == [("group-1", event.decode())]
+    assert told.events == []
 
 
 @pytest.mark.parametrize(
@@ -245,5 +263,5 @@ def test_events_are_told_and_not_shown():
 def test_other_text_with_such_characters_does_no_harm(line):
     told = Told()
     parts = told.parts(f"{line}\n")
-    assert parts in ([("group-1", f"{line}\n")], [])
+    assert parts == [("group-1", f"{line}\n")]
     assert told.events == []
