@@ -1,8 +1,8 @@
 """Standard output and error: each line with the member that has written it.
 
-A line of a member is `RS index US text`, an event about it `RS index GS token words`. The token is a
-random word, so that no output of a program is taken for an event; the first line, `RS GS token`,
-tells it. The lines of rcl come from C and have no such mark; they name their logger.
+A line of a member is `RS index US text`, an event about it `RS index GS token words`. The first
+line, `RS GS token`, tells the random token, so that no output of a program is taken for an event.
+The lines of rcl come from C and have no such mark; they name their logger.
 """
 
 from __future__ import annotations
