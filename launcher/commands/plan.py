@@ -17,6 +17,7 @@ from launcher.commands.launch.options import (
     SKIP_HOST,
     SUPERVISE,
     given_options,
+    refuse_conflicts,
     with_settings_beside,
 )
 from launcher.commands.launch.target import (
@@ -40,6 +41,12 @@ if TYPE_CHECKING:
     from launcher.hosts.model import HostsFile
     from launcher.planner import Plan
 
+_HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
+# A running launch has its own.
+_OF_A_NEW_RUN = (
+    *(_HOSTS, SKIP_HOST, DISCOVERY, PREFIX, LOG_LEVEL, COMPOSE),
+    *(SUPERVISE, NO_SUPERVISE),
+)
 COMMAND = Command(
     "plan",
     VERBS["plan"],
@@ -57,7 +64,7 @@ launch has done so far.
         ),
         LENIENT,
         EVALUATION_TIMEOUT,
-        option("--hosts FILE", "show where processes run as this file says, and what runs there"),
+        _HOSTS,
         SKIP_HOST,
         DISCOVERY,
         PREFIX,
@@ -88,6 +95,8 @@ def main(words: Sequence[str]) -> int:
         return _show_running(parsed)
     if parsed.run is not None:
         raise UsageError("--run and TARGET exclude each other")
+    options = given_options(parsed)
+    refuse_conflicts(options, parsed.hosts)
     request = LaunchRequest.of(parsed)
     return show(
         request,
@@ -95,7 +104,7 @@ def main(words: Sequence[str]) -> int:
         hosts=parsed.hosts,
         discovery=parsed.discovery,
         skip_hosts=parsed.skip_hosts,
-        options=with_settings_beside(given_options(parsed), request.path),
+        options=with_settings_beside(options, request.path),
     )
 
 
@@ -220,6 +229,10 @@ def _show_diff(parsed: Parsed) -> int:
     """Ask the run, which has the arguments and the environment; LauncherError."""
     from launcher.control.runs import find_run
 
+    for one, (flag, *_), _ in parsed.given:
+        if one in _OF_A_NEW_RUN:
+            hint = "the launch file is compared with the options that the run has got"
+            raise UsageError(f"--diff takes no {flag.partition('=')[0]}", hint=hint)
     which = parsed.run
     if parsed.words and which is not None:
         raise UsageError("--run and TARGET exclude each other")

@@ -212,17 +212,22 @@ def run_options(parsed: Parsed) -> RunOptions:
         check_installed()
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
-    if options.prefix and options.hosts is None:
-        from launcher.commands.launch.process_options import refuse_absent_programs
-
-        refuse_absent_programs(options.prefix)
-    if options.skip_hosts and options.hosts is None:
-        raise UsageError("--skip-host needs --hosts FILE")
-    if options.compose and options.hosts is not None:
-        raise UsageError("--compose and --hosts exclude each other")
+    refuse_conflicts(options, options.hosts)
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
     return options
+
+
+def refuse_conflicts(options: RunOptions, hosts: str | None) -> None:
+    """UsageError for options that neither a run nor its plan can have."""
+    if options.prefix and hosts is None:
+        from launcher.commands.launch.process_options import refuse_absent_programs
+
+        refuse_absent_programs(options.prefix)
+    if options.skip_hosts and hosts is None:
+        raise UsageError("--skip-host needs --hosts FILE")
+    if options.compose and hosts is not None:
+        raise UsageError("--compose and --hosts exclude each other")
 
 
 def with_settings_beside(options: RunOptions, launch_file: str) -> RunOptions:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from launcher.commands import launch
+from launcher.commands import launch, plan
 from launcher.commands.launch.composing import composition
 from launcher.commands.launch.options import run_options
 from launcher.errors import UsageError
@@ -164,6 +164,27 @@ def test_compose_excludes_other_hosts():
     parsed = launch.COMMAND.parse(["a.launch.py", "--compose", "x", "--hosts", "h.yaml"])
     with pytest.raises(UsageError, match="--compose and --hosts exclude each other"):
         run_options(parsed)
+
+
+def test_a_plan_refuses_what_a_run_refuses():
+    with pytest.raises(UsageError, match="--compose and --hosts exclude each other"):
+        plan.main(["a.launch.py", "--compose", "x", "--hosts", "h.yaml"])
+    with pytest.raises(UsageError, match="no-such-program"):
+        plan.main(["a.launch.py", "--prefix", "x=no-such-program"])
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(("--hosts", "h.yaml"), ("--skip-host", "h"), ("--prefix", "x=true"), ("--no-supervise",)),
+        *(("--log-level", "x=debug"), ("--compose", "x"), ("--supervise=f.yaml",)),
+    ],
+)
+def test_a_difference_takes_no_options_of_a_run(words, tmp_path):
+    (tmp_path / "f.yaml").write_text("{}")
+    words = [word.replace("f.yaml", str(tmp_path / "f.yaml")) for word in words]
+    with pytest.raises(UsageError, match=f"--diff takes no {words[0].partition('=')[0]}"):
+        plan.main(["--diff", *words])
 
 
 def test_a_node_with_rules_of_its_start_is_kept_apart(script):
