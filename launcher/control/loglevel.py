@@ -27,6 +27,7 @@ def answer(control: RunControl, chosen: Sequence[Process], call: Call, exchange:
     level = None if word is None else _level(word)
     ask = functools.partial(Question, logger=call.options.get("logger"), level=level)
     refusals, questions = [], []
+    labels: dict[tuple[str, str | None], str] = {}
     for process in chosen:
         refusal = _refusal(process)
         if refusal:
@@ -34,9 +35,12 @@ def answer(control: RunControl, chosen: Sequence[Process], call: Call, exchange:
         for spec in () if refusal else parts_meant(call.names, process.spec):
             nodes = ProcessNames.of(spec).nodes or (None,)
             questions += [ask(process=process, node=node) for node in nodes]
+            labels.update(
+                ((process.name, n), n.rpartition("/")[2] if n else spec.label) for n in nodes
+            )
 
     def done(answers: Answers) -> None:
-        _reply(exchange, [*refusals, *answers], has_set=level is not None)
+        _reply(exchange, [*refusals, *answers], labels, has_set=level is not None)
 
     if questions:
         control.logger_levels.ask(questions, done)
@@ -65,14 +69,24 @@ def _refusal(process: Process) -> str:
     return ""
 
 
-def _reply(exchange: Exchange, answers: Answers, *, has_set: bool) -> None:
+def _reply(
+    exchange: Exchange,
+    answers: Answers,
+    labels: Mapping[tuple[str, str | None], str],
+    *,
+    has_set: bool,
+) -> None:
+    """`labels`: what --log-level calls the nodes that were asked, by process and node."""
     text = [_sentence(one, has_set=has_set) for one in answers]
     if not all(one["error"] for one in answers):
         exchange.reply({"levels": answers}, text)
         return
     hint = None
-    if any("enable_logger_service" in one["error"] for one in answers):
-        label = answers[0]["process"].rpartition("-")[0]
+    one = next((one for one in answers if "enable_logger_service" in one["error"]), None)
+    if one is not None:
+        own = one["process"].rpartition("-")[0]
+        unnamed = labels.get((one["process"], None), own)
+        label = labels.get((one["process"], one["node"]), unnamed)
         hint = f"or from its start: {program()} launch ... --log-level {label}=debug"
     exchange.fail(BadCallError("wrong-state", "; ".join(text), hint))
 

@@ -170,6 +170,7 @@ class Service:
         if len(chosen) > 1:
             names = ", ".join(process.name for process in chosen)
             raise BadCallError("bad-request", f"debug takes one process, not {names}")
+        refuse_part("debug", call.names, chosen[0].spec)
         DebugRequest(self._control, call, exchange).begin(chosen[0])
 
     def _do_plan(self, call: Call, exchange: Exchange) -> None:

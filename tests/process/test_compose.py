@@ -229,7 +229,11 @@ def test_verbs_are_about_the_group(bench: ControlBench):
         assert run.row("composed-1")["node_names"] == ["/careful"]
         with pytest.raises(ControlError, match="composed-1 is the process of 2 nodes: careful-1"):
             run.ask("stop", "careful")
-        assert "careful does not offer" in run.shell("loglevel", "careful", "debug").stderr
+        with pytest.raises(ControlError, match="is the process of 2 nodes: careful-1"):
+            run.ask("debug", "careful")
+        refusal = run.shell("loglevel", "careful", "debug").stderr
+        assert "careful does not offer" in refusal
+        assert "--log-level careful=debug" in refusal
         before = pid_of(run)
         run.ask("restart", "composed-1")
         assert pid_of(run) != before
