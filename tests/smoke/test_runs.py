@@ -100,6 +100,16 @@ def test_a_system_that_is_ready_late_is_watched_as_long_as_any_other(bench: Benc
 
 
 @pytest.mark.thorough
+def test_processes_that_wait_for_others_belong_to_the_start(bench: Bench):
+    bench.write('sh("x1", "sleep 2; echo go; exec sleep 1000"),', 'sh("x2", "exec sleep 1000"),')
+    rules = "x1: {ready_when: {log: go}}\nx2: {after: x1}\n"
+    (bench.folder / "tested.supervise.yaml").write_text(rules, encoding="utf-8")
+    done = bench.smoke("--for=0.5")
+    assert done.returncode == 0, done.stdout
+    assert bench.report()["steps"]["ready"] >= 2.0
+
+
+@pytest.mark.thorough
 def test_a_launch_file_that_hangs_and_ignores_signals(bench: Bench):
     bench.launch_file.write_text(
         "import signal, time\n"

@@ -158,7 +158,7 @@ class Facts:
                 continue
             if event.kind in ("waiting", "not ready"):
                 found[event.process] = None
-            elif event.kind in ("ready", "released", "withdrawn", "ended", "not started"):
+            elif event.kind in ("ready", "started", "withdrawn", "ended", "not started"):
                 found.pop(event.process, None)
         return tuple(name for name in found if self.is_named(name, pattern))
 
