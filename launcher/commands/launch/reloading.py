@@ -7,7 +7,6 @@ import importlib
 import linecache
 import os
 import sys
-import sysconfig
 from collections.abc import Callable, Collection, Iterator, Sequence
 
 from launcher import frontends
@@ -32,6 +31,7 @@ from launcher.model.events import (
 from launcher.model.reload import Known, Reload
 from launcher.model.ros_arguments import full_node_name
 from launcher.model.spec_diff import needs_restart
+from launcher.packages.imports import is_installed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -189,12 +189,10 @@ def _forget_modules(older: Collection[str]) -> dict[str, ModuleType]:
 
 
 def is_own(path: str | None) -> bool:
-    """Whether this is a source file of the user: not Python's, an installed package's, or ours."""
+    """Whether this is a source file of the user: not one that is installed, or ours."""
     if path is None or not path.endswith(".py") or not os.path.isabs(path):
         return False
-    if "/site-packages/" in path or "/dist-packages/" in path:
-        return False
-    return not path.startswith((_PACKAGE + os.sep, sysconfig.get_paths()["stdlib"] + os.sep))
+    return not path.startswith(_PACKAGE + os.sep) and not is_installed(path)
 
 
 def is_steered(spec: ProcessSpec, effects: Sequence[Effect]) -> bool:
