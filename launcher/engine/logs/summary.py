@@ -114,7 +114,8 @@ def all_well(processes: Collection[Process]) -> str:
     ended = [process for process in processes if process not in left and process not in before]
     longest_s = max((process.history.run_s for process in ended), default=0.0)
     parts = [f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"]
-    parts = parts if ended or not (left or before) else []
+    if not any(process.history.starts for process in ended):
+        parts = [] if left or before else ["no process was started"]
     parts += [f"{count(len(before), 'process')} had ended before"] if before else []
     parts += [f"{count(len(left), 'process')} left on other hosts"] if left else []
     text = "; ".join(parts)

@@ -50,6 +50,15 @@ def written(processes: list[Process], *, code: int = 0, columns: int | None = No
     return log
 
 
+def test_processes_of_which_none_was_started_have_not_ended_as_expected():
+    never = [process("a-1", None, starts=0), process("b-2", None, starts=0)]
+    for one in never:
+        one.history.run_s = 0.0
+    text = summary.all_well(never)
+    assert text.startswith("no process was started")
+    assert "ended" not in text
+
+
 def test_where_all_is_well_it_is_one_line():
     log = written([process("a-1"), process("b-2")], end_reason="ctrl-c (SIGINT)")
     assert log.screen == [
