@@ -50,7 +50,10 @@ The same launch file gives the same files. Functions and commands of the launch 
         option("--hosts FILE", "the hosts file: which process runs where"),
         option("--strict", "write nothing if something cannot be exported"),
         option(
-            "--prefix NAME", "begin the names of units, pods and services with NAME", default=""
+            "--prefix NAME",
+            "begin the names of units, pods and services with NAME (in `launch` and `plan` this "
+            "option is about commands)",
+            default="",
         ),
         option("--user NAME", "systemd: user of the processes, for hosts that name none"),
         option(
