@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -148,3 +149,19 @@ def test_every_path_in_the_architecture_exists():
     named = set(re.findall(r"`([a-z_]+(?:/[a-z_]+)*(?:/|\.py|/[a-z_]+))`", ARCHITECTURE))
     endings = {name: f"/{name.rstrip('/').removesuffix('.py')}" for name in named}
     assert {n for n, end in endings.items() if not any(k.endswith(end) for k in known)} == set()
+
+
+def test_no_tracked_file_has_conflict_markers():
+    # As they are not to be in this file, they are put together.
+    marks = [f"{sign * 7} ".encode() for sign in "<>"]
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
+    paths = [ROOT / name for name in listed.stdout.decode().split("\0") if name]
+    assert paths
+    bad = [
+        f"{path}:{number}"
+        for path in paths
+        if path.is_file() and not path.is_symlink()
+        for number, line in enumerate(path.read_bytes().split(b"\n"), 1)
+        if line.startswith(tuple(marks))
+    ]
+    assert not bad
