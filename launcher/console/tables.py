@@ -62,6 +62,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     if "ready" in one:
         yield "ready", readiness(one) or "-"
     yield "pid", _text(one["pid"])
+    yield "started", _text(one.get("started"))
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
     yield "command", shlex.join(one["command"])
@@ -145,6 +146,7 @@ COLUMNS = (
     Column("cpu", _figure("cpu_percent", cpu), 7),
     Column("USS", _figure("memory_bytes", memory), 6),
     Column("threads", _figure("threads"), 1),
+    Column("start", _figure("start"), 1, is_left=True),
     Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),
 )
 
@@ -152,7 +154,10 @@ COLUMNS = (
 def process_table(found: Sequence[Process], columns: int, *, has_head: bool = True) -> Table:
     """One row per process, at most so many columns wide."""
     has_hosts = any("host" in process for process in found)
-    shown = [column for column in COLUMNS if has_hosts or column.title != "host"]
+    left_out = {"host"} if not has_hosts else set()
+    if all(process.get("start") != "warm" for process in found):
+        left_out.add("start")
+    shown = [column for column in COLUMNS if column.title not in left_out]
     cells = {column: [column.cell(process) for process in found] for column in shown}
     widths = _widths(cells, columns)
     table = Table(

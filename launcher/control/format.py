@@ -178,7 +178,7 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         **({"ready": readiness(row) or "-"} if "ready" in row else {}),
         "pid": _or_dash(row["pid"]),
-        "started": row.get("started", "cold"),
+        "started": _or_dash(row.get("started")),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
         "command": " ".join(row["command"]),

@@ -45,7 +45,7 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": process.is_halted,
         "debugger": process.debugger and process.debugger.address,
-        "start": process.start_kind.partition(",")[0] or "cold",
+        "start": _start(process),
         "not_responding_s": _silent_s(process, control.reactor.now()),
         "last_exit": _last_exit(process),
         **(_place(process) if control.has_hosts else {}),
@@ -58,6 +58,11 @@ def _silent_s(process: Process, now: float) -> float | None:
     if process.silence is None:
         return 0.0 if process.answers else None
     return round(process.silence.elapsed_s(now), 1)
+
+
+def _start(process: Process) -> str | None:
+    """`warm` or `cold`; None before the first start."""
+    return process.start_kind.partition(",")[0] or ("cold" if process.history.starts else None)
 
 
 def _place(process: Process) -> dict[str, Any]:
@@ -108,7 +113,7 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "command": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
-        "started": process.start_kind or "cold",
+        "started": process.start_kind or _start(process),
         "package": ros and ros.package,
         "executable": ros and ros.executable,
         "environment": dict(spec.env) if is_known else None,

@@ -91,6 +91,7 @@ class _Search:
                 tree = ast.parse(source.read(), file)
         except (OSError, SyntaxError, ValueError, RecursionError):
             return
+        self._extend_path(tree)
         is_package = os.path.basename(file).startswith("__init__.")
         package = module if is_package else module.rpartition(".")[0]
         for node, is_deferred in _imports(tree):
@@ -102,6 +103,13 @@ class _Search:
         for name in _entry_points(tree, self._path):
             self.follow(name, is_deferred=False)
         self._note_attributes(tree)
+
+    def _extend_path(self, tree: ast.Module) -> None:
+        """Follow the changes of `sys.path` that a program makes, as our own scripts do."""
+        for first, last in map(_folders_of_path, tree.body):
+            if first or last:
+                self._path = [*first, *self._path, *last]
+                self._specs.clear()
 
     def _from(self, base: str, node: ast.ImportFrom, is_deferred: bool) -> None:
         self.follow(base, is_deferred=is_deferred)
@@ -182,6 +190,25 @@ def _imports(tree: ast.AST) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]
         if isinstance(node, ast.If) and _dotted(node.test).endswith("TYPE_CHECKING"):
             children = node.orelse
         waiting += [(child, is_deferred) for child in reversed(list(children))]
+
+
+def _folders_of_path(node: ast.stmt) -> tuple[list[str], list[str]]:
+    """Literal folders that a statement puts at the begin of `sys.path`, and at its end."""
+    match node:
+        case ast.Assign(
+            targets=[ast.Subscript(value=path, slice=ast.Constant(value=0))],
+            value=ast.Constant(value=str(folder)),
+        ) if _dotted(path) == "sys.path":
+            return [folder], []
+        case ast.AugAssign(target=path, value=ast.List(elts=items)) if _dotted(path) == "sys.path":
+            found = [one.value for one in items if isinstance(one, ast.Constant)]
+            return [], [one for one in found if isinstance(one, str)]
+        case ast.Expr(value=ast.Call(func=call, args=[*_, ast.Constant(value=str(folder))])):
+            if _dotted(call) == "sys.path.insert":
+                return [folder], []
+            if _dotted(call) == "sys.path.append":
+                return [], [folder]
+    return [], []
 
 
 def _dotted(node: ast.AST) -> str:

@@ -97,3 +97,21 @@ def test_packages_without_an_init_file_are_followed(tmp_path: Path):
 def test_what_a_workspace_has_installed_is_the_users(tmp_path: Path):
     assert not is_installed(f"{tmp_path}/install/bot/lib/python3.11/site-packages/bot/a.py")
     assert is_installed(pytest.__file__)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "sys.path[0] = {folder!r}",
+        "sys.path += [{folder!r}]",
+        "sys.path.append({folder!r})",
+        "sys.path.insert(0, {folder!r})",
+    ],
+)
+def test_folders_that_a_program_adds_to_its_path_are_searched(tmp_path: Path, change: str):
+    write(tmp_path / "code", {"talker.py": "x = 1"})
+    added = change.format(folder=str(tmp_path / "code"))
+    (tmp_path / "main.py").write_text(f"import sys\n\n{added}\nfrom talker import x\n")
+    imports = imports_of(str(tmp_path / "main.py"))
+    assert names(imports, tmp_path) == ["main.py", "code/talker.py"]
+    assert not imports.missing
