@@ -75,7 +75,7 @@ SKIP_HOST = option(
 )
 PREFIX = option(
     "--prefix NAME=WORDS",
-    "put words in front of the command of processes, as in 'robot_1=gdb -ex run --args' or "
+    "put words in front of the command of processes, as in 'robot_1=gdb -ex run --args python3' or "
     "'*=nice -n 5'; NAME may be a pattern (in `export` this option is about names of units)",
     _later("parse_prefix"),
     default=(),

@@ -214,7 +214,7 @@ def _amount(text: str) -> int:
     return amount
 
 
-@for_pattern("=", "--prefix 'robot_1=gdb -ex run --args'")
+@for_pattern("=", "--prefix 'robot_1=gdb -ex run --args python3'")
 def parse_prefix(text: str) -> tuple[str, ...]:
     """Words as in a shell, with its quotes."""
     import shlex
