@@ -70,6 +70,8 @@ class Watched:
 
     def add_process(self, name: str, program: Program, started_ns: int) -> list[str]:
         """It was started; the files that have changed since."""
+        if name in self._entries:
+            forget_imports()  # modules may have come since the change that has restarted it
         return self._add(name, _Entry(program, started_ns), self._find_files(program))
 
     def add_launch(self, paths: Sequence[str], started_ns: int) -> list[str]:
