@@ -366,10 +366,8 @@ class ProcessDriver:
             return
         history.deaths += 1
         history.first_death = history.first_death or end.outcome
-        if not history.first_error:
-            from launcher.engine.logs.summary import first_error
-
-            history.first_error = first_error(process, began_s)
+        if not history.first_error:  # its restart does not wait for the search
+            self._reactor.when_idle(functools.partial(_find_first_error, process, began_s))
 
     def _report_restart(self, process: Process, end: Ended) -> None:
         machine = process.machine
@@ -380,6 +378,12 @@ class ProcessDriver:
             self._log.report(process, line)
         if machine.state is ProcessState.FATAL and machine.restarts:
             self._log.report(process, messages.gave_up(machine.restart, machine.restarts))
+
+
+def _find_first_error(process: Process, since_s: float) -> None:
+    from launcher.engine.logs.summary import first_error
+
+    process.history.first_error = process.history.first_error or first_error(process, since_s)
 
 
 def _culprit(process: Process, error: OSError) -> str:

@@ -277,9 +277,7 @@ class Supervisor:
         if timeout_s is not None:
             reason = f"timeout of {timeout_s:g} s reached"
             self._reactor.call_later(timeout_s, lambda: self._shutdown.stop(reason))
-        # In this order: a process may die at once, and its restart needs the first two.
-        for what in (self.idle, _prepare_for_exits):
-            self._reactor.when_idle(what)
+        self._reactor.when_idle(self.idle)  # first: it imports what the exit of a process needs
         with self._screen.collecting(), self._directory.collecting():
             self._core_driver.start()
             self._is_begun = True
@@ -509,11 +507,6 @@ class Supervisor:
         from launcher.engine.monitor.housekeeping import enforce
 
         enforce(process, verdict, self._log, self._driver, self._shutdown)
-
-
-def _prepare_for_exits() -> None:
-    """Import what an exit needs, since a restart would wait for it."""
-    from launcher.engine.logs import summary  # noqa: F401
 
 
 def _settle() -> None:
