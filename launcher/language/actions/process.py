@@ -89,10 +89,14 @@ class ExecuteLocal(Action):
         self.__respawn_max_retries = respawn_max_retries
         self.__process_event_args: dict[str, Any] | None = None
         self.__completed_future: Future | None = None
-        self.__stdout_buffer = io.StringIO()
-        self.__stderr_buffer = io.StringIO()
+        streams = ("stdout", "stderr") if cached_output else ()
+        self.__buffers = {stream: io.StringIO() for stream in streams}
         self.__executed = False
         self.__return_code: int | None = None
+        # Here, although `execute` sets them: later attributes would not be in the shared keys of
+        # the class, and each action would take 1.3 KB more.
+        self._output_given: Any = None
+        self._output_policy: Any = None
 
     @property
     def process_description(self) -> Executable:
@@ -204,8 +208,8 @@ class ExecuteLocal(Action):
             handlers.append(
                 OnProcessIO(
                     target_action=self,
-                    on_stdout=lambda event: self._cache(event, self.__stdout_buffer),
-                    on_stderr=lambda event: self._cache(event, self.__stderr_buffer),
+                    on_stdout=lambda event: self._cache(event, self.__buffers["stdout"]),
+                    on_stderr=lambda event: self._cache(event, self.__buffers["stderr"]),
                 )
             )
         return handlers
@@ -300,19 +304,19 @@ class ExecuteLocal(Action):
 
     def get_stdout(self) -> str:
         """The standard output so far; RuntimeError without `cached_output`."""
-        return self._cached(self.__stdout_buffer, "stdout")
+        return self._cached("stdout")
 
     def get_stderr(self) -> str:
         """The standard error so far; RuntimeError without `cached_output`."""
-        return self._cached(self.__stderr_buffer, "stderr")
+        return self._cached("stderr")
 
-    def _cached(self, buffer: io.StringIO, stream: str) -> str:
+    def _cached(self, stream: str) -> str:
         if not self.__cached_output:
             raise RuntimeError(
                 f"cached output must be true to be able to get {stream}, "
                 f"proc '{self.__process_description.name}'"
             )
-        return buffer.getvalue()
+        return self.__buffers[stream].getvalue()
 
 
 def _normalize_bool(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 
@@ -29,11 +30,17 @@ def caller_origin() -> Origin | None:
     for _ in range(_MAX_FRAMES):
         path = frame.f_code.co_filename
         if not path.startswith(_OWN_FILES):
-            return None if path.startswith("<") else Origin(path, frame.f_lineno)
+            return None if path.startswith("<") else _shared(path, frame.f_lineno)
         if frame.f_back is None:
             return None
         frame = frame.f_back
     return None
+
+
+@functools.lru_cache(maxsize=64)
+def _shared(path: str, line: int) -> Origin:
+    """An action creates several objects, all of them at its own place."""
+    return Origin(path, line)
 
 
 def is_own_file(path: str) -> bool:
