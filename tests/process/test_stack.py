@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from launcher import proc
 from launcher.control.client import RefusedError
 from launcher.engine.stacks import py_spy
 from tests.process.conftest import ControlBench
@@ -33,6 +34,7 @@ print("ready", flush=True)
 right()
 """
 PROGRAM = 'ExecuteProcess(cmd=[sys.executable, "{file}"], name="{name}", output="screen"),'
+NO_LOCALS = "no native calls and local variables: py-spy is not installed"
 SLEEPER = 'sh("exec sleep 1000", name="sleeper"),'
 
 
@@ -149,6 +151,24 @@ def test_without_py_spy_the_extra_is_named(control_bench: ControlBench, deadlock
             "pip install -e '.[debug]' ",
         )
         assert "sleeping" in dump["threads"][0]["state"]
+
+
+def test_without_py_spy_a_warm_program_tells_its_stacks(control_bench: ControlBench, deadlock: str):
+    control_bench.env[py_spy.VARIABLE] = ""
+    with control_bench.launch(deadlock, "--warm") as run:
+        run.wait_for("ready")
+        dump = in_deadlock(run)
+        assert dump["threads"][0]["tid"] == run.row("arm")["pid"]
+        assert functions(dump)["MainThread"][:2] == ["right", "<module>"]
+        assert functions(dump)["left"][0] == "left"
+        (dump,) = stacks(run, "arm", locals=True)
+        assert (len(dump["threads"]), dump["problem"]) == (2, NO_LOCALS)
+        os.kill(dump["pid"], signal.SIGSTOP)
+        wait_until(lambda: proc.is_suspended(dump["pid"]), "the stop")
+        (dump,) = stacks(run, "arm")
+        assert (dump["problem"], dump["threads"][0]["frames"]) == ("py-spy is not installed", [])
+        run.process.send_signal(signal.SIGINT)
+        run.exit_code()
 
 
 @pytest.mark.parametrize("program", ["/no/such/py-spy", "/bin/false", "/bin/true"])

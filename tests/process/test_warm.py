@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from launcher.engine.stacks import py_spy
 from tests.process.conftest import Bench
 
 PROBE = Path(__file__).resolve().parents[1] / "support/warm_probe.py"
@@ -48,6 +49,7 @@ def facts_of(bench: Bench, folder: Path, how: str) -> tuple[dict[str, Any], str]
     out = bench.folder / "out"
     out.mkdir(exist_ok=True)
     actions = PROBES.format(probe=f"{folder}/warm_probe.py", folder=folder, out=out)
+    bench.env[py_spy.VARIABLE] = py_spy.find() or ""  # usable: then a node need not tell its stacks
     done = bench.run(actions, how, *LIMITED)
     facts = {}
     for name in ("script", "terminal", "module", "console"):

@@ -32,6 +32,17 @@ def find() -> str | None:
     return beside if os.access(beside, os.X_OK) else shutil.which("py-spy")
 
 
+def is_usable() -> bool:
+    """Whether it is there, and the kernel probably lets it look into processes of this user."""
+    if find() is None:
+        return False
+    return os.geteuid() == 0 or _ptrace_scope() == "0" or bool(os.environ.get(VARIABLE))
+
+
+def _ptrace_scope() -> str:
+    return proc.read("sys", "kernel/yama/ptrace_scope").strip().decode() or "0"
+
+
 def is_interpreter(pid: int) -> bool:
     """Whether its program is a Python interpreter."""
     try:
@@ -107,7 +118,7 @@ def repair(pid: int, program: str) -> tuple[str, str]:
         why = f"it belongs to user {owner}"
         command = f"sudo {shlex.quote(program)} dump --pid {pid}"
         return f"py-spy may not look into it: {why}", command
-    scope = proc.read("sys", "kernel/yama/ptrace_scope").strip().decode() or "0"
+    scope = _ptrace_scope()
     rule = f"py-spy may not look into it: kernel.yama.ptrace_scope is {scope}"
     allow = f"sudo setcap cap_sys_ptrace=eip {shlex.quote(os.path.realpath(program))}"
     match scope:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from launcher import proc
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.stacks import py_spy
+from launcher.engine.stacks import answers, py_spy
 from launcher.engine.stacks.command import Completed, ShortCommand
 from launcher.engine.stacks.dump import Dump, command_of, of_kernel
 from launcher.model.record import Record
@@ -50,7 +50,7 @@ class Stacks:
             self._answer(wish, _of_other_program(wish.pid))
         elif py_spy.find() is None:
             hint = f"{py_spy.INSTALL} installs py-spy, which reads the stacks of Python programs"
-            self._answer(wish, of_kernel(wish.pid, "py-spy is not installed", hint))
+            self._ask(wish, "py-spy is not installed", hint)
         else:
             self._queue.append((wish, TRIES))
             self._start_some()
@@ -69,10 +69,29 @@ class Stacks:
             problem = f"{program} cannot be started: {error.strerror}"
             self._answer(wish, of_kernel(wish.pid, problem, py_spy.INSTALL))
 
+    def _ask(self, wish: Wish, problem: str, hint: str) -> None:
+        """Ask the process itself, where py-spy cannot be used."""
+
+        def answered(dump: Dump | None) -> None:
+            if dump is None:
+                more = (
+                    f"{problem}, and its main thread runs no Python code that could answer instead"
+                )
+                dump = of_kernel(wish.pid, more, hint)
+            elif wish.native or wish.with_locals:
+                missing = "no native calls and local variables: " + problem
+                dump = Dump(dump.pid, dump.command, dump.threads, missing, hint)
+            self._answer(wish, dump)
+
+        if not answers.ask(self._reactor, wish.pid, answered):
+            self._answer(wish, of_kernel(wish.pid, problem, hint))
+
     def _ended(self, wish: Wish, tries: int, program: str, completed: Completed) -> None:
         del self._running[wish]
-        dump = _result(wish.pid, program, completed)
-        if dump is None and tries > 1 and proc.is_alive(wish.pid):
+        dump = _result(wish.pid, completed)
+        if completed.returncode and py_spy.is_denied(completed):
+            self._ask(wish, *py_spy.repair(wish.pid, program))
+        elif dump is None and tries > 1 and proc.is_alive(wish.pid):
             again = functools.partial(self._again, wish, tries - 1)
             self._reactor.call_later(RETRY_S, again)
         else:
@@ -97,15 +116,13 @@ class Stacks:
         self._running.clear()
 
 
-def _result(pid: int, program: str, completed: Completed) -> Dump | None:
-    """The dump, or what forbids it; None if another try may succeed."""
+def _result(pid: int, completed: Completed) -> Dump | None:
+    """The dump; None if another try may succeed."""
     if completed.returncode == 0:
         try:
             return py_spy.parse(pid, completed.output)
         except ValueError as error:
             return of_kernel(pid, str(error), "")
-    if completed.returncode is not None and py_spy.is_denied(completed):
-        return of_kernel(pid, *py_spy.repair(pid, program))
     return None
 
 

@@ -13,6 +13,7 @@ import sys
 from launcher import proc
 from launcher.engine.posix import limits_exec
 from launcher.engine.warm.program import Program
+from launcher.engine.warm.stack_answer import offer
 from launcher.engine.warm.title import set_name, set_title
 
 TYPE_CHECKING = False
@@ -56,6 +57,8 @@ def become(
         _renew()
         program = Program(content)
         restore_threads()
+        if content["answers_stacks"]:
+            offer()
     except OSError as error:
         _refuse(status, error.errno or errno.EIO, setting)
     except ValueError:  # what `resource` makes of EPERM and EINVAL

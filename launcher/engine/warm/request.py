@@ -7,6 +7,7 @@ import contextlib
 import os
 
 from launcher.engine.posix import spawn
+from launcher.engine.stacks import py_spy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ class Start:
             "folder": self.folder,
             "cwd": self._cwd,
             "limits": settings,
+            "answers_stacks": not py_spy.is_usable(),
             "environment": dict(self.settings.env),
         }
 
