@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
     from launcher.engine.machine import Ended
     from launcher.engine.ros_requests import RosRequests
+    from launcher.model.options import RunOptions
     from launcher.model.reload import Known, Reload
     from launcher.model.spec import ProcessSpec
 
@@ -57,9 +58,15 @@ if TYPE_CHECKING:
     class ReloadableCore(Core, Protocol):
         """The interpreter of a launch file that can be evaluated again during the run."""
 
-        # LauncherError. `adapt` applies the options of the run.
+        # The options of the run, with its supervision files as they are now; LauncherError.
+        def read_options(self) -> RunOptions: ...
+
+        # LauncherError. `adapt` applies these options.
         def evaluate_again(
-            self, known: Sequence[Known], adapt: Callable[[ProcessSpec], ProcessSpec]
+            self,
+            known: Sequence[Known],
+            options: RunOptions,
+            adapt: Callable[[ProcessSpec], ProcessSpec],
         ) -> Evaluation: ...
         def adopt(self, evaluation: Any) -> None: ...
 

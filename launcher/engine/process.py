@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from launcher.engine.output.filters import LineFilter
     from launcher.engine.output.reader import Stream
     from launcher.model.events import Outcome
+    from launcher.model.options import RunOptions
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 
@@ -179,6 +180,11 @@ class Process:
         """Whether both streams go to the same places, so that one descriptor may carry both."""
         policy = self.spec.output
         return policy.stdout == policy.stderr and Sink.OWN_LOG not in policy.stdout
+
+
+def adapted(spec: ProcessSpec, options: RunOptions) -> ProcessSpec:
+    """What the options of the run make of it."""
+    return with_printable_name(options.adapt(spec))
 
 
 def with_printable_name(spec: ProcessSpec) -> ProcessSpec:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import errno
+import functools
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 
@@ -11,7 +12,7 @@ from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.process import Process
+from launcher.engine.process import Process, adapted
 from launcher.engine.process_control import Kind, ProcessControl, Result
 from launcher.engine.shutdown import Shutdown
 from launcher.errors import LauncherError
@@ -23,13 +24,14 @@ from launcher.model.events import (
 )
 from launcher.model.record import Record, replace
 from launcher.model.reload import Kept, Known, Reload
-from launcher.model.spec import ProcessSpec
 from launcher.model.spec_diff import comparable, needs_restart
+from launcher.model.supervision import setting_changes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core, Evaluation, ReloadableCore
     from launcher.engine.ready.gate import ReadyGate
+    from launcher.model.options import RunOptions
 
 # What is about processes that may only be started when those that are gone have ended.
 _OF_PROCESSES = (StartProcess, LoadComponent, ChangeState)
@@ -126,10 +128,11 @@ class Reloader:
         log: RunLog,
         *,
         processes: Mapping[int, Process],
-        adapt: Callable[[ProcessSpec], ProcessSpec],
+        options: Callable[[], RunOptions],
+        follow: Callable[[RunOptions], object],
         has_hosts: bool,
         is_script: Callable[[], bool],
-        ready: ReadyGate | None = None,
+        ready: Callable[[], ReadyGate | None],
     ) -> None:
         self._reactor = reactor
         self._core = core
@@ -138,7 +141,8 @@ class Reloader:
         self._shutdown = shutdown
         self._log = log
         self._processes = processes
-        self._adapt = adapt
+        self._options = options
+        self._follow = follow
         self._has_hosts = has_hosts
         self._is_script = is_script
         self._ready = ready
@@ -158,18 +162,19 @@ class Reloader:
 
     def compare(self) -> list[Entry]:
         """What `reload` would do; LauncherError."""
-        evaluation = self._evaluate()
+        evaluation, options = self._evaluate()
         evaluation.discard()
-        return self._entries(evaluation.reload)
+        return self._entries(evaluation.reload, options)
 
     def reload(self, done: Done, edited: Collection[Process] = ()) -> None:
         """Call `done` when everything is carried out; LauncherError, and nothing was changed.
 
         The files of those that are `edited` have changed: they are restarted in any case.
         """
-        evaluation = self._evaluate(edited)
-        reload, entries = evaluation.reload, self._entries(evaluation.reload)
+        evaluation, options = self._evaluate(edited)
+        reload, entries = evaluation.reload, self._entries(evaluation.reload, options)
         self.core.adopt(evaluation)
+        self._follow(options)
         self._core_driver.forget()
         self._log.note("reloaded", None, None, **_names(entries))
         self.is_busy = True
@@ -198,9 +203,10 @@ class Reloader:
             done(None)
             return
         process.adopt(spec)
-        if self._ready is not None:
-            self._ready.adopt(process)
-            if self._ready.waits(process):  # it goes on waiting, as it is now
+        ready = self._ready()
+        if ready is not None:
+            ready.adopt(process)
+            if ready.waits(process):  # it goes on waiting, as it is now
                 self._core_driver.carry_out(after)
                 done(Result(process.name, Kind.QUEUED, done=True))
                 return
@@ -230,8 +236,9 @@ class Reloader:
             done(None)
 
     def _forget(self, process: Process) -> None:
-        if self._ready is not None:
-            self._ready.forget(process)
+        ready = self._ready()
+        if ready is not None:
+            ready.forget(process)
 
     def _begin(
         self, effects: Sequence[Effect], ended: Callable[[Result], None], waiting: _Countdown
@@ -254,7 +261,7 @@ class Reloader:
         self._core_driver.nudge()
         done([replace(one, result=results.get(one.name, one.result)) for one in entries])
 
-    def _evaluate(self, edited: Collection[Process] = ()) -> Evaluation:
+    def _evaluate(self, edited: Collection[Process] = ()) -> tuple[Evaluation, RunOptions]:
         core = self.core
         if self._shutdown.has_begun:
             raise LauncherError("the run is being stopped")
@@ -265,21 +272,25 @@ class Reloader:
             for one in self._processes.values()
             if not one.is_gone
         ]
-        return core.evaluate_again(known, self._adapt)
+        options = core.read_options()
+        adapt = functools.partial(adapted, options=options)
+        return core.evaluate_again(known, options, adapt), options
 
-    def _entries(self, reload: Reload) -> list[Entry]:
-        kept = [_kept(one) for one in reload.kept]
+    def _entries(self, reload: Reload, options: RunOptions) -> list[Entry]:
+        now = self._options()
+        kept = [_kept(one, setting_changes(now, options, one.spec)) for one in reload.kept]
         gone = [Entry(self._processes[number].name, Change.GONE) for number in reload.gone]
         new = [Entry(one.name, Change.NEW, (one.command_line,)) for one in reload.new]
         return [*kept, *gone, *new]
 
 
-def _kept(one: Kept) -> Entry:
+def _kept(one: Kept, settings: Sequence[str]) -> Entry:
     name = one.spec.name
     if one.postponed:
         result = Result(name, Kind.UNDER_DEBUGGER, done=False)
         return Entry(name, Change.CHANGED, one.postponed, result)
-    return Entry(name, Change.CHANGED if one.changes else Change.SAME, one.changes)
+    changes = (*one.changes, *settings)
+    return Entry(name, Change.CHANGED if changes else Change.SAME, changes)
 
 
 def _names(entries: Sequence[Entry]) -> dict[str, list[str]]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
     from launcher.engine.watching import Watching
-    from launcher.model.spec import ProcessSpec
+    from launcher.model.options import RunOptions
 
 
 class Detached(Record):
@@ -68,7 +68,8 @@ class RunControl:
         core: Core,
         core_driver: CoreDriver,
         *,
-        adapt: Callable[[ProcessSpec], ProcessSpec],
+        options: Callable[[], RunOptions],
+        follow: Callable[[RunOptions], object],
         env: Mapping[str, str],
         is_script: Callable[[], bool],
         processes: Mapping[int, Process],
@@ -94,7 +95,8 @@ class RunControl:
         self.housekeeper = housekeeper
         self._shutdown = shutdown
         self._core_driver = core_driver
-        self._adapt = adapt
+        self._options = options
+        self._follow = follow
         self._env = env
         self._is_script = is_script
         self._processes = processes
@@ -132,10 +134,11 @@ class RunControl:
             self._shutdown,
             self.log,
             processes=self._processes,
-            adapt=self._adapt,
+            options=self._options,
+            follow=self._follow,
             has_hosts=self.has_hosts,
             is_script=self._is_script,
-            ready=self.ready,
+            ready=lambda: self.ready,
         )
 
     @functools.cached_property

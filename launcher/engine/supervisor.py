@@ -25,7 +25,7 @@ from launcher.engine.posix.spawn import (
     start,
     terminal_size_beside,
 )
-from launcher.engine.process import Process, child_environment, with_printable_name
+from launcher.engine.process import Process, adapted, child_environment
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
 from launcher.model.events import LoadComponent, ProcessStarted, StartProcess
@@ -96,9 +96,9 @@ class Supervisor:
         self._driver = self._process_driver(hosts)
         if options.stagger_s > 0 or options.max_starting is not None:
             self._driver.pace(stagger_s=options.stagger_s, most=options.max_starting)
-        agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
+        self._agent_env = {**env, RUN_ID_VARIABLE: run_id, **self._log_dir}
         self._switched_off = switched_off
-        self._ready = self._ready_gate(agent_env)
+        self._ready = self._ready_gate()
         self._core_driver = CoreDriver(
             core,
             reactor,
@@ -106,7 +106,7 @@ class Supervisor:
             self._driver,
             self,
             processes=self._processes,
-            agent_env=agent_env,
+            agent_env=self._agent_env,
         )
         self._warm: WarmSpawner | None = None
         self._is_begun = False
@@ -123,7 +123,7 @@ class Supervisor:
         self._fleet = fleet = Fleet(hosts, self._reactor, self._log, self)
         return fleet.driver(self._reader, self._run_id, self._env, colour=self._screen.colour)
 
-    def _ready_gate(self, env: Mapping[str, str]) -> ReadyGate | None:
+    def _ready_gate(self) -> ReadyGate | None:
         if not self._options.start_rules:
             return None
         from launcher.engine.ready.gate import ReadyGate
@@ -134,7 +134,7 @@ class Supervisor:
             self._driver,
             self,
             self._options.start_rules,
-            env=env,
+            env=self._agent_env,
             env_of=lambda process: self.settings_of(process, process.spec).env,
             switched_off=self._switched_off,
         )
@@ -200,7 +200,8 @@ class Supervisor:
                 self._shutdown,
                 self._core,
                 self._core_driver,
-                adapt=self._adapt,
+                options=lambda: self._options,
+                follow=self._follow,
                 env=self._env,
                 is_script=lambda: self.is_script,
                 processes=self._processes,
@@ -356,12 +357,26 @@ class Supervisor:
 
     # ---- requests of the core
 
-    def _adapt(self, spec: ProcessSpec) -> ProcessSpec:
-        return with_printable_name(self._options.adapt(spec))
+    def _follow(self, options: RunOptions) -> None:
+        """Apply options that a reload has read, as far as they are not in the specs."""
+        before, self._options = self._options, options
+        if options.file_budgets != before.file_budgets:
+            self._housekeeper.judge = self._budget_judge()
+        if options.start_rules == before.start_rules:
+            return
+        if self._ready is not None:
+            self._ready.follow(options.start_rules)
+            return
+        gate = self._ready = self._ready_gate()
+        assert gate is not None and self._control is not None
+        self._control.ready = gate
+        for process in self._processes.values():
+            if not process.is_gone:
+                gate.join(process)
 
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
-        spec = self._adapt(effect.spec)
+        spec = adapted(effect.spec, self._options)
         if self._fleet is not None and (host := self._fleet.skipped(spec)):
             self._log.log("WARNING", spec.name, f"not started: {host} is skipped")
             self._core_driver.not_started(effect.process_id, errno.ECANCELED)

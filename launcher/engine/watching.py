@@ -154,10 +154,11 @@ class Watching:
             self._send({"forget": ""})
             return
         try:
-            self.launch_files = self._reloader.core.launch_files()
+            paths = self._reloader.core.launch_files()
         except LauncherError:
             return  # it cannot be reloaded
-        self._send({"launch": self.launch_files, "started_ns": self._wall_ns(evaluated_s)})
+        self.launch_files = [path for path in paths if os.path.exists(path)]
+        self._send({"launch": paths, "started_ns": self._wall_ns(evaluated_s)})
 
     # ---- what it tells
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.model.options import matches
+from launcher.model.options import RunOptions, matches
 from launcher.model.record import Record, replace
 from launcher.model.ros_arguments import full_node_name
 from launcher.model.spec import ProcessSpec
@@ -99,6 +99,18 @@ def rule_for(rules: Iterable[StartRule], spec: ProcessSpec) -> StartRule:
             found = replace(found, **given, where=rule.where, after_where=place)
     facts = tuple(_of_process(fact, spec) for fact in found.ready_when or ())
     return replace(found, ready_when=facts)
+
+
+def setting_changes(old: RunOptions, new: RunOptions, spec: ProcessSpec) -> list[str]:
+    """What differs for a process between the supervision files, besides what is in its spec."""
+    before, after = (rule_for(one.start_rules, spec) for one in (old, new))
+    names = ("ready_when", "after", "restart_with")
+    changed = [name for name in names if getattr(before, name) != getattr(after, name)]
+    budgets = [
+        [one for one in options.file_budgets if matches(one.pattern, spec)]
+        for options in (old, new)
+    ]
+    return changed + ["budget"] * (budgets[0] != budgets[1])
 
 
 def _of_process(fact: Fact, spec: ProcessSpec) -> Fact:

@@ -10,7 +10,12 @@ from collections.abc import Sequence
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
 from launcher.commands.launch.core import LaunchCore, supervising
-from launcher.commands.launch.options import RUN_OPTIONS, run_options, with_settings_beside
+from launcher.commands.launch.options import (
+    RUN_OPTIONS,
+    SettingsSource,
+    run_options,
+    with_settings_beside,
+)
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -83,6 +88,7 @@ def main(words: Sequence[str]) -> int:
 
         return args.show(request)
     options = with_settings_beside(options, request.path)
+    source = SettingsSource(parsed, request.path)
     if parsed.show_all:
         # Launch files hand the environment on to other launchers, as with ROS 2.
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
@@ -100,10 +106,10 @@ def main(words: Sequence[str]) -> int:
         from launcher.commands import enable
 
         return (enable.enable if parsed.enable else enable.disable)(request, options)
-    return launch(request, options)
+    return launch(request, options, source)
 
 
-def launch(request: LaunchRequest, options: RunOptions) -> int:
+def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
     """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
     if _is_script(request.path):
         if options.hosts is not None or options.discovery is not None:
@@ -116,7 +122,7 @@ def launch(request: LaunchRequest, options: RunOptions) -> int:
         from launcher.commands.launch.service import run_script
 
         return run_script(request, options)
-    return _launch(request, options)
+    return _launch(request, options, source)
 
 
 def _is_script(path: str) -> bool:
@@ -128,7 +134,7 @@ def _is_script(path: str) -> bool:
     return b"LaunchService" in text and b"generate_launch_description" not in text
 
 
-def _launch(request: LaunchRequest, options: RunOptions) -> int:
+def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
     from launcher import frontends
     from launcher.engine.logs.run_directory import new_run_path
     from launcher.interpreter import Interpreter
@@ -158,7 +164,7 @@ def _launch(request: LaunchRequest, options: RunOptions) -> int:
             interpreter.note_scopes()
         services = () if hosts is None else hosts.services
         fleet = None if hosts is None else hosts.fleet
-        core = LaunchCore(interpreter, description, request, services, options.with_prefix)
+        core = LaunchCore(interpreter, description, request, services, options.with_prefix, source)
         try:
             with _noting_files(options):
                 core.evaluate()

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.commands.launch.helpers import Helpers
+    from launcher.commands.launch.options import SettingsSource
     from launcher.commands.launch.reloading import Evaluation
     from launcher.commands.launch.run_plan import RunStep
     from launcher.commands.launch.target import LaunchRequest
@@ -52,7 +53,8 @@ class LaunchCore:
 
     `services` are processes of the launcher's own, which start first and stop last. The
     interpreter does not know them: no handler hears of them, and no run goes on for their sake.
-    `adapt` makes of a process in a plan what options make of it.
+    `adapt` makes of a process in a plan what options make of it. `source` has
+    the options for a reload.
     """
 
     def __init__(
@@ -62,11 +64,13 @@ class LaunchCore:
         request: LaunchRequest,
         services: Sequence[ProcessSpec] = (),
         adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
+        source: SettingsSource | None = None,
     ) -> None:
         self.interpreter = interpreter
         self._description = description
         self._request = request
         self._adapt = adapt
+        self._source = source
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
         self._began_s = 0.0
@@ -130,12 +134,21 @@ class LaunchCore:
         """What the launch file would still do by itself."""
         return self.interpreter.intentions()
 
+    def read_options(self) -> RunOptions:
+        """The options of the run, with its supervision files as they are now; LauncherError."""
+        assert self._source is not None  # a script has none, and cannot be reloaded
+        return self._source.read()
+
     def evaluate_again(
         self,
         known: Sequence[Known],
+        options: RunOptions,
         adapt: Callable[[ProcessSpec], ProcessSpec],
     ) -> Evaluation:
-        """Evaluate the launch file as it is now, which changes nothing yet; LauncherError."""
+        """Evaluate the launch file as it is now, which changes nothing yet; LauncherError.
+
+        `adapt` applies the options.
+        """
         from launcher.commands.launch import reloading
 
         effects = [effect for _, _, effects in self._steps for effect in effects]
@@ -144,6 +157,7 @@ class LaunchCore:
             self.interpreter,
             [one for one in known if one.process_id not in self._services],
             effects=effects,
+            rules=options.start_rules,
             adapt=adapt,
             elapsed_s=time.monotonic() - self._began_s,
         )
@@ -166,10 +180,11 @@ class LaunchCore:
         return reloading.is_steered(spec, [one for _, _, some in self._steps for one in some])
 
     def launch_files(self) -> list[str]:
-        """The launch file, and what its evaluation has read."""
+        """The launch file, what its evaluation has read, and the supervision files."""
         from launcher.commands.launch import reloading
 
-        return reloading.launch_files(self._request, self.interpreter)
+        settings = [] if self._source is None else map(os.path.abspath, self._source.paths)
+        return [*reloading.launch_files(self._request, self.interpreter), *settings]
 
     def plan(self) -> Mapping[str, Any]:
         """The plan document of the run so far."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from launcher.command_line import Parsed, count, option, positive_seconds, seconds
+from launcher.command_line import Option, Parsed, count, option, positive_seconds, seconds
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
@@ -194,8 +194,12 @@ RUN_OPTIONS = (
 
 def given_options(parsed: Parsed) -> RunOptions:
     """The options about the run, each by itself."""
+    return _options_of(parsed.given)
+
+
+def _options_of(given: Sequence[tuple[Option | None, list[str], Any]]) -> RunOptions:
     fields: dict[str, Any] = {}
-    for one, _, value in parsed.given:
+    for one, _, value in given:
         if one in RUN_OPTIONS:
             for name, item in value if one.name == "settings" else [(one.name, value)]:
                 several = isinstance(getattr(RunOptions, name), tuple)
@@ -255,10 +259,38 @@ def supervision_file(launch_file: str) -> str:
     return os.path.join(folder, f"{stem}.supervise.yaml")
 
 
+class SettingsSource:
+    """The options of a run, whose supervision files may be read again."""
+
+    def __init__(self, parsed: Parsed, launch_file: str) -> None:
+        self._given = parsed.given
+        self._launch_file = launch_file
+
+    @property
+    def paths(self) -> list[str]:
+        """The files that are given, or that beside the launch file, which need not exist."""
+        paths = [_value_of(words) for one, words, _ in self._given if one is SUPERVISE]
+        is_used = paths or not _options_of(self._given).settings_beside
+        return paths if is_used else [supervision_file(self._launch_file)]
+
+    def read(self) -> RunOptions:
+        """LauncherError if a file has mistakes."""
+        given = [
+            (one, words, settings_in(_value_of(words)) if one is SUPERVISE else value)
+            for one, words, value in self._given
+        ]
+        return with_settings_beside(_options_of(given), self._launch_file)
+
+
+def _value_of(words: Sequence[str]) -> str:
+    """Of `--option=VALUE`, or `--option VALUE`."""
+    return words[0].partition("=")[2] if len(words) == 1 else words[1]
+
+
 def _refuse_what_is_not_here(parsed: Parsed) -> None:
     """UsageError for processors that this machine lacks, and limits that it does not grant."""
     parsers = {"--cpus": _later("parse_cpus"), "--limit": _later("parse_limit")}
     for one, words, _ in parsed.given:
         if one in RUN_OPTIONS and one is not None:
             for flag in parsers.keys() & set(one.flags):
-                parsers[flag](words[0].partition("=")[2] if len(words) == 1 else words[1])
+                parsers[flag](_value_of(words))

@@ -11,10 +11,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 
 from launcher import frontends
 from launcher.commands.launch import mistakes
+from launcher.commands.launch.checks import refuse_circles
 from launcher.commands.launch.files_read import files_read, recording
 from launcher.commands.launch.target import LaunchRequest, is_declared
 from launcher.commands.launch.time_limit import limited
-from launcher.errors import LaunchFileError
+from launcher.errors import LauncherError, LaunchFileError
 from launcher.interpreter import Interpreter
 from launcher.interpreter.replay import Replay, stale_containers
 from launcher.language import session
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
     from launcher.language.description import LaunchDescription
     from launcher.model.spec import ProcessSpec
+    from launcher.model.supervision import StartRule
 
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -95,12 +97,13 @@ def evaluate(
     known: Sequence[Known],
     *,
     effects: Sequence[Effect],
+    rules: Sequence[StartRule],
     adapt: Callable[[ProcessSpec], ProcessSpec],
     elapsed_s: float,
 ) -> Evaluation:
     """Evaluate the launch file as it is now, with the same arguments; LauncherError.
 
-    `effects` are those of the run so far.
+    `effects` are those of the run so far, `rules` those of the supervision files.
     """
     requests = [one.request for one in effects if isinstance(one, (LoadComponent, ChangeState))]
     loads = [one for one in requests if isinstance(one, LoadRequest)]
@@ -121,7 +124,7 @@ def evaluate(
             noninteractive=old.context.noninteractive,
         )
         new.host.succeed(old.host)
-        if old.host.scopes is not None:
+        if rules or old.host.scopes is not None:
             new.note_scopes()
         replay = Replay(
             new,
@@ -148,6 +151,12 @@ def evaluate(
         if stale:
             evaluation.discard()
             evaluation, _ = attempt(stale)
+    if rules:
+        try:
+            refuse_circles(rules, evaluation.plan_effects)
+        except LauncherError:
+            evaluation.discard()
+            raise
     return evaluation
 
 

@@ -152,6 +152,9 @@ class ComposedCore:
     def stay_while(self, condition: Callable[[], bool]) -> None:
         self._core.stay_while(condition)
 
+    def read_options(self) -> Any:
+        self.launch_files()
+
     def evaluate_again(self, *arguments: Any) -> Any:
         self.launch_files()
 

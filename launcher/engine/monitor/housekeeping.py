@@ -52,7 +52,7 @@ class Housekeeper:
         self._log = log
         self._listener = listener
         self._processes = processes
-        self._judge = judge
+        self.judge = judge
         self._fleet = fleet
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
@@ -143,9 +143,9 @@ class Housekeeper:
         if self.samples:
             plain = {name: as_dict(sample) for name, sample in self.samples.items()}
             self._log.note("resources", processes=plain)
-        if self._judge is not None:
+        if self.judge is not None:
             names = {name: names_of(process.spec) for name, process in by_name.items()}
-            for verdict in self._judge.judge(self.samples, now, names):
+            for verdict in self.judge.judge(self.samples, now, names):
                 self._listener.over_budget(by_name[verdict.process], verdict)
 
     def _living(self) -> dict[int, Process]:

@@ -70,6 +70,23 @@ class ReadyGate:
         self._processes[process.name] = process
         self._carry_out(self._order.add(process.spec))
 
+    def join(self, process: Process) -> None:
+        """A process from before there were rules: it does not wait."""
+        self.add(process)
+        self._order.skip(process.name, self._reactor.now())
+        if process.machine.state is ProcessState.RUNNING:
+            self.started(process)
+
+    def follow(self, rules: Sequence[StartRule]) -> None:
+        """Other rules hold from now on."""
+        before = {name: self._order[name].facts for name in self._processes}
+        self._carry_out(self._order.follow(rules, self._reactor.now()))
+        for name, process in self._processes.items():
+            if self._order[name].facts != before[name]:
+                self._unwatch(name)
+                self._watch(process)
+        self._check_soon()
+
     def adopt(self, process: Process) -> None:
         """It has another spec now."""
         self._carry_out(self._order.adopt(process.spec))
@@ -129,7 +146,13 @@ class ReadyGate:
             facts = [fact.text for fact in entry.facts]
             self._log.note("not ready", process, ready_when=facts)
         self._carry_out(self._order.started(process.name, self._reactor.now()))
-        if entry.facts and entry.ready_s is None:
+        self._watch(process)
+        self._check_soon()
+
+    def _watch(self, process: Process) -> None:
+        """Look for the facts of a running process that is not ready."""
+        entry = self._order[process.name]
+        if entry.is_running and entry.facts and entry.ready_s is None:
             self._watches[process.name] = Watch(
                 process,
                 entry.facts,
@@ -138,7 +161,6 @@ class ReadyGate:
                 graph=lambda: self._graph,
                 env=self._env if process.host is not None else self._env_of(process),
             )
-        self._check_soon()
 
     def ended(self, process: Process, end: Ended) -> None:
         if process.name not in self._processes:

@@ -76,6 +76,9 @@ class Entry:
 
     def __init__(self, spec: ProcessSpec, rule: StartRule) -> None:
         self.name = spec.name
+        self._held: set[int] = set()
+        self._said: dict[int, str] = {}
+        self.rule = rule
         self.describe(spec, rule)
         self.phase = Phase.NEW
         self.admitted_s = self.passed_s = self.started_s = 0.0
@@ -84,10 +87,11 @@ class Entry:
         self.ready_s: float | None = None
         self.gone = ""  # how it has ended for good before it was ready
         self.state = "it has not been started"
-        self._held: set[int] = set()
-        self._said: dict[int, str] = {}
 
     def describe(self, spec: ProcessSpec, rule: StartRule) -> None:
+        if rule.ready_when != self.rule.ready_when:
+            self._held.clear()
+            self._said.clear()
         self.spec, self.rule = spec, rule
         self.needs: dict[str, list[Entry]] = {n: [] for n in rule.after.names} if rule.after else {}
 
@@ -177,6 +181,17 @@ class StartOrder:
         self._disconnect(entry)
         entry.describe(spec, rule_for(self._rules, spec))
         return self._join(entry)
+
+    def follow(self, rules: Sequence[StartRule], now: float) -> list[Action]:
+        """Other rules hold from now on; what is ready, or was let pass, stays so."""
+        self._rules = rules
+        entries = list(self._entries.values())
+        self._entries.clear()
+        for entry in entries:  # all of them first: a mixture of rules may be a circle
+            entry.describe(entry.spec, rule_for(rules, entry.spec))
+        actions = [action for entry in entries for action in self._join(entry)]
+        running = [entry for entry in entries if entry.is_running]
+        return actions + [action for entry in running for action in self._look(entry, now)]
 
     def forget(self, name: str) -> None:
         """The launch file does not have it any more: nothing waits for it."""

@@ -69,7 +69,9 @@ def launched(monkeypatch) -> Any:
             seen[-1][2].add(f"prefix={pattern}={','.join(words)}")
         return 0
 
-    monkeypatch.setattr(launch, "launch", lambda request, options: note("launch", request, options))
+    monkeypatch.setattr(
+        launch, "launch", lambda request, options, _: note("launch", request, options)
+    )
     monkeypatch.setattr(plan, "show", planned)
     monkeypatch.setattr(args, "show", listed)
 
