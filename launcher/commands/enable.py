@@ -88,7 +88,7 @@ def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> Sys
     system = system_of(
         made,
         host_of=Placement(file).host_of,
-        adapt=options.adapt,
+        options=options,
         command=f"launcher {os.path.basename(request.path)} --enable",
         prefix=f"{_name(request)}-",
         discovery=file.discovery,

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS, plan
-from launcher.commands.launch.options import LOG_LEVEL, RUN_OPTIONS, run_options
+from launcher.commands.launch.options import RUN_OPTIONS, run_options, with_settings_beside
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from launcher.planner import Plan
 
 ENGINES = ("systemd", "kubernetes", "compose", "podman")
-_OF_PROCESSES = ("restart", "stop", "limits")
+_OF_PROCESSES = ("restart", "stop", "limits", "settings", "settings_beside")
 
 COMMAND = Command(
     "export",
@@ -73,7 +73,7 @@ The same launch file gives the same files. Functions and commands of the launch 
     groups=(
         (
             "options about processes",
-            tuple(one for one in RUN_OPTIONS if one.name in _OF_PROCESSES or one is LOG_LEVEL),
+            tuple(one for one in RUN_OPTIONS if one.name in _OF_PROCESSES),
         ),
     ),
     epilog="exit codes: 0 the files are written, 1 they cannot be written, 2 bad command line, "
@@ -86,7 +86,8 @@ def main(words: Sequence[str]) -> int:
     parsed = COMMAND.parse(words)
     _check_prefix(parsed.prefix)
     request = LaunchRequest.of(parsed)
-    system = _system(parsed, request, run_options(parsed))
+    options = with_settings_beside(run_options(parsed), request.path)
+    system = _system(parsed, request, options)
     output = _output(parsed, system)
     for gap in output.gaps:
         print(f"{'note' if gap.is_note else 'not exported'}: {gap.line}", file=sys.stderr)
@@ -126,7 +127,7 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Syst
     system = system_of(
         made,
         host_of=_placement(file),
-        adapt=options.adapt,
+        options=options,
         command=_command_line(parsed, request),
         prefix=parsed.prefix,
         discovery=None if file is None else file.discovery,

@@ -1,8 +1,8 @@
-"""What a launch file does that files for another supervisor cannot do."""
+"""What a launch file and its supervision file do that files for another supervisor cannot do."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.export.model import Gap
@@ -18,10 +18,13 @@ from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import RosTimer
 from launcher.language.ros.composition import ComposableNodeContainer, LoadComposableNodes
 from launcher.language.ros.lifecycle import LifecycleTransition
+from launcher.model.options import RunOptions, matches
+from launcher.model.supervision import rule_for
 from launcher.render.entities import handler_target
 
 if TYPE_CHECKING:
     from launcher.interpreter.trace import Visit
+    from launcher.model.spec import ProcessSpec
     from launcher.planner import Plan, PlannedProcess
 
 _LOADERS = (ComposableNodeContainer, LoadComposableNodes)
@@ -53,6 +56,29 @@ def _visits(plan: Plan) -> Iterator[Visit]:
         yield visit
         if not isinstance(visit.entity, LifecycleTransition):
             waiting += reversed(visit.children)
+
+
+def settings_gaps(
+    options: RunOptions, named: Iterable[tuple[ProcessSpec, str]], places: Places
+) -> Iterator[Gap]:
+    """What supervision files say of these processes, each with its unit, besides their policies."""
+    of_names = dict(options.file_names)
+    for spec, unit in named:
+        rule = rule_for(options.start_rules, spec)
+        where = places.of_text(rule.where)
+        if rule.after is not None and rule.after.names:
+            text = f"it starts without waiting for {', '.join(rule.after.names)}"
+            yield Gap("after", places.of_text(rule.after_where), text, (unit,))
+        if rule.ready_when:
+            yield Gap("ready_when", where, "nothing looks whether it is ready", (unit,))
+        if rule.restart_with:
+            text = f"it is not restarted with {', '.join(rule.restart_with)}"
+            yield Gap("restart_with", where, text, (unit,))
+        for budget in options.file_budgets:
+            if matches(budget.pattern, spec):
+                text = "nothing is done if it needs more than its budget"
+                place = places.of_text(of_names.get(budget.pattern, ""))
+                yield Gap("budget", place, text, (unit,))
 
 
 def is_exported(process: PlannedProcess) -> bool:

@@ -13,7 +13,7 @@ import yaml
 from launcher.export.discovery import gaps as discovery_gaps
 from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
-from launcher.export.gaps import gaps_of, is_exported
+from launcher.export.gaps import gaps_of, is_exported, settings_gaps
 from launcher.export.model import Gap, Process, System
 from launcher.export.names import Name, name_of_system, names_of
 from launcher.export.places import Places
@@ -22,6 +22,7 @@ from launcher.hosts.model import Discovery, Host
 from launcher.hosts.order import order_for
 from launcher.hosts.unit import stem_of
 from launcher.language.ros.generated_files import plain
+from launcher.model.options import RunOptions
 from launcher.model.record import replace
 from launcher.model.spec import Limits, ProcessSpec
 
@@ -35,20 +36,20 @@ def system_of(
     plan: Plan,
     *,
     host_of: HostOf,
-    adapt: Callable[[ProcessSpec], ProcessSpec],
+    options: RunOptions,
     command: str,
     prefix: str = "",
     discovery: Discovery | None = None,
 ) -> System:
     """What the plan starts, on the hosts where it is placed; UsageError of `host_of`.
 
-    `adapt` are the options about processes, `command` the command line, for the README; names of
+    `options` are those about processes, `command` is the command line, for the README; names of
     units and of Kubernetes objects begin with `prefix`.
     """
     places = Places(plan.path)
     numbers = [n for n, process in enumerate(plan.processes) if is_exported(process)]
     planned = [plan.processes[number] for number in numbers]
-    specs = [adapt(process.spec) for process in planned]
+    specs = [options.adapt(process.spec) for process in planned]
     names = names_of(specs, prefix)
     made = [
         _process(plan, process, spec, name, host_of(spec), places)
@@ -60,6 +61,7 @@ def system_of(
     gaps = [
         *gaps_of(plan, places, units),
         *(gap for _, gaps in made for gap in gaps),
+        *settings_gaps(options, zip(specs, (name.unit for name in names), strict=True), places),
         *discovery_gaps(processes, discovery or Discovery()),
     ]
     return System(

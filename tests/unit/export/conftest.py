@@ -10,6 +10,7 @@ import yaml
 from launcher.export.model import Output, System
 from launcher.export.system import system_of
 from launcher.hosts.model import Discovery, Host
+from launcher.model.options import RunOptions
 from launcher.model.spec import ProcessSpec
 from launcher.planner import make_plan
 
@@ -45,7 +46,7 @@ def exported(tmp_path: Path) -> Export:
     def export(
         actions: str,
         host_of: Callable[[ProcessSpec], Host | None] = lambda spec: None,
-        adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
+        options: RunOptions = RunOptions(),  # noqa: B008  (frozen)
         before: str = "",
         prefix: str = "",
         discovery: Discovery | None = None,
@@ -57,7 +58,7 @@ def exported(tmp_path: Path) -> Export:
         return system_of(
             plan,
             host_of=host_of,
-            adapt=adapt,
+            options=options,
             command="launcher export",
             prefix=prefix,
             discovery=discovery,

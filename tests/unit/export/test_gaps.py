@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
+from launcher.commands.launch.options import with_settings_beside
+from launcher.export.engines import Settings, export
 from launcher.export.model import System
+from launcher.model.options import RunOptions
 
 Export = Callable[..., System]
 
@@ -80,3 +84,28 @@ def test_what_a_condition_skips_is_not_told(exported: Export):
     before = "from launch.conditions import IfCondition\n"
     system = exported("node('a'), Shutdown(condition=IfCondition('false'))", before=before)
     assert system.gaps == ()
+
+
+SETTINGS = """
+dispatcher: {ready_when: {publisher: /fleet/tasks}, restart: always}
+"arm_*":
+  after: dispatcher
+  restart_with: dispatcher
+  memory: 200M
+"""
+
+
+def test_what_a_supervision_file_says_is_exported_or_told(exported: Export, tmp_path: Path):
+    path = tmp_path / "demo.supervise.yaml"
+    path.write_text(SETTINGS)
+    options = with_settings_beside(RunOptions(), str(tmp_path / "demo.launch.py"))
+    system = exported("node('dispatcher'), node('arm_1'), node('arm_2')", options=options)
+    assert [gap.line for gap in system.gaps] == [
+        "demo.supervise.yaml:2: ready_when (dispatcher): nothing looks whether it is ready",
+        "demo.supervise.yaml:4: after (arm_1, arm_2): it starts without waiting for dispatcher",
+        "demo.supervise.yaml:3: restart_with (arm_1, arm_2): it is not restarted with dispatcher",
+        "demo.supervise.yaml:3: budget (arm_1, arm_2): "
+        "nothing is done if it needs more than its budget",
+    ]
+    unit = export("systemd", system, Settings()).files["dispatcher.service"]
+    assert "Restart=always" in unit

@@ -18,6 +18,7 @@ from launcher.export.engines import Settings, export
 from launcher.export.kubernetes import Kubernetes
 from launcher.export.model import System
 from launcher.hosts.model import Host
+from launcher.model.options import RunOptions
 from launcher.model.record import replace
 from launcher.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
 from tests.unit.export.conftest import BOT, Export, first_on_bot, manifests
@@ -194,7 +195,7 @@ def test_the_words_before_a_command_stay_what_they_are(exported: Export):
     limits = Limits(nice=5, cpus=(0,), rlimits=(("nofile", 256, 256),))
     system = exported(
         f"TimerAction(period=2.0, actions=[{node}])",
-        adapt=lambda spec: replace(spec, limits=limits),
+        options=RunOptions(limits=(("*", limits),)),
     )
     command = container(system, "e")["command"]
     assert command[2] == "trap 'exit 0' INT TERM; sleep 2 & wait $! && exec \"$@\""
@@ -222,7 +223,7 @@ LIMITS = Limits(nice=5, cpus=(0, 2), rlimits=(("nofile", 256, 512), ("as", 2**30
 
 
 def test_limits_in_containers(exported: Export):
-    system = exported("node('a')", adapt=lambda spec: replace(spec, limits=LIMITS))
+    system = exported("node('a')", options=RunOptions(limits=(("*", LIMITS),)))
     found = container(system, "a")
     assert found["command"][:9] == [
         *("nice", "-n", "5", "taskset", "-c", "0,2"),
@@ -293,7 +294,7 @@ def test_compose_variables_are_not_replaced(exported: Export):
     ],
 )
 def test_restart_policies_of_compose(exported: Export, policy: RestartPolicy, expected: str):
-    system = exported("node('a')", adapt=lambda spec: replace(spec, restart=policy))
+    system = exported("node('a')", options=RunOptions(restart=(("*", policy),)))
     assert compose(system)["a"]["restart"] == expected
 
 
@@ -329,14 +330,19 @@ BY_SIGTERM = StopPolicy(polite=((signal.SIGTERM, 2.0),))
         ("kubernetes", {}, "no restart"),
         ("kubernetes", {"stop": BY_SIGTERM}, "stop"),
         ("kubernetes", {"limits": Limits(nice=-5)}, "nice"),
-        ("systemd", {"emulate_tty": True}, "emulate_tty"),
         ("systemd", {}, "user"),
     ],
 )
 def test_what_an_engine_cannot_do_is_told(
     exported: Export, engine: str, change: dict[str, Any], what: str
 ):
-    system = exported("node('a')", adapt=lambda spec: replace(spec, **change))
+    policies = {name: (("*", policy),) for name, policy in change.items()}
+    system = exported("node('a')", options=RunOptions(**policies))
     output = export(engine, system, Settings())
     assert what in [gap.what for gap in output.gaps]
     assert re.search(rf"\* demo.launch.py:\d+: {what} \(a\): ", output.files["README.md"])
+
+
+def test_a_terminal_of_its_own_is_none_in_a_unit(exported: Export):
+    output = export("systemd", exported("node('a', emulate_tty=True)"), Settings())
+    assert "emulate_tty" in [gap.what for gap in output.gaps]
