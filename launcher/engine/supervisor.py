@@ -14,7 +14,7 @@ from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.logs.run_log import RunLog
-from launcher.engine.machine import Command, Ended
+from launcher.engine.machine import Command, Ended, ProcessState
 from launcher.engine.output.reader import OutputReader
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
@@ -443,9 +443,11 @@ class Supervisor:
     # ---- warm starts, by a package that is imported for the first process that may have one
 
     def admit(self, process: Process) -> bool:
+        spec = process.spec
+        if not (self._options.warm or spec.ros):
+            return False
         if self._warm is None:
-            spec = process.spec
-            if not (self._options.warm or spec.ros) or process.next_debugger:
+            if process.next_debugger:
                 return False
             from launcher.packages.python_program import program_of
 
@@ -465,8 +467,18 @@ class Supervisor:
                 is_interactive=self._options.watch
                 or (self._options.console and self._screen.is_tty),
                 is_begun=self._is_begun,
+                held=self._held_back,
             )
         return self._warm.admit(process)
+
+    def _held_back(self) -> list[Process]:
+        """Those whose start was asked for, and that wait for others or for their turn."""
+        wanted = [one for one in self._processes.values() if self._options.warm or one.spec.ros]
+        return [
+            one
+            for one in wanted
+            if one.machine.state is ProcessState.STARTING and one.child is None
+        ]
 
     def withdraw(self, process: Process) -> bool:
         return self._warm is not None and self._warm.withdraw(process)

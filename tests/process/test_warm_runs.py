@@ -256,3 +256,32 @@ def test_packages_with_effects_are_imported_by_the_program_itself(
         assert preparing_of(run)[0].pid != before
         run.process.send_signal(signal.SIGINT)
         run.exit_code()
+
+
+def kinds(run: ControlledRun) -> list[str]:
+    """How each was started, in the order of the starts."""
+    return [row["start"] for row in run.ask("ps")["processes"]]
+
+
+def test_what_is_held_back_is_prepared_for_meanwhile(control_bench: ControlBench, folder):
+    count = len(os.sched_getaffinity(0)) + 1
+    with control_bench.launch(nodes(node_script(folder), count), "--stagger", "0.01") as run:
+        wait_until(lambda: run.screen.count("value is 1") == count, "all print")
+        assert kinds(run) == ["cold", *["warm"] * (count - 1)]
+
+
+def test_after_many_late_starts_the_next_ones_are_prepared(control_bench: ControlBench, folder):
+    count = 2 * len(os.sched_getaffinity(0)) + 2
+    late = "*[TimerAction(period=0.01, actions=[one]) for one in [{}]]"
+    with control_bench.launch(late.format(nodes(node_script(folder), count))) as run:
+        wait_until(lambda: run.screen.count("value is 1") == count, "all print")
+        assert kinds(run) == [*["cold"] * (count - 1), "warm"]
+
+
+def test_what_is_no_node_is_cold_beside_warm_nodes(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    count = len(os.sched_getaffinity(0)) + 1
+    plain = f'ExecuteProcess(cmd=[sys.executable, "{script}"], output="screen")'
+    with control_bench.launch(f"{nodes(script, count)} {plain}") as run:
+        wait_until(lambda: run.screen.count("value is 1") == count + 1, "all print")
+        assert kinds(run).count("warm") == count

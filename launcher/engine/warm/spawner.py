@@ -22,7 +22,7 @@ from launcher.model.spec import RestartMode
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from typing import Any, Protocol
 
     from launcher.engine.posix.reactor import Reactor, Timer
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 MOST_SENT = 2  # the preparing process always has the next one at hand
 SETTLED_S = 3.0  # after a start, imports no longer compete with it
+MANY_LATE = 2  # for each processor: more later starts than that are followed by others
+MOST_BASES = 4  # environments that are tried
 MOST_FAILURES = 3  # then the run goes on without preparing
 
 
@@ -47,9 +49,11 @@ class WarmSpawner:
 
     `is_forced`: by `--warm`, a start always waits for the preparation. Else it waits if that makes
     it sooner: if more nodes are to be started than there are processors. Otherwise the first ones
-    are started cold, and what is needed for their next start is prepared when they have settled,
-    if that is to be expected: they have a restart policy, or a user or an edited file may restart
-    them (`is_interactive`). `is_begun`: the static part of the launch file has been carried out.
+    are started cold. What the next starts need is prepared at once if these are many: the processes
+    that are `held` back, or after many starts that came later. Else it is prepared when the first
+    ones have settled, if a next start is to be expected: they have a restart policy, or a user or
+    an edited file may restart them (`is_interactive`). `is_begun`: the static part of the launch
+    file has been carried out.
     """
 
     def __init__(
@@ -62,6 +66,7 @@ class WarmSpawner:
         is_forced: bool,
         is_interactive: bool,
         is_begun: bool,
+        held: Callable[[], Sequence[Process]] = tuple,
     ) -> None:
         self._reactor = reactor
         self._driver = driver
@@ -70,6 +75,8 @@ class WarmSpawner:
         self._is_forced = is_forced
         self._is_interactive = is_interactive
         self._is_collecting = not is_begun
+        self._held = held
+        self._late = 0  # first starts after the static part, so far
         self._preparing: PreparingProcess | None = None
         self._prepared: Prepared | None = None
         self._base: Mapping[str, str] = {}
@@ -95,7 +102,11 @@ class WarmSpawner:
             return False
         if self._preparing is None and not self._is_collecting and not self._is_forced:
             process.start_kind = "cold, because nothing was prepared yet"
-            self._prepare_later(start)
+            self._late += process.history.starts == 0
+            if self._late > MANY_LATE * _processors():
+                self._prepare_for([start])
+            else:
+                self._prepare_later(start)
             return False
         self._waiting.append(start)
         if not self._is_collecting:
@@ -128,13 +139,17 @@ class WarmSpawner:
     def settle(self) -> None:
         """The static part has been carried out: decide on what it has started."""
         self._is_collecting = False
-        waits = self._is_forced or len(self._waiting) > len(os.sched_getaffinity(0))
-        if self._waiting and not waits:
-            first = list(self._waiting)
+        first = list(self._waiting)
+        if first and not (self._is_forced or len(first) > _processors()):
             self._waiting.clear()
             for start in first:
                 self._start_cold(start, "it would have waited for the preparation")
-            self._prepare_later(*first)
+            starts = [self._start_of(process) for process in self._held()]
+            held = [start for start in starts if not isinstance(start, str)]
+            if len(first) + len(held) > _processors():
+                self._prepare_for([*held, *first])
+            else:
+                self._prepare_later(*first)
         self._go_on()
 
     def _go_on(self) -> None:
@@ -148,7 +163,7 @@ class WarmSpawner:
 
     def _prepare_later(self, *starts: Start) -> None:
         if self._later is None and any(self._may_restart(start.process) for start in starts):
-            prepare = functools.partial(self._prepare_now, starts)
+            prepare = functools.partial(self._prepare_for, starts)
             self._later = self._reactor.call_later(SETTLED_S, prepare)
 
     def _may_restart(self, process: Process) -> bool:
@@ -156,16 +171,19 @@ class WarmSpawner:
         has_policy = process.spec.restart.mode is not RestartMode.NEVER
         return is_restart or has_policy or self._is_forced or self._is_interactive
 
-    def _prepare_now(self, starts: tuple[Start, ...]) -> None:
-        self._later = None
+    def _prepare_for(self, starts: Sequence[Start]) -> None:
+        """Prepare what these need, which do not wait for it."""
+        if self._later is not None:
+            self._later.cancel()
+            self._later = None
         if self._preparing is None and not self._is_closed:
-            self._prepare(list(starts))
+            self._prepare(starts)
 
-    def _prepare(self, starts: list[Start]) -> None:
-        """Start the preparing process, with the environment of the first."""
-        base = self._base = starts[0].settings.env
+    def _prepare(self, starts: Sequence[Start]) -> None:
+        """Start the preparing process, with the environment that fits most of them."""
+        fitting = _fitting(starts)
+        base = self._base = fitting[0].settings.env
         self._check_again()
-        fitting = [s for s in starts if obstacle(s.folder, s.settings.env, base, None) is None]
         try:
             self._preparing = PreparingProcess(
                 self._reactor, base, answered=self._answered, ended=self._ended
@@ -302,3 +320,20 @@ class WarmSpawner:
         if self._later is not None:
             self._later.cancel()
         self._drop()
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def _fitting(starts: Sequence[Start]) -> list[Start]:
+    """Most of them: those that can be forked with the environment of the first one."""
+    most: list[Start] = []
+    for base in starts[:MOST_BASES]:
+        env = base.settings.env
+        found = [s for s in starts if obstacle(s.folder, s.settings.env, env, None) is None]
+        if len(found) > len(most):
+            most = found
+        if len(most) == len(starts):
+            break
+    return most
