@@ -161,15 +161,15 @@ def _quit(connection: Connection, call: Call, options: Parsed) -> int:
 
 def _ps(connection: Connection, call: Call, options: Parsed) -> int:
     from launcher.console.tables import details, process_table, stacked
-    from launcher.control.format import sampling
+    from launcher.control.format import notes
 
-    result = connection.ask(call.verb.name, call.names).result
+    result = connection.ask(call.verb.name, call.names, **call.options).result
     found = result["processes"]
     if options.json:
         _print_json(result)
     elif call.verb.name == "ps":
         _print_table(process_table(found, _width()))
-        if note := sampling(result["sampled_every_s"]):
+        for note in notes(result):
             print(note)
     else:
         _print_table(stacked([details(one) for one in found]))

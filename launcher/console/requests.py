@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import shlex
 
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 from rich.text import Text
 
 from launcher.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.client import Reply
-from launcher.control.format import event_line, without_colour
+from launcher.control.format import event_line, notes, without_colour
 from launcher.control.runs import Run
 from launcher.control.verbs import VERBS, Call, explained, find, parse
 from launcher.errors import LauncherError, UsageError
@@ -122,7 +122,7 @@ def problem(error: LauncherError, columns: int, *, colour: bool) -> str:
 def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
     found = reply.result.get("processes")
     if call.verb.name == "ps" and found is not None:
-        return process_table(found, columns)
+        return Group(process_table(found, columns), *map(Text, notes(reply.result)))
     if call.verb.name == "info" and found:
         return stacked([details(one) for one in found])
     return None

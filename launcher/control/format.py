@@ -108,11 +108,15 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def sampling(period_s: float) -> str:
-    """How often resources are sampled, if that is not each second."""
-    if period_s <= 1:
-        return ""
-    return f"CPU and memory are sampled every {period_s:g} s: there are many processes"
+def notes(result: Mapping[str, Any]) -> list[str]:
+    """What `ps` tells below its table."""
+    period_s, unknown = result["sampled_every_s"], result.get("unknown_response")
+    found = []
+    if period_s > 1:
+        found.append(f"CPU and memory are sampled every {period_s:g} s: there are many processes")
+    if unknown:
+        found.append(f"no parameter services to ask: {', '.join(unknown)}")
+    return found
 
 
 def unreachable(row: Mapping[str, Any]) -> str:

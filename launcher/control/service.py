@@ -132,9 +132,17 @@ class Service:
         }
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
-        result = self._rows(call)
-        note = format.sampling(result["sampled_every_s"])
-        exchange.reply(result, format.table(result["processes"]) + [note] * bool(note))
+        def answer(unknown: Sequence[str] = ()) -> None:
+            result = self._rows(call)
+            if call.options.get("responsive"):
+                result["unknown_response"] = list(unknown)
+            text = [*format.table(result["processes"]), *format.notes(result)]
+            exchange.reply(result, text)
+
+        if call.options.get("responsive"):
+            self._control.responsiveness.ask(self._chosen(call), answer)
+        else:
+            answer()
 
     def _do_top(self, call: Call, exchange: Exchange) -> None:
         if not call.options.get("follow"):

@@ -109,6 +109,7 @@ PERIOD = option(
     name="period_s",
     kind="seconds",
 )
+RESPONSIVE = option("--responsive", "ask the nodes first whether they answer (up to 10 s)")
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
 NEW = option("--new", "only events from now on", name="history", value=False)
@@ -136,7 +137,11 @@ _TEXT_IN_SHELL = option(
 )
 
 VERBS = (
-    Verb("ps [NAME ...]", "list processes with state, restarts, CPU and memory (USS)"),
+    Verb(
+        "ps [NAME ...] [--responsive]",
+        "list processes with state, restarts, CPU and memory (USS)",
+        (RESPONSIVE,),
+    ),
     Verb("top [NAME ...]", "list processes live", (FOLLOW, PERIOD), streams=True),
     Verb(
         "kill NAME ... [-s SIGNAL]",

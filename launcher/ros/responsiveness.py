@@ -2,7 +2,8 @@
 
 A line of JSON on standard input is the list of nodes, in place of the last one; on standard output
 there is one for each node that does not answer, once a second, and one when it answers (again), or
-nobody can tell (`silent_s` 0 and null). It ends with its input.
+nobody can tell (`silent_s` 0 and null). It ends with its input. A node that is `expected` to answer
+is reported even if it never has.
 
 The question is the parameter service of the node itself, which its executor answers between its
 callbacks. No executor runs here: what has arrived is taken once a second, which costs a fraction
@@ -29,15 +30,17 @@ _NANOSECONDS = 1e9
 class WatchedNode:
     """A node in a process, for one life of it.
 
-    Only a node that has answered once can fall silent: others are starting, or have no parameter
-    services. Time that its process waited for a processor, or that we did, does not count.
+    Only a node that has answered once can fall silent: others are starting, or never serve their
+    parameter services; unless it is expected to answer. Time that its process waited for a
+    processor, or that we did, does not count.
     """
 
-    def __init__(self, name: str, pid: int) -> None:
+    def __init__(self, name: str, pid: int, *, is_expected: bool = False) -> None:
         self.name = name
         self.pid = pid
         self.silent_s = 0.0
         self.has_answered = False
+        self.is_expected = is_expected
         self._waited_s = _waited_s(pid)
 
     @property
@@ -55,7 +58,7 @@ class WatchedNode:
         waited_s = _waited_s(self.pid)
         own_s = max(0.0, elapsed_s - max(0.0, waited_s - self._waited_s))
         self._waited_s = waited_s
-        if self.has_answered:
+        if self.has_answered or self.is_expected:
             self.silent_s += min(own_s, PERIOD_S + LATE_S)
 
     def lost(self) -> None:
@@ -88,7 +91,9 @@ class Questions:
             name, pid, node = entry["name"], entry["pid"], entry["node"]
             old = before.get(node)
             is_same = old is not None and (old.name, old.pid) == (name, pid)
-            self._watched[node] = old if is_same and old is not None else WatchedNode(name, pid)
+            kept = old if is_same and old is not None else WatchedNode(name, pid)
+            kept.is_expected = entry["expected"]
+            self._watched[node] = kept
             if not is_same:
                 self._forget(node)
                 self._clients[node] = self._node.create_client(

@@ -152,6 +152,23 @@ def test_it_is_watched_while_somebody_looks_only(bench: ControlBench, monkeypatc
         assert run.row("arm")["state"] == "RUNNING"
 
 
+def test_ps_asks_on_request_also_a_node_that_never_answered(bench: ControlBench):
+    names = ("arm", "late", "mute")
+    words = {"late": ["--late"], "mute": ["--no-services"]}
+    hang(bench, "late", "sleep")
+    with bench.launch("".join(node(bench, name, *words.get(name, [])) for name in names)) as run:
+        wait_until(lambda: run.screen.count("ready") == 3, "all have begun")
+        assert silent_s(run, "late") is None
+        result = run.ask("ps", responsive=True)
+        rows = {row["name"].rpartition("-")[0]: row for row in result["processes"]}
+        assert rows["late"]["not_responding_s"] >= 3
+        assert rows["arm"]["not_responding_s"] == 0
+        assert result["unknown_response"] == [rows["mute"]["name"]]
+        said = run.shell("ps", "late", "mute", "--responsive").stdout
+        assert "running, not responding" in said
+        assert f"no parameter services to ask: {rows['mute']['name']}" in said
+
+
 def test_a_helper_that_dies_is_told_and_the_run_goes_on(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")

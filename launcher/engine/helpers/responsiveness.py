@@ -60,10 +60,13 @@ class ResponsivenessHelper:
         os.set_blocking(self._out, False)
         reactor.add_reader(self._out, self._readable)
 
-    def watch(self, nodes: Mapping[str, Process]) -> None:
-        """Send the list if it is not the last one; what the pipe does not take, the next time."""
+    def watch(self, nodes: Mapping[str, Process], *, expected: bool) -> None:
+        """Send the list if it is not the last one; what the pipe does not take, the next time.
+
+        Nodes that are expected to answer are reported even if they never have.
+        """
         entries = [
-            {"name": one.name, "pid": one.child.pid, "node": node}
+            {"name": one.name, "pid": one.child.pid, "node": node, "expected": expected}
             for node, one in nodes.items()
             if one.child is not None
         ]

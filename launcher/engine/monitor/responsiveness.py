@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from launcher import proc
 from launcher.engine.helpers.responsiveness import ResponsivenessHelper
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 PERIOD_S = 1.0
 LOOK_S = 15.0  # after the last look the helper goes on for so long
+ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is noticed after three
+POLL_S = 0.1
 
 
 class Silence:
@@ -59,6 +61,7 @@ class Responsiveness:
         self._processes = processes
         self._adopt = adopt
         self._until_s = -math.inf
+        self._is_asked = False
         self._timer: Timer | None = None
         self._helpers: dict[
             str, ResponsivenessHelper | None
@@ -70,6 +73,31 @@ class Responsiveness:
         if self._timer is None:
             self._tick()
 
+    def ask(self, processes: Sequence[Process], done: Callable[[list[str]], None]) -> None:
+        """Call `done` when it is known which of these answer, with the names of the others.
+
+        Also one that has not answered before is told, unless that is watched during the whole run:
+        then it is a node of which no answer can be expected.
+        """
+        self._is_asked = self._until_s != math.inf
+        self.look()
+        self._look_again(processes, self._reactor.now() + ASK_S, done)
+
+    def _look_again(
+        self, processes: Sequence[Process], until_s: float, done: Callable[[list[str]], None]
+    ) -> None:
+        wanted = {process for nodes in self._wanted().values() for process in nodes.values()}
+        unknown = [
+            one.name
+            for one in processes
+            if one in wanted and not (one.answers or one.silence is not None)
+        ]
+        if unknown and self._reactor.now() < until_s and self._timer is not None:
+            again = functools.partial(self._look_again, processes, until_s, done)
+            self._reactor.call_later(POLL_S, again)
+        else:
+            done(unknown)
+
     def _tick(self) -> None:
         if self._reactor.now() > self._until_s:
             self.close()
@@ -80,7 +108,7 @@ class Responsiveness:
             self._helpers[domain] = self._started(domain, env)
         for domain, helper in self._helpers.items():
             if helper is not None:
-                helper.watch(wanted.get(domain, {}))
+                helper.watch(wanted.get(domain, {}), expected=self._is_asked)
         self._forget_others(wanted)
         self._timer = self._reactor.call_later(PERIOD_S, self._tick)
 
@@ -158,7 +186,7 @@ class Responsiveness:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        self._until_s = -math.inf
+        self._until_s, self._is_asked = -math.inf, False
         for helper in self._helpers.values():
             if helper is not None:
                 helper.close()

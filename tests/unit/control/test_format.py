@@ -10,7 +10,7 @@ from launcher.control.format import (
     event_line,
     filters,
     info_lines,
-    sampling,
+    notes,
     table,
     unreachable,
     without_colour,
@@ -119,8 +119,9 @@ def test_hosts_are_a_column_where_there_are_some():
 
 
 def test_how_often_resources_are_sampled_is_told_only_if_it_is_seldom():
-    assert sampling(1.0) == ""
-    assert sampling(5.0) == "CPU and memory are sampled every 5 s: there are many processes"
+    assert notes({"sampled_every_s": 1.0}) == []
+    seldom = notes({"sampled_every_s": 5.0})
+    assert seldom == ["CPU and memory are sampled every 5 s: there are many processes"]
 
 
 def test_a_node_that_does_not_respond_and_a_debugger_are_told_with_the_state():
