@@ -29,7 +29,7 @@ from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
-from launcher.model.events import Outcome
+from launcher.model.events import Outcome, refusal
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -254,8 +254,7 @@ class ProcessDriver:
         self, process: Process, number: int, what: str, at_s: float | None = None
     ) -> None:
         self._log.report(process, messages.not_started(process, number, what))
-        reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
-        self._log.note("not started", process, at_s, reason=reason)
+        self._log.note("not started", process, at_s, reason=refusal(number, what))
 
     def _limits_applied(self, process: Process, child: Child) -> None:
         """A process with limits has exec'd its program, or exits since a limit was refused."""

@@ -7,6 +7,7 @@ supervisor, or the planner in virtual time) carries them out and reports events.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 
@@ -288,6 +289,13 @@ Event = (
 # ---- how a process ended
 
 
+def refusal(number: int, what: str) -> str:
+    """Why a start failed, by its errno; `what` is the cause if it is not the program."""
+    if number == errno.ETIMEDOUT and what:  # it has waited for others, as `what` says
+        return what
+    return f"{what}: {os.strerror(number)}" if what else os.strerror(number)
+
+
 class Outcome(Record):
     """The exit or failed start of a process: exactly one of the first two is set.
 
@@ -310,8 +318,7 @@ class Outcome(Record):
 
     def __str__(self) -> str:
         if self.spawn_errno is not None:
-            what = f"{self.spawn_what}: " if self.spawn_what else ""
-            return f"could not be started: {what}{os.strerror(self.spawn_errno)}"
+            return f"could not be started: {refusal(self.spawn_errno, self.spawn_what)}"
         if self.lost_with:
             return f"lost with {self.lost_with}"
         if self.returncode is not None and self.returncode < 0:

@@ -159,6 +159,7 @@ def test_a_timeout_has_its_consequence(bench: Bench, consequence: str, code: int
     assert (b"[b-2] b runs" in done.stdout) is runs
     said = done.stdout + done.stderr
     assert b"a: no line with 'never'" in said
+    assert b"timed out" not in said
     (released,) = [e for e in events(bench) if e["event"] == "released"]
     assert released["waited_s"] >= 0.3
     assert released["why"] == {"start": "timeout"}.get(consequence, consequence)

@@ -107,6 +107,8 @@ class _Helper:
         if self._timer is not None:
             self._timer.cancel()
         self._requests[number] = (request, tell)
+        if self._process is None:
+            self._reactor.call_later(0, self._tell_unknown)
         self._write(request)
 
     def unwatch(self, number: int) -> None:
@@ -176,6 +178,12 @@ class _Helper:
         self._warn(f"the process that looks at the ROS graph died ({reason}); {what}")
         if is_restarted:
             self._start()
+        else:
+            self._tell_unknown()
+
+    def _tell_unknown(self) -> None:
+        for _, tell in list(self._requests.values()):
+            tell(False, "it is not known: what looks at the ROS graph has died")
 
     def _release(self) -> None:
         process = self._process

@@ -6,14 +6,13 @@ Messages of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) are kept word for word: scripts
 from __future__ import annotations
 
 import errno
-import os
 import signal
 from collections.abc import Iterable
 
 from launcher.engine.machine import Ended, Escalate, ProcessMachine, ProcessState
 from launcher.engine.process import Process
 from launcher.errors import ExitCode
-from launcher.model.events import Outcome, signal_name
+from launcher.model.events import Outcome, refusal, signal_name
 from launcher.model.record import Record
 from launcher.model.spec import RestartPolicy
 from launcher.text import count
@@ -76,9 +75,8 @@ def ended(process: Process, pid: int, end: Ended, *, by_user: bool = False) -> L
 
 
 def not_started(process: Process, number: int, what: str) -> Line:
-    """Spawning failed; `what` is the cause if it is not the program."""
-    reason = f"{what}: {os.strerror(number)}" if what else os.strerror(number)
-    text = f"process could not be started: {reason}, cmd '{process.command_line}'"
+    """Spawning failed."""
+    text = f"process could not be started: {refusal(number, what)}, cmd '{process.command_line}'"
     if process.host is not None and number == errno.ENOENT:
         text += f"; {_repair(process)}"
     return Line("ERROR", text)
