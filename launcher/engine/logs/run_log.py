@@ -28,11 +28,6 @@ if TYPE_CHECKING:
         def formats(self) -> Formats | None: ...
 
 
-# Events of so long are written together. The first write takes milliseconds, which a process that
-# fails at once would have to wait for its restart.
-FLUSH_S = 0.02
-
-
 class RunLog:
     """`ring` holds the last messages."""
 
@@ -95,7 +90,7 @@ class RunLog:
         at_s: float | None = None,
         **details: object,
     ) -> None:
-        """Add an entry to `events.jsonl`, which is written after FLUSH_S.
+        """Add an entry to `events.jsonl`, which is written at the next idle moment.
 
         It happened `at_s`, on the monotonic clock; None: just now.
         """
@@ -103,7 +98,7 @@ class RunLog:
             host = {"host": process.host_name} if process.host is not None else {}
             details = {"process": process.name, **host, **details}
         if self.events.note(event, at_s, **details):
-            self._reactor.call_later(FLUSH_S, self.events.flush)
+            self._reactor.when_idle(self.events.flush)
 
 
 def _encodable(text: str) -> str:
