@@ -21,13 +21,15 @@ def console_scripts(package: str) -> Iterator[tuple[str, Path]]:
     """(name, path) of the console scripts of distributions with this name."""
     for distribution in sources.distributions(package):
         points = {e.name: e for e in distribution.entry_points if e.group == "console_scripts"}
-        for path in _installed(distribution):
+        for path in _installed(distribution) if points else ():
             if path.name in points:
                 yield path.name, _own_script(package, points[path.name], path)
 
 
 def _installed(distribution: Distribution) -> Iterator[Path]:
     """The files in `bin` that pip has noted for this distribution, also if they are gone."""
+    if not any(map(distribution.read_text, ("RECORD", "installed-files.txt"))):
+        return  # its files would be the sources: of an egg-info in their folder
     for file in distribution.files or ():
         path = Path(os.path.normpath(str(distribution.locate_file(file))))
         if path.parent.name == "bin":
