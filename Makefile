@@ -7,6 +7,9 @@ ARGS   ?=
 
 SHELL  := /bin/bash
 
+# Images of containers set it: each process of a test would compile all that it imports.
+unexport PYTHONDONTWRITEBYTECODE
+
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --use-pep517
 # Pins the build tools as well; older and newer versions of pip read different variables.
 export PIP_CONSTRAINT       := requirements/build.txt

@@ -52,7 +52,8 @@ def careful(name: str) -> None:
     rclpy.init(args=sys.argv)
     node = Plain(name)
     try:
-        rclpy.spin(node)
+        rclpy.spin(node)  # returns without an exception, if it is stopped in a callback
+        print(f"{name} was stopped")
     except (KeyboardInterrupt, ExternalShutdownException):
         print(f"{name} was stopped")
     finally:
