@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -158,6 +159,7 @@ STARTED_BY = {
 }
 
 
+@cache
 def file_of(module: str) -> Path | None:
     """The file of a module of ours, a package's `__init__.py`; None if there is none."""
     path = ROOT.parent / module.replace(".", "/")
@@ -176,22 +178,25 @@ def room_of(module: str) -> str:
     return "compat" if parts[:2] == ["language", "compat"] else parts[0] if parts else "__init__"
 
 
-def nodes(node: ast.AST, *, with_types: bool) -> Iterator[ast.AST]:
+def nodes(module: str, *, with_types: bool) -> Iterator[ast.AST]:
     """All nodes, those of functions too, but not of docstrings and `if TYPE_CHECKING:` blocks."""
-    is_types = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-    is_docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-    if is_docstring or (is_types and not with_types):
-        return
-    yield node
-    for child in ast.iter_child_nodes(node):
-        yield from nodes(child, with_types=with_types)
+    path = file_of(module)
+    assert path is not None
+    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while waiting:
+        match waiting.pop():
+            case ast.Expr(value=ast.Constant()):
+                pass
+            case ast.If(test=ast.Name(id="TYPE_CHECKING")) if not with_types:
+                pass
+            case node:
+                yield node
+                waiting += ast.iter_child_nodes(node)
 
 
 def imports(module: str, *, with_types: bool = True) -> Iterator[str]:
     """What a module imports, and the modules of ours that its strings name."""
-    path = file_of(module)
-    assert path is not None
-    for node in nodes(ast.parse(path.read_text(encoding="utf-8")), with_types=with_types):
+    for node in nodes(module, with_types=with_types):
         match node:
             case ast.Import():
                 yield from (alias.name for alias in node.names)
