@@ -13,11 +13,12 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 LOOK_S = 0.02
-PERIOD_S = 0.1
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class ReadyNode(LifecycleNode):
@@ -27,7 +28,8 @@ class ReadyNode(LifecycleNode):
         super().__init__("late")
         self._kind = kind
         self._file = file
-        self._publisher = self.create_publisher(String, "words", 10) if kind == "message" else None
+        if kind == "message":
+            self._publisher = self.create_publisher(String, "words", LATCHED)
         self._timer = self.create_timer(LOOK_S, self._look)
 
     def _look(self) -> None:
@@ -45,7 +47,7 @@ class ReadyNode(LifecycleNode):
                 self.trigger_configure()
                 self.trigger_activate()
             case "message":
-                self.create_timer(PERIOD_S, lambda: self._publisher.publish(String(data="x")))
+                self._publisher.publish(String(data="sent once"))
 
 
 def main() -> None:

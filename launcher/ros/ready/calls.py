@@ -6,6 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.subscription import Subscription
 
 from launcher.errors import LauncherError
 from launcher.ros.messages.classes import with_library
@@ -28,7 +29,7 @@ class Calls:
 
     def __init__(self, observer: Observer) -> None:
         self.observer = observer
-        self._executor = SingleThreadedExecutor(context=observer.context)
+        self._executor = _Answers(context=observer.context)
         self._executor.add_node(observer.node)
         self._begun: dict[int, Receiving | Calling] = {}
 
@@ -55,6 +56,13 @@ class Calls:
         """Take the answers that have arrived."""
         if self.is_busy:
             self._executor.spin_once(timeout_sec=0)
+
+
+class _Answers(SingleThreadedExecutor):  # type: ignore[misc]
+    """Leaves messages to `Listener.take`: those that it took itself would be lost."""
+
+    def can_execute(self, entity: Any) -> bool:
+        return not isinstance(entity, Subscription) and bool(super().can_execute(entity))
 
 
 class Receiving:
