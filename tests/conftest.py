@@ -11,6 +11,8 @@ import signal
 import socket
 import tempfile
 from collections.abc import Iterator
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,8 @@ TOGETHER = (
     "tests/smoke/test_ros_kinds.py",
     "tests/unit/",  # short tests: handing them out one by one would take longer than they do
 )
+LONGEST = {"build", "e2e", "smoke"}  # folders with tests of a minute
+NEVER_WAITING = {"unit", "launch_cases"}
 WORKERS_PER_CORE, MAX_WORKERS = 3, 12  # most of the time a test waits
 
 # Examples that hypothesis tries: `make check` searches, the other tiers repeat the same ones.
@@ -80,18 +84,38 @@ class Scheduling(LoadScopeScheduling):
         return file if file.startswith(TOGETHER) else nodeid
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     for item in items:
-        tiers = [tier for tier in TIERS if item.get_closest_marker(tier)]
+        tiers = [mark.name for mark in item.iter_markers() if mark.name in TIERS]
         if not tiers:
-            folder = item.path.relative_to(Path(__file__).parent).parts[0]
-            tiers = [TIER_OF_FOLDER.get(folder, "basic")]
+            tiers = [TIER_OF_FOLDER.get(_folder(item), "basic")]
             item.add_marker(tiers[0])
-        elif len(tiers) > 1:
+        elif len(set(tiers)) > 1:
             raise pytest.UsageError(f"{item.nodeid} belongs to more than one tier: {tiers}")
         item.user_properties.append(("tier", tiers[0]))  # for tools/tiers.py
-    # Short tests come last: they keep all workers busy while the last long ones run.
-    items.sort(key=lambda item: item.get_closest_marker("unit") is not None)
+    yield  # here pytest leaves out the tiers that were not asked for
+    files = [list(tests) for _, tests in groupby(items, key=lambda item: item.path)]
+    waiting = [file for file in files if _folder(file[0]) not in NEVER_WAITING]
+    waiting.sort(key=lambda file: _folder(file[0]) not in LONGEST)
+    others = [file for file in files if _folder(file[0]) in NEVER_WAITING]
+    # Those that never wait use the processor while others wait, and while the last of these run.
+    placed = sorted([*_spread(waiting, 0.85), *_spread(others, 1.0)], key=itemgetter(0))
+    items[:] = [item for _, file in placed for item in file]
+
+
+def _folder(item: pytest.Item) -> str:
+    return item.nodeid.removeprefix("tests/").partition("/")[0]
+
+
+def _spread(
+    files: list[list[pytest.Item]], end: float
+) -> Iterator[tuple[float, list[pytest.Item]]]:
+    """(place, file): places are spread evenly over all tests, from 0 to `end`."""
+    count, before = sum(map(len, files)), 0
+    for file in files:
+        yield end * before / count, file
+        before += len(file)
 
 
 @pytest.fixture(autouse=True)
