@@ -34,6 +34,7 @@ TOGETHER = (
     "tests/hosts/",
     "tests/nodes/test_fleet.py",
     "tests/process/test_plan_leaks.py",
+    "tests/process/test_ros_installation.py",
     "tests/process/test_workspace.py",
     "tests/ros/test_probe.py",
     "tests/ros/test_processes.py",

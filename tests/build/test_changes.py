@@ -267,6 +267,7 @@ def test_a_workspace_that_merges_stays_so(root: Path):
     assert (root / "install/share/files/launch/second.launch.xml").is_file()
 
 
+@pytest.mark.thorough
 def test_a_failed_package_does_not_hold_up_others(root: Path):
     cmake_package(root / "src", "bad", 'message(FATAL_ERROR "no such luck")')
     cmake_package(root / "src", "behind", depends=["bad"])

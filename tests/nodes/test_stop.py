@@ -41,6 +41,7 @@ def make():
 runner.run(make)
 """
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+THOROUGH = pytest.mark.thorough
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +58,11 @@ def end(node, signum) -> End:
     return End(code=code, output=node.output)
 
 
-@pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
+@pytest.mark.parametrize(
+    "signum",
+    [signal.SIGINT, pytest.param(signal.SIGTERM, marks=THOROUGH)],
+    ids=lambda one: one.name,
+)
 def test_idle_nodes_stop_quietly(domain, signum):
     nodes = [domain.start(name) for name in NODES]
     domain.wait_for_nodes(*NODES)
@@ -67,7 +72,11 @@ def test_idle_nodes_stop_quietly(domain, signum):
     assert [x.output for x in ends.values() if re.search("Traceback|Exception", x.output)] == []
 
 
-@pytest.mark.parametrize("signum", SIGNALS, ids=lambda signum: signum.name)
+@pytest.mark.parametrize(
+    "signum",
+    [pytest.param(signal.SIGINT, marks=THOROUGH), signal.SIGTERM],
+    ids=lambda one: one.name,
+)
 def test_a_robot_stops_in_the_middle_of_its_task(domain, signum):
     robots = {name: domain.start(name, task_duration_s=3600.0) for name in ROBOTS}
     assign = domain.publisher(topics.TASKS, qos.TASKS)

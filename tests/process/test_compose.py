@@ -248,7 +248,7 @@ def test_verbs_are_about_the_group(bench: ControlBench):
     assert "[careful-1] careful was stopped" in (folder / "launch.log").read_text()
 
 
-@pytest.mark.parametrize("verb", ["stop", "kill"])
+@pytest.mark.parametrize("verb", ["stop", pytest.param("kill", marks=pytest.mark.thorough)])
 def test_a_group_that_a_user_stops_is_held_and_may_be_started_again(bench: ControlBench, verb: str):
     actions = f"{plain('careful')}, {plain('careful', name='other')}"
     with bench.launch(actions, "--compose", "*") as run:

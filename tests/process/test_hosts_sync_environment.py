@@ -143,6 +143,7 @@ def _answer_without_tls(server: socket.socket) -> None:
                 connection.sendall(b"this is not TLS\n")
 
 
+@pytest.mark.thorough
 def test_a_try_that_was_repeated_is_not_told_as_the_reason_of_a_missing_package(
     site_with_venv: Site, tmp_path: Path, only_index: Callable[[str], None]
 ):

@@ -109,6 +109,7 @@ def test_a_deadlock_is_told_and_both_threads_are_in_the_log(bench: ControlBench)
     assert "other (" in log.partition("had not responded for")[2]
 
 
+@pytest.mark.thorough
 def test_of_a_node_that_dies_while_it_hangs_the_stack_is_in_the_report(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")
@@ -169,6 +170,7 @@ def test_ps_asks_on_request_also_a_node_that_never_answered(bench: ControlBench)
         assert f"no parameter services to ask: {rows['mute']['name']}" in said
 
 
+@pytest.mark.thorough
 def test_a_helper_that_dies_is_told_and_the_run_goes_on(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")
