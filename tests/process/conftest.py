@@ -22,6 +22,7 @@ from launcher.engine.hosts import agent_link
 from tests.support.controlled_run import ControlledRun
 from tests.support.screen_terminal import ScreenTerminal
 from tests.support.terminal import Terminal, marked_processes
+from tests.support.watching import Desk
 
 MARK = "LAUNCHER_TEST_MARK"
 TIMEOUT_S = 120
@@ -227,6 +228,11 @@ def run(control_bench: ControlBench) -> Iterator[ControlledRun]:
     """A run with one process, `cat-1`, which echoes its input."""
     with control_bench.launch('sh("exec cat", name="cat")') as one:
         yield one
+
+
+@pytest.fixture
+def desk(control_bench: ControlBench) -> Desk:
+    return Desk(control_bench)
 
 
 @pytest.fixture
