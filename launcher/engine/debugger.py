@@ -8,6 +8,7 @@ import sys
 
 from launcher import proc
 from launcher.model.record import Record, replace
+from launcher.packages.extras import install_command
 from launcher.packages.python_program import program_of
 
 TYPE_CHECKING = False
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from launcher.model.spec import ProcessSpec
 
 ADDRESS = "127.0.0.1"
-INSTALL = "pip install -e '.[debug]'"
 _LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
 
 
@@ -72,7 +72,7 @@ def debugger_for(
         raise NotDebuggableError(f"debugpy runs Python programs only: {program}", gdb)
     if importlib.util.find_spec("debugpy") is None:
         problem = f"this needs the Python package 'debugpy', which {sys.executable} does not have"
-        raise NotDebuggableError(problem, INSTALL)
+        raise NotDebuggableError(problem, install_command("debug"))
     if before is None or port != before.port:
         port = _usable(port)
     what = ("-m", program.module) if program.module else (program.script,)

@@ -146,10 +146,8 @@ def test_without_py_spy_the_extra_is_named(control_bench: ControlBench, deadlock
     with control_bench.launch(deadlock) as run:
         run.wait_for("ready")
         (dump,) = stacks(run, "arm")
-        assert (dump["problem"], dump["hint"][:26]) == (
-            "py-spy is not installed",
-            "pip install -e '.[debug]' ",
-        )
+        assert dump["problem"] == "py-spy is not installed"
+        assert "pip install " in dump["hint"] and "[debug]" in dump["hint"]
         assert "sleeping" in dump["threads"][0]["state"]
 
 

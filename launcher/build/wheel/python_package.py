@@ -13,12 +13,12 @@ from email import message_from_bytes
 from importlib import metadata
 from pathlib import Path
 
-from launcher.build import extra
 from launcher.build.sources import Package
 from launcher.build.sources.source_text import shown
 from launcher.build.wheel.archive import Entry
 from launcher.build.wheel.contents import Contents
 from launcher.errors import LauncherError
+from launcher.packages.extras import install_command
 
 # `__legacy__` works with and without pyproject.toml; the folder of setup.py is on sys.path.
 _BUILD = "import sys; from setuptools.build_meta import __legacy__ as b; b.build_wheel(sys.argv[1])"
@@ -53,7 +53,7 @@ def contents(package: Package) -> tuple[Contents, tuple[str, ...]]:
             raise LauncherError(
                 f"setuptools {metadata.version('setuptools')} cannot make a wheel of "
                 f"{package.name}: it is older than 70.1, and the package `wheel` is not installed",
-                hint=f"install what is needed: {extra.install_command()}",
+                hint=f"install what is needed: {install_command('build')}",
             )
         if done.returncode or not made:
             said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]

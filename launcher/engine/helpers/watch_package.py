@@ -10,7 +10,9 @@ def check_installed() -> None:
     from importlib.util import find_spec
 
     if find_spec("watchfiles") is None:
+        from launcher.packages.extras import install_command
+
         raise UsageError(
             "watching files needs the Python package 'watchfiles', which is not installed",
-            hint="pip install -e '.[watch]'",
+            hint=install_command("watch"),
         )

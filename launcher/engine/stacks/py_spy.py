@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from typing import Any
 
 VARIABLE = "LAUNCHER_PY_SPY"  # its path, for one with capabilities; empty: use none
-INSTALL = "pip install -e '.[debug]'"
 _DENIED = re.compile("permission denied|operation not permitted", re.IGNORECASE)
 _PYTHON = re.compile(r"(python|pypy)[\d.]*[a-z]*")
 

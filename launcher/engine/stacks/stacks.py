@@ -12,6 +12,7 @@ from launcher.engine.stacks import answers, py_spy
 from launcher.engine.stacks.command import Completed, ShortCommand
 from launcher.engine.stacks.dump import Dump, command_of, of_kernel
 from launcher.model.record import Record
+from launcher.packages.extras import install_command
 
 TIMEOUT_S = 10.0
 RETRY_S = 0.3  # py-spy cannot read an interpreter that is just being started, or changing much
@@ -49,7 +50,7 @@ class Stacks:
         if not py_spy.is_python(wish.pid):
             self._answer(wish, _of_other_program(wish.pid))
         elif py_spy.find() is None:
-            hint = f"{py_spy.INSTALL} installs py-spy, which reads the stacks of Python programs"
+            hint = f"{install_command('debug')} installs py-spy"
             self._ask(wish, "py-spy is not installed", hint)
         else:
             self._queue.append((wish, TRIES))
@@ -67,7 +68,7 @@ class Stacks:
             self._running[wish] = ShortCommand(self._reactor, words, ended, timeout_s=TIMEOUT_S)
         except OSError as error:
             problem = f"{program} cannot be started: {error.strerror}"
-            self._answer(wish, of_kernel(wish.pid, problem, py_spy.INSTALL))
+            self._answer(wish, of_kernel(wish.pid, problem, install_command("debug")))
 
     def _ask(self, wish: Wish, problem: str, hint: str) -> None:
         """Ask the process itself, where py-spy cannot be used."""

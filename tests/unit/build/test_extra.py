@@ -9,6 +9,9 @@ import pytest
 
 from launcher.build import extra
 from launcher.errors import LauncherError
+from launcher.packages import extras
+
+install_command = extras.install_command.__wrapped__
 
 PIP = f"{sys.executable} -m pip install"
 
@@ -36,9 +39,9 @@ def test_nothing_is_missing_here():
 def test_the_command_fits_the_installation(
     monkeypatch: pytest.MonkeyPatch, origin: dict[str, object], words: str
 ):
-    monkeypatch.setattr(extra, "_direct_url", lambda: origin)
+    monkeypatch.setattr(extras, "_direct_url", lambda: origin)
 
-    assert extra.install_command() == f"{PIP} {words}"
+    assert install_command("build") == f"{PIP} {words}"
 
 
 def test_the_checkout_is_named_where_nothing_is_installed(
@@ -47,10 +50,10 @@ def test_the_checkout_is_named_where_nothing_is_installed(
     checkout = tmp_path / "50%25 #1"
     checkout.mkdir()
     (checkout / "setup.py").touch()
-    monkeypatch.setattr(extra, "_DISTRIBUTION", "no-such-distribution")
-    monkeypatch.setattr(extra, "_CHECKOUT", str(checkout))
+    monkeypatch.setattr(extras, "DISTRIBUTION", "no-such-distribution")
+    monkeypatch.setattr(extras, "_CHECKOUT", str(checkout))
 
-    assert extra.install_command() == f"{PIP} --editable '{checkout}[build]'"
+    assert install_command("build") == f"{PIP} --editable '{checkout}[build]'"
 
 
 def test_what_is_missing_is_named_with_the_command(monkeypatch: pytest.MonkeyPatch):
@@ -63,4 +66,4 @@ def test_what_is_missing_is_named_with_the_command(monkeypatch: pytest.MonkeyPat
     assert raised.value.message.startswith(
         "building needs packages that are not installed: colcon-none, cmake<1 (there is 3."
     )
-    assert raised.value.hint == f"install them once: {extra.install_command()}"
+    assert raised.value.hint == f"install them once: {install_command('build')}"

@@ -1,0 +1,50 @@
+"""How to install an extra of this distribution."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import json
+import os
+import shlex
+import sys
+from importlib import metadata
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+DISTRIBUTION = "group_gp1"
+_CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+@functools.cache
+def install_command(extra: str) -> str:
+    """The command that installs an extra the way this distribution is installed."""
+    if importlib.util.find_spec("pip") is not None:
+        install = [sys.executable, "-m", "pip", "install"]
+    else:
+        install = ["uv", "pip", "install", "--python", sys.executable]
+    return shlex.join([*install, *_requirement(_direct_url(), extra)])
+
+
+def _direct_url() -> dict[str, object]:
+    try:
+        text = metadata.distribution(DISTRIBUTION).read_text("direct_url.json")
+    except metadata.PackageNotFoundError:
+        text = None
+    if text is not None:
+        found: dict[str, object] = json.loads(text)
+        return found
+    editable = os.path.isfile(os.path.join(_CHECKOUT, "setup.py"))
+    return {"url": Path(_CHECKOUT).as_uri(), "dir_info": {"editable": True}} if editable else {}
+
+
+def _requirement(origin: dict[str, object], extra: str) -> list[str]:
+    """The words that name this distribution with an extra; `origin` is its `direct_url.json`."""
+    url = str(origin.get("url", ""))
+    name = f"{DISTRIBUTION}[{extra}]"
+    if isinstance(info := origin.get("dir_info"), dict):
+        words = ["--editable"] if info.get("editable") else []
+        return [*words, f"{unquote(urlsplit(url).path)}[{extra}]"]
+    if isinstance(source := origin.get("vcs_info"), dict):
+        return [f"{name} @ {source['vcs']}+{url}@{source['commit_id']}"]
+    return [f"{name} @ {url}" if url else name]
