@@ -52,6 +52,24 @@ def test_policies_and_rules_apply_to_running_processes(control_bench: ControlBen
         assert run.row("server")["ready"] is None
 
 
+def test_new_processes_wait_for_those_from_before_there_were_rules(
+    control_bench: ControlBench, supervise
+):
+    setup, failed = "sh('true', name='setup')", "sh('exit 1', name='failed')"
+    with control_bench.launch(f"{setup}, {failed}, {WORKER}") as run:
+        wait_until(lambda: run.row("failed")["state"] == "EXITED", "its end")
+        wait_until(lambda: run.row("setup")["state"] == "EXITED", "its end")
+        late = "sh('exec sleep 1000', name='{}')"
+        control_bench.command(
+            ", ".join([setup, failed, WORKER, late.format("x"), late.format("y")])
+        )
+        supervise("x: {after: [setup, worker]}\ny: {after: {processes: failed, timeout: 50 min}}\n")
+        run.ask("reload")
+        wait_until(lambda: run.row("x")["state"] == "RUNNING", "x is released")
+        run.wait_for("started although not ready")
+        assert "failed: it has ended (exit code 1)" in run.screen
+
+
 def test_a_process_that_waits_follows_the_new_file(control_bench: ControlBench, supervise):
     supervise("server: {ready_when: {log: never}}\nworker: {after: server}\n")
     with control_bench.launch(TWO) as run:

@@ -73,9 +73,14 @@ class ReadyGate:
     def join(self, process: Process) -> None:
         """A process from before there were rules: it does not wait."""
         self.add(process)
-        self._order.skip(process.name, self._reactor.now())
-        if process.machine.state is ProcessState.RUNNING:
-            self.started(process)
+        now = self._reactor.now()
+        self._order.skip(process.name, now)
+        if process.history.starts:
+            self._carry_out(self._order.started(process.name, now))
+        if process.child is not None:
+            self._watch(process)
+        elif process.last_end is not None:
+            self.ended(process, process.last_end)
 
     def follow(self, rules: Sequence[StartRule]) -> None:
         """Other rules hold from now on."""

@@ -74,10 +74,10 @@ class Stacks:
         """Ask the process itself, where py-spy cannot be used."""
 
         def answered(dump: Dump | None) -> None:
-            if dump is None:
-                more = (
-                    f"{problem}, and its main thread runs no Python code that could answer instead"
-                )
+            if dump is None and not proc.is_alive(wish.pid):
+                dump = _ended_meanwhile(wish.pid)
+            elif dump is None:
+                more = f"{problem}, and it does not answer: C code holds the GIL, or it was forked"
                 dump = of_kernel(wish.pid, more, hint)
             elif wish.native or wish.with_locals:
                 missing = "no native calls and local variables: " + problem
@@ -129,13 +129,17 @@ def _result(pid: int, completed: Completed) -> Dump | None:
 
 def _without(pid: int, completed: Completed) -> Dump:
     if not proc.is_alive(pid):
-        return Dump(pid, command_of(pid), problem="it has ended meanwhile")
+        return _ended_meanwhile(pid)
     return of_kernel(pid, py_spy.failure(completed), "")
+
+
+def _ended_meanwhile(pid: int) -> Dump:
+    return Dump(pid, command_of(pid), problem="it has ended meanwhile")
 
 
 def _of_other_program(pid: int) -> Dump:
     if not proc.is_alive(pid):
-        return Dump(pid, command_of(pid), problem="it has ended meanwhile")
+        return _ended_meanwhile(pid)
     hint = f"gdb -p {pid} -batch -ex 'thread apply all bt'"
     return of_kernel(pid, "this is no Python program", hint)
 
