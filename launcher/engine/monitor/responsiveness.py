@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 PERIOD_S = 1.0
 LOOK_S = 15.0  # after the last look the helper goes on for so long
 ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is noticed after three
+SURE_S = 4.5  # silence is noticed after 3 s, by a round each second
 POLL_S = 0.1
 
 
@@ -80,20 +81,28 @@ class Responsiveness:
         then it is a node of which no answer can be expected.
         """
         self._is_asked = self._until_s != math.inf
+        now = self._reactor.now()
+        # What is known already may be older than a silence that is not noticed yet.
+        since_s = now if self._timer is None else now + SURE_S
         self.look()
-        self._look_again(processes, self._reactor.now() + ASK_S, done)
+        self._look_again(processes, since_s, now + ASK_S, done)
 
     def _look_again(
-        self, processes: Sequence[Process], until_s: float, done: Callable[[list[str]], None]
+        self,
+        processes: Sequence[Process],
+        since_s: float,
+        until_s: float,
+        done: Callable[[list[str]], None],
     ) -> None:
+        now = self._reactor.now()
         wanted = {process for nodes in self._wanted().values() for process in nodes.values()}
         unknown = [
             one.name
             for one in processes
             if one in wanted and not (one.answers or one.silence is not None)
         ]
-        if unknown and self._reactor.now() < until_s and self._timer is not None:
-            again = functools.partial(self._look_again, processes, until_s, done)
+        if (now < since_s or (unknown and now < until_s)) and self._timer is not None:
+            again = functools.partial(self._look_again, processes, since_s, until_s, done)
             self._reactor.call_later(POLL_S, again)
         else:
             done(unknown)
