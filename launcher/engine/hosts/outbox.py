@@ -58,7 +58,8 @@ class _Shelf:
                 continue
             freed = entry.size
             last = self.old[-1] if self.old else None
-            lines = entry.data.count(b"\n", _TEXT_AT)
+            # A marker may be here, too, after `resume`.
+            lines = entry.lines or entry.data.count(b"\n", _TEXT_AT)
             if last is not None and last.lines is not None:
                 lines += last.lines
                 freed += self.old.pop().size

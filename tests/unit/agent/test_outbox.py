@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from launcher.engine.hosts.frames import OUTPUT_HEADER, Decoder, Frame, Kind
@@ -99,6 +99,7 @@ class Receiver:
 
 
 @given(actions=ACTIONS)
+@example(actions=[("output", 1), ("limit", 0), ("resume", 0), ("limit", 0)])
 def test_every_event_arrives_once_in_order_whatever_happens(actions: list[tuple[str, int]]):
     outbox, receiver = Outbox(), Receiver()
     events, lines, dropped = [], 0, False
