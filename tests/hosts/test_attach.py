@@ -89,7 +89,8 @@ def runs_on(lab: Lab, folder: Path) -> bool:
     """Whether the run can be attached to, and nothing of it was ended."""
     with attach(lab, folder, "-n", "0") as run:
         run.wait_for("runs on bot. with pid", 2)
-        assert lab.operator.launcher("detach").returncode == 0
+        # It is refused until the hosts have got all requests.
+        wait_until(lambda: lab.operator.launcher("detach").returncode == 0, "it is detached")
         return run.wait() == 0
 
 

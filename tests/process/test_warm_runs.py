@@ -265,7 +265,7 @@ def kinds(run: ControlledRun) -> list[str]:
 
 def test_what_is_held_back_is_prepared_for_meanwhile(control_bench: ControlBench, folder):
     count = len(os.sched_getaffinity(0)) + 1
-    with control_bench.launch(nodes(node_script(folder), count), "--stagger", "0.01") as run:
+    with control_bench.launch(nodes(node_script(folder), count), "--max-starting", "1") as run:
         wait_until(lambda: run.screen.count("value is 1") == count, "all print")
         assert kinds(run) == ["cold", *["warm"] * (count - 1)]
 
