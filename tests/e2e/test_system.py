@@ -47,7 +47,11 @@ def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: 
     assert "failed to terminate" not in terminal.text
     assert "Traceback" not in terminal.text
     assert "process has died" not in terminal.text
-    assert terminal.text.count("process has finished cleanly [pid ") == 5
+    ends = re.findall(
+        r"process (?:has finished cleanly|was stopped) \[pid \d+,? ?(\w*)", terminal.text
+    )
+    # One that Fast DDS does not let go (eProsima/Fast-DDS#6513) ends by SIGPROF: docs/fleet.md.
+    assert len(ends) == 5 and set(ends) <= {"", "SIGPROF"}, ends
     prefixes = set(re.findall(r"(\x1b\[38;5;\d+m)\[([a-z_0-9]+-\d)\]", terminal.raw))
     assert len(prefixes) == len({colour for colour, _ in prefixes}) == 5
     assert world.survivors() == []
