@@ -20,6 +20,7 @@ from launcher.engine.warm import wire
 from launcher.engine.warm.child import become
 from launcher.engine.warm.forking import Forker
 from launcher.engine.warm.freshness import Stamps
+from launcher.engine.warm.heap import fill_gaps
 from launcher.engine.warm.preparation import Preparation
 from launcher.engine.warm.scan import Scan
 
@@ -39,6 +40,7 @@ def serve(number: int) -> Callable[[], object]:
     gc.disable()  # nothing of what is imported is garbage
     preparation = _prepare(socket, order, scan)
     stamps = Stamps.of_what_is_loaded()
+    fill_gaps()
     gc.freeze()
     gc.enable()
     wire.send_answer(socket, {"ready": preparation.result()})
