@@ -241,9 +241,10 @@ class Workload:
         self._reporter.samples({ids[name]: sample for name, sample in by_name.items()})
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
-        returncode = end.outcome.returncode
-        if self._housekeeper is not None and returncode is not None and returncode < 0:
-            self._housekeeper.killed()
+        if end.outcome.returncode:
+            self._monitor()
+            assert self._housekeeper is not None
+            self._housekeeper.died(self._reactor.now() - process.machine.running_since)
 
     def before_kill(self) -> None:
         if self._housekeeper is not None:

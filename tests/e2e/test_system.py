@@ -166,6 +166,45 @@ def test_ctrl_z_stops_make_run_as_one_job_and_fg_goes_on(world: World):
     assert world.survivors() == [line for line in world.survivors() if "bash" in line]
 
 
+ENDS_AT_ONCE = """
+import os, re, rclpy
+rclpy.init()
+node = rclpy.create_node("hasty")
+with open("/proc/self/maps") as maps:
+    print("has", *set(re.findall("/fastrtps_[0-9a-f]{16}$", maps.read(), re.M)), flush=True)
+os._exit(3)
+"""
+HASTY = """
+import sys
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+def generate_launch_description():
+    return LaunchDescription([
+        ExecuteProcess(cmd=[sys.executable, "{folder}/hasty.py"], output="screen"),
+        ExecuteProcess(cmd=["sleep", "{rest_s}"]),
+    ])
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("way", ["--warm", "--cold"])
+@pytest.mark.parametrize("rest_s", [0, 4])
+def test_a_node_that_ends_without_a_clean_up_leaves_no_shared_memory(
+    world: World, tmp_path: Path, way: str, rest_s: int
+):
+    """No other node frees it, and it has ended before the launcher has looked."""
+    (tmp_path / "hasty.py").write_text(ENDS_AT_ONCE, encoding="utf-8")
+    file = tmp_path / "hasty.launch.py"
+    text = HASTY.replace("{folder}", str(tmp_path)).replace("{rest_s}", str(rest_s))
+    file.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        world.command(str(file), way), env=world.env, capture_output=True, text=True, timeout=120
+    )
+    (segment,) = set(re.findall(r"has /(\w+)", done.stdout))
+    assert not (Path(FOLDER) / segment).exists()
+
+
 @pytest.mark.thorough
 def test_a_killed_node_is_reported_and_its_shared_memory_freed(launched_system: Launch):
     fleet = launched_system("system", probe=False, **LONG_STOP)

@@ -45,6 +45,7 @@ class BridgeProcess:
         self._housekeeper = housekeeper
         self._keep = keep
         self._started = 0
+        self._started_s = 0.0
         self._process: subprocess.Popen[bytes] | None = None
         self._pidfd = self._errors = -1
         self._timer: Timer | None = None
@@ -56,6 +57,7 @@ class BridgeProcess:
     def start(self) -> None:
         self._timer = None
         self._started += 1
+        self._started_s = self._reactor.now()
         self._errors = os.memfd_create("bridge-errors", os.MFD_CLOEXEC)
         try:
             self._process = subprocess.Popen(
@@ -78,8 +80,8 @@ class BridgeProcess:
     def _exited(self) -> None:
         assert self._process is not None
         code = self._process.wait()
-        if code < 0:
-            self._housekeeper.killed()
+        if code:
+            self._housekeeper.died(self._reactor.now() - self._started_s)
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._release()

@@ -56,7 +56,6 @@ class Housekeeper:
         self._fleet = fleet
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
-        self._has_killed = False
         self._timer: Timer | None = None
         self._collecting: Timer | None = None
         self._sampled_s = -math.inf
@@ -78,16 +77,16 @@ class Housekeeper:
         """Free the shared memory of this helper process, too."""
         self._ledger.helper_pids.add(pid)
 
-    def killed(self) -> None:
-        """A process exited by a signal: free its shared memory at the next tick."""
-        self._has_killed = True
+    def died(self, lived_s: float) -> None:
+        """A process exited by a signal or with an error: free its shared memory."""
+        self._ledger.died(lived_s)
 
     def close(self) -> None:
         for timer in (self._timer, self._collecting):
             if timer is not None:
                 timer.cancel()
         self._ledger.collect()
-        self._free()
+        self._free(is_last=True)
 
     def _tick(self) -> None:
         begun_s = self._reactor.now()
@@ -153,13 +152,11 @@ class Housekeeper:
         ours = (process for process in self._processes if process.host is None)
         return {process.child.pid: process for process in ours if process.child is not None}
 
-    def _free(self) -> None:
-        if self._has_killed:
-            self._has_killed = False
-            freed = self._ledger.free()
-            if freed:
-                text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
-                self._log.log("INFO", "launch", text)
+    def _free(self, *, is_last: bool = False) -> None:
+        freed = self._ledger.free(is_last=is_last)
+        if freed:
+            text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
+            self._log.log("INFO", "launch", text)
 
 
 def enforce(

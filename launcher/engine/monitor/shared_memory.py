@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 FOLDER = "/dev/shm"
 # Fast DDS makes a lock file and locks it right after; in between it looks unused.
 SETTLING_S = 2.0
+CLOCK_TICK_S = 0.01  # times of files are those of the last tick of the kernel
 STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
 
 _SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
@@ -60,7 +61,7 @@ class Stale(Record):
 
     @property
     def is_port(self) -> bool:
-        return re.match(_PORT_FILE, self.name) is not None
+        return _is_port(self.name)
 
 
 def stale(*, folder: Folder = FOLDER, now_s: float | None = None) -> list[Stale]:
@@ -81,7 +82,7 @@ def free(names: Iterable[str], *, folder: Folder = FOLDER) -> int:
     What is in use, already gone or another user's is left, without an error.
     """
     wanted = set(names)
-    ports = {name for name in wanted if re.match(_PORT_FILE, name)}
+    ports = set(filter(_is_port, wanted))
     freed_bytes = sum(_free(folder, name) for name in wanted - ports)
     # Now, since a fresh segment of the dead is like that of a participant which is just starting.
     before_s = time.time() - SETTLING_S
@@ -111,13 +112,13 @@ def _holders(locks: bytes, folder: Folder) -> dict[str, int]:
 class Ledger:
     """Shared memory of the processes of one run, recorded while they are running.
 
-    Call `keep_up` once a second and `collect` a little later, `note` right before a SIGKILL, `free`
-    after an exit by a signal and at the end. A reader of /proc/locks waits until every processor
-    has been idle or switched once, 5 to 15 ms: `note` blocks for them, and `keep_up` lets a thread
-    wait, only if files are new. `free` reads the mappings of every participant on the machine, each
-    in 0.3 ms. Grandchildren and daemons are included, since they have the run id, too. A process
-    killed before the first `note` is missed; `doctor --fix` finds that. `helper_pids` count as
-    processes of the run without its id.
+    Call `keep_up` once a second and `collect` a little later, `note` right before a SIGKILL, `died`
+    after an exit by a signal or with a code other than 0, and `free` once a second and at the end.
+    A reader of /proc/locks waits until every processor has been idle or switched once, 5 to 15 ms:
+    `note` blocks for them, and `keep_up` lets a thread wait, only if files are new. `free` after a
+    death reads the mappings of every participant on the machine, each in 0.3 ms. Grandchildren and
+    daemons are included, since they have the run id, too. `helper_pids` count as processes of the
+    run without its id.
     """
 
     def __init__(self, run_id: str, *, folder: Folder = FOLDER) -> None:
@@ -131,6 +132,8 @@ class Ledger:
         self._noted_s = 0.0
         self._read: bytes | None = None  # by the thread
         self.is_reading = False
+        self._has_died = self._has_freed = False
+        self._lives_s: tuple[float, float] | None = None  # wall time: first start, last death
 
     @property
     def names(self) -> frozenset[str]:
@@ -176,14 +179,55 @@ class Ledger:
     def _is_ours(self, pid: int) -> bool:
         return pid in self.helper_pids or run_id_of(pid) == self._run_id
 
-    def free(self) -> int:
-        """Free what our killed processes left, and return the bytes; the rest stays recorded."""
-        if not self._ours:
+    def died(self, lived_s: float) -> None:
+        """A process has exited without removing its files, this many seconds after its start.
+
+        It may not have been recorded: what was made meanwhile and is not used is freed, too.
+        """
+        self._has_died = True
+        now = time.time()
+        since_s, _ = self._lives_s or (now, now)
+        self._lives_s = min(since_s, now - lived_s - CLOCK_TICK_S), now + CLOCK_TICK_S
+
+    def free(self, *, is_last: bool = False) -> int:
+        """Free what processes that died have left, and return the bytes; the rest stays recorded.
+
+        `is_last`: all have exited. Ports are left until a segment was: who has removed its segment
+        has removed its ports, too, and others may use what is there.
+        """
+        self._find_unrecorded(is_last)
+        if not self._has_died and not is_last:
             return 0
-        freed = free(self._ours, folder=self._folder)
+        self._has_died = False
+        ports = set(filter(_is_port, self._ours))
+        freed = free(self._ours - ports, folder=self._folder)
+        self._has_freed = self._has_freed or freed > 0
+        if self._has_freed:
+            freed += free(ports, folder=self._folder)
         left = set(_names(self._folder))
         self._ours = {n for n in self._ours if n in left or f"{n}_el" in left}
         return freed
+
+    def _find_unrecorded(self, is_last: bool) -> None:
+        """Record segments that were made while a process lived that has died, and are not used.
+
+        A fresh one is not used if nobody has it mapped, but participants in another pid namespace
+        cannot be seen: that is believed at the end only, when nobody looks later.
+        """
+        if self._lives_s is None:
+            return
+        since_s, until_s = self._lives_s
+        now = time.time()
+        for name in _segments(_names(self._folder)) - self._ours:
+            if not _was_made(self._folder, name, since_s, until_s):
+                continue
+            is_settled = _is_settled(self._folder, name, now - SETTLING_S)
+            may_be_used = not is_settled and (not is_last or _is_mapped(name))
+            if not may_be_used and _is_free(self._folder, name):
+                self._ours.add(name)
+                self._has_died = True
+        if now > until_s + SETTLING_S:
+            self._lives_s = None
 
 
 # ---- files and owners
@@ -205,6 +249,10 @@ def _lock_files(folder: Folder) -> dict[str, int]:
         return {}
 
 
+def _is_port(name: str) -> bool:
+    return re.match(_PORT_FILE, name) is not None
+
+
 def _segments(names: Iterable[str]) -> set[str]:
     return {match[1] for name in names if (match := re.match(_SEGMENT_LOCK, name))}
 
@@ -215,7 +263,7 @@ def _ports(names: Iterable[str]) -> set[str]:
 
 def _files(name: str) -> tuple[str, ...]:
     """All files of this name, in the order of removal."""
-    if re.match(_PORT_FILE, name):
+    if _is_port(name):
         return (name, f"sem.{name}_mutex", f"{name}_sl", f"{name}_el")
     return (name, f"{name}_el")
 
@@ -238,6 +286,19 @@ def _is_settled(folder: Folder, name: str, before_s: float) -> bool:
             if os.stat(f"{folder}/{file}").st_ctime > before_s:
                 return False
     return True
+
+
+def _was_made(folder: Folder, segment: str, since_s: float, until_s: float) -> bool:
+    """Whether its lock file was made then; nothing writes to it."""
+    try:
+        return since_s <= os.stat(f"{folder}/{segment}_el").st_ctime <= until_s
+    except OSError:
+        return False
+
+
+def _is_mapped(name: str) -> bool:
+    """Whether a process has it mapped, as far as /proc shows them."""
+    return any(name.encode() in proc.read(pid, "maps") for pid in proc.pids())
 
 
 def _lock_owners(locks: bytes) -> dict[tuple[int, int], int]:
@@ -351,7 +412,7 @@ def _take(stack: contextlib.ExitStack, folder: Folder, name: str) -> bool:
 
     A segment must have its lock file; a port may have lost it.
     """
-    is_port = re.match(_PORT_FILE, name) is not None
+    is_port = _is_port(name)
     for suffix in ("_el", "_sl") if is_port else ("_el",):
         try:
             stack.enter_context(_locked(f"{folder}/{name}{suffix}"))

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from launcher import proc
 from launcher.engine.monitor import shared_memory
 from launcher.engine.monitor.shared_memory import (
+    CLOCK_TICK_S,
     SETTLING_S,
     STALE_NEWS_S,
     Ledger,
@@ -236,8 +237,75 @@ def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     ledger.note()
     assert (ledger.names, ledger.free()) == ({SEGMENT}, 0)
     shelf.close()  # both die
+    assert ledger.free() == 0  # nothing has been said of it
+    ledger.died(0.0)
     assert ledger.free() >= 5000
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
+
+
+def test_at_the_end_all_recorded_segments_are_freed_but_ports_only_beside_one(shelf: Shelf):
+    shelf.put(PORT, f"{PORT}_el", SEGMENT, f"{SEGMENT}_el")
+    shelf.lock(f"{PORT}_el", pid=11)
+    shelf.maps(PORT, pid=11, run_id="1-a")
+    port_only = Ledger("1-a", folder=shelf.folder)
+    port_only.note()
+    shelf.lock(f"{SEGMENT}_el", pid=11)
+    both = Ledger("1-a", folder=shelf.folder)
+    both.note()
+    shelf.close()  # it exits with code 0
+    port_only.free(is_last=True)
+    assert PORT in shelf.left
+    assert both.free() == 0
+    both.free(is_last=True)
+    assert shelf.left == set()
+
+
+@pytest.fixture
+def unrecorded(shelf: Shelf, monkeypatch: pytest.MonkeyPatch) -> Ledger:
+    """SEGMENT was made by a process that has died since, and is fresh."""
+    monkeypatch.setattr(shared_memory, "SETTLING_S", 1000.0)
+    ledger = Ledger("1-a", folder=shelf.folder)
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    ledger.died(60.0)
+    return ledger
+
+
+def test_a_segment_of_a_process_that_died_young_is_freed_when_it_is_settled(
+    shelf: Shelf, unrecorded: Ledger, monkeypatch: pytest.MonkeyPatch
+):
+    assert unrecorded.free() == 0
+    monkeypatch.setattr(shared_memory, "SETTLING_S", 0.0)
+    assert unrecorded.free() >= 5000
+    assert shelf.left == set()
+
+
+def test_a_fresh_segment_is_freed_at_the_end_if_nobody_has_it_mapped(
+    shelf: Shelf, unrecorded: Ledger
+):
+    shelf.maps(SEGMENT, pid=12, run_id="1-b")  # a participant that is just starting
+    assert unrecorded.free(is_last=True) == 0
+    shelf.maps(pid=12)
+    assert unrecorded.free(is_last=True) >= 5000
+    assert shelf.left == set()
+
+
+def test_a_locked_segment_from_the_life_of_a_dead_process_stays(shelf: Shelf, unrecorded: Ledger):
+    shelf.lock(f"{SEGMENT}_el", pid=None)
+    assert unrecorded.free(is_last=True) == 0
+    assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
+
+
+@pytest.mark.parametrize("is_older", [True, False])
+def test_a_segment_that_is_not_from_the_life_of_a_dead_process_stays(shelf: Shelf, is_older: bool):
+    ledger = Ledger("1-a", folder=shelf.folder)
+    steps = [lambda: shelf.put(SEGMENT, f"{SEGMENT}_el"), lambda: ledger.died(0.0)]
+    first, second = steps if is_older else reversed(steps)
+    first()
+    later_s = time.time() + 3 * CLOCK_TICK_S
+    wait_until(lambda: time.time() > later_s, "it is another moment")
+    second()
+    assert ledger.free(is_last=True) == 0
+    assert SEGMENT in shelf.left
 
 
 def keep_up(ledger: Ledger, now: float) -> None:
