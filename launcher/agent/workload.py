@@ -241,10 +241,11 @@ class Workload:
         self._reporter.samples({ids[name]: sample for name, sample in by_name.items()})
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
-        if end.outcome.returncode:
+        code = end.outcome.returncode
+        if code:
             self._monitor()
             assert self._housekeeper is not None
-            self._housekeeper.died(self._reactor.now() - process.machine.running_since)
+            self._housekeeper.died(code, self._reactor.now() - process.machine.running_since)
 
     def before_kill(self) -> None:
         if self._housekeeper is not None:

@@ -499,12 +499,13 @@ class Supervisor:
         if self._ready is not None:
             self._ready.ended(process, end)
         self._notify_control()
-        if end.outcome.returncode and process.host is None:
+        code = end.outcome.returncode
+        if code and process.host is None:
             lived_s = self._reactor.now() - process.machine.running_since
             if "_housekeeper" in vars(self):
-                self._housekeeper.died(lived_s)
+                self._housekeeper.died(code, lived_s)
             else:  # a restart does not wait for its import
-                self._reactor.when_idle(lambda: self._housekeeper.died(lived_s))
+                self._reactor.when_idle(lambda: self._housekeeper.died(code, lived_s))
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         self._core_driver.ended(process, pid, end)
 

@@ -6,6 +6,7 @@ It is not a process of the run: it does not affect the exit code, and the run do
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
@@ -81,7 +82,7 @@ class BridgeProcess:
         assert self._process is not None
         code = self._process.wait()
         if code:
-            self._housekeeper.died(self._reactor.now() - self._started_s)
+            self._housekeeper.died(code, self._reactor.now() - self._started_s)
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._release()
@@ -100,7 +101,8 @@ class BridgeProcess:
             return
         assert self._process.stdin is not None
         self._process.stdin.close()
-        wait_or_kill(self._process, GOODBYE_S)
+        if wait_or_kill(self._process, GOODBYE_S) is None:
+            self._housekeeper.died(-signal.SIGKILL, self._reactor.now() - self._started_s)
         self._release()
 
     def _release(self) -> None:

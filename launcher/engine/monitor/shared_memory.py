@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 FOLDER = "/dev/shm"
 # Fast DDS makes a lock file and locks it right after; in between it looks unused.
 SETTLING_S = 2.0
-CLOCK_TICK_S = 0.01  # times of files are those of the last tick of the kernel
+CLOCK_TICK_S = 0.01  # times of files are those of the last tick of the kernel, so much too early
 STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
 
 _SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
@@ -132,8 +132,9 @@ class Ledger:
         self._noted_s = 0.0
         self._read: bytes | None = None  # by the thread
         self.is_reading = False
-        self._has_died = self._has_freed = False
-        self._lives_s: tuple[float, float] | None = None  # wall time: first start, last death
+        self._begun_s = time.time()
+        self._lives_s: list[tuple[float, float]] = []  # wall time: start, death
+        self._was_killed = self._are_ports_due = False
 
     @property
     def names(self) -> frozenset[str]:
@@ -179,55 +180,51 @@ class Ledger:
     def _is_ours(self, pid: int) -> bool:
         return pid in self.helper_pids or run_id_of(pid) == self._run_id
 
-    def died(self, lived_s: float) -> None:
-        """A process has exited without removing its files, this many seconds after its start.
+    def died(self, returncode: int, lived_s: float) -> None:
+        """A process has exited, and may have left files; it had started `lived_s` ago.
 
-        It may not have been recorded: what was made meanwhile and is not used is freed, too.
+        It may not have been recorded, so segments that were made meanwhile are looked at.
         """
-        self._has_died = True
         now = time.time()
-        since_s, _ = self._lives_s or (now, now)
-        self._lives_s = min(since_s, now - lived_s - CLOCK_TICK_S), now + CLOCK_TICK_S
+        since_s = max(now - lived_s, self._begun_s - SETTLING_S)  # at most since the run began
+        self._lives_s.append((since_s - CLOCK_TICK_S, now + CLOCK_TICK_S))
+        if not 0 <= returncode <= 128:  # a shell adds the number of the signal to 128
+            self._was_killed = self._are_ports_due = True
 
     def free(self, *, is_last: bool = False) -> int:
         """Free what processes that died have left, and return the bytes; the rest stays recorded.
 
-        `is_last`: all have exited. Ports are left until a segment was: who has removed its segment
-        has removed its ports, too, and others may use what is there.
+        `is_last`: no process of the run is left. Ports are freed only after one was killed or has
+        left a segment: others have removed their ports, and those that are there may be in use.
         """
-        self._find_unrecorded(is_last)
-        if not self._has_died and not is_last:
+        if not self._lives_s and not is_last:
             return 0
-        self._has_died = False
+        self._ours |= self._unrecorded()
         ports = set(filter(_is_port, self._ours))
         freed = free(self._ours - ports, folder=self._folder)
-        self._has_freed = self._has_freed or freed > 0
-        if self._has_freed:
+        if freed:
+            self._was_killed = self._are_ports_due = True
+        if self._are_ports_due or (is_last and self._was_killed):
             freed += free(ports, folder=self._folder)
+        self._are_ports_due = False
         left = set(_names(self._folder))
         self._ours = {n for n in self._ours if n in left or f"{n}_el" in left}
         return freed
 
-    def _find_unrecorded(self, is_last: bool) -> None:
-        """Record segments that were made while a process lived that has died, and are not used.
+    def _unrecorded(self) -> set[str]:
+        """Segments without an owner that were made while a process lived that has died since.
 
-        A fresh one is not used if nobody has it mapped, but participants in another pid namespace
-        cannot be seen: that is believed at the end only, when nobody looks later.
+        Fast DDS makes the file of a segment when it has the lock, so if that is free, the owner has
+        exited, however fresh the files are. A lock file alone may be about to be locked.
         """
-        if self._lives_s is None:
-            return
-        since_s, until_s = self._lives_s
-        now = time.time()
-        for name in _segments(_names(self._folder)) - self._ours:
-            if not _was_made(self._folder, name, since_s, until_s):
-                continue
-            is_settled = _is_settled(self._folder, name, now - SETTLING_S)
-            may_be_used = not is_settled and (not is_last or _is_mapped(name))
-            if not may_be_used and _is_free(self._folder, name):
-                self._ours.add(name)
-                self._has_died = True
-        if now > until_s + SETTLING_S:
-            self._lives_s = None
+        lives_s, self._lives_s = self._lives_s, []
+        return {
+            name
+            for name in (_segments(_names(self._folder)) - self._ours if lives_s else ())
+            if os.path.exists(f"{self._folder}/{name}")
+            and _was_made_within(self._folder, name, lives_s)
+            and _is_free(self._folder, name)
+        }
 
 
 # ---- files and owners
@@ -288,17 +285,13 @@ def _is_settled(folder: Folder, name: str, before_s: float) -> bool:
     return True
 
 
-def _was_made(folder: Folder, segment: str, since_s: float, until_s: float) -> bool:
-    """Whether its lock file was made then; nothing writes to it."""
+def _was_made_within(folder: Folder, segment: str, spans_s: list[tuple[float, float]]) -> bool:
+    """Whether its lock file was made in one of these times; nothing writes to it."""
     try:
-        return since_s <= os.stat(f"{folder}/{segment}_el").st_ctime <= until_s
+        made_s = os.stat(f"{folder}/{segment}_el").st_ctime
     except OSError:
         return False
-
-
-def _is_mapped(name: str) -> bool:
-    """Whether a process has it mapped, as far as /proc shows them."""
-    return any(name.encode() in proc.read(pid, "maps") for pid in proc.pids())
+    return any(since_s <= made_s <= until_s for since_s, until_s in spans_s)
 
 
 def _lock_owners(locks: bytes) -> dict[tuple[int, int], int]:

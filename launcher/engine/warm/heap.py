@@ -9,25 +9,23 @@ from __future__ import annotations
 
 import ctypes
 
-_STEP = 16  # bytes; malloc of glibc rounds sizes up to multiples
-_LARGEST = 4096  # bytes; where a gap is larger, at most two of its pages are shared with others
-_ABOVE = 65536  # bytes; larger than a gap usually is, so that it lies above them
-_MOST = 20_000  # gaps; for an allocator in place of glibc's, whose addresses do not grow
+# Bytes. Large gaps are taken in few pieces, since each piece writes to one page; malloc of glibc
+# rounds small sizes up to multiples of 16.
+_SIZES = (65536, 32768, 16384, 8192, *range(4096, 0, -16))
 
 
 def fill_gaps() -> None:
-    """Allocate the gaps, for good. Without effect where the C library is not glibc."""
+    """Allocate all gaps and never free them. Without effect where the C library is not glibc."""
     libc = ctypes.CDLL(None)
     if not hasattr(libc, "malloc_trim"):
         return
-    libc.malloc.restype = ctypes.c_void_p
+    libc.malloc.restype = libc.sbrk.restype = ctypes.c_void_p
     libc.malloc.argtypes = [ctypes.c_size_t]
+    libc.sbrk.argtypes = [ctypes.c_ssize_t]
     libc.free.argtypes = [ctypes.c_void_p]
-    top = libc.malloc(_ABOVE) or 0
-    libc.free(top)
-    left = _MOST
-    for size in range(_LARGEST, 0, -_STEP):
-        while (address := libc.malloc(size)) and address < top and left:
-            left -= 1
+    libc.malloc_trim(0)  # the heap ends with its last allocation, and pages of gaps are released
+    end = libc.sbrk(0)  # other allocators and mappings are above it
+    for size in _SIZES:
+        while (address := libc.malloc(size)) and address < end:
+            pass
         libc.free(address)
-    libc.malloc_trim(0)

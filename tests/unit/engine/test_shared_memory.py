@@ -227,6 +227,12 @@ def test_a_folder_that_is_not_there_holds_nothing(tmp_path: Path):
     assert ledger.free() == 0
 
 
+def wait_a_moment() -> None:
+    """Until files get another time."""
+    later_s = time.time() + 3 * CLOCK_TICK_S
+    wait_until(lambda: time.time() > later_s, "it is another moment")
+
+
 def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     for name, pid, run_id in ((SEGMENT, 11, "1-a"), (OTHER, 12, "1-b")):
         shelf.put(name, f"{name}_el")
@@ -238,7 +244,8 @@ def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     assert (ledger.names, ledger.free()) == ({SEGMENT}, 0)
     shelf.close()  # both die
     assert ledger.free() == 0  # nothing has been said of it
-    ledger.died(0.0)
+    wait_a_moment()  # that of the other run is not from the life of ours
+    ledger.died(-9, 0.0)
     assert ledger.free() >= 5000
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
 
@@ -260,49 +267,52 @@ def test_at_the_end_all_recorded_segments_are_freed_but_ports_only_beside_one(sh
     assert shelf.left == set()
 
 
-@pytest.fixture
-def unrecorded(shelf: Shelf, monkeypatch: pytest.MonkeyPatch) -> Ledger:
-    """SEGMENT was made by a process that has died since, and is fresh."""
-    monkeypatch.setattr(shared_memory, "SETTLING_S", 1000.0)
+def unrecorded(shelf: Shelf) -> Ledger:
+    """SEGMENT was made by a process that has died since."""
     ledger = Ledger("1-a", folder=shelf.folder)
     shelf.put(SEGMENT, f"{SEGMENT}_el")
-    ledger.died(60.0)
+    ledger.died(1, 60.0)
     return ledger
 
 
-def test_a_segment_of_a_process_that_died_young_is_freed_when_it_is_settled(
-    shelf: Shelf, unrecorded: Ledger, monkeypatch: pytest.MonkeyPatch
-):
-    assert unrecorded.free() == 0
-    monkeypatch.setattr(shared_memory, "SETTLING_S", 0.0)
-    assert unrecorded.free() >= 5000
+def test_a_segment_of_a_process_that_died_young_is_freed(shelf: Shelf):
+    assert unrecorded(shelf).free() >= 5000
     assert shelf.left == set()
 
 
-def test_a_fresh_segment_is_freed_at_the_end_if_nobody_has_it_mapped(
-    shelf: Shelf, unrecorded: Ledger
-):
-    shelf.maps(SEGMENT, pid=12, run_id="1-b")  # a participant that is just starting
-    assert unrecorded.free(is_last=True) == 0
-    shelf.maps(pid=12)
-    assert unrecorded.free(is_last=True) >= 5000
-    assert shelf.left == set()
+def test_a_lock_file_that_may_be_about_to_be_locked_stays(shelf: Shelf):
+    ledger = unrecorded(shelf)
+    (shelf.folder / SEGMENT).unlink()
+    assert ledger.free(is_last=True) == 0
+    assert shelf.left == {f"{SEGMENT}_el"}
 
 
-def test_a_locked_segment_from_the_life_of_a_dead_process_stays(shelf: Shelf, unrecorded: Ledger):
+def test_a_locked_segment_from_the_life_of_a_dead_process_stays(shelf: Shelf):
+    ledger = unrecorded(shelf)
     shelf.lock(f"{SEGMENT}_el", pid=None)
-    assert unrecorded.free(is_last=True) == 0
+    assert ledger.free(is_last=True) == 0
     assert shelf.left == {SEGMENT, f"{SEGMENT}_el"}
+
+
+@pytest.mark.parametrize("code", [1, 137, -9])
+def test_ports_are_freed_after_a_death_by_a_signal_also_without_a_segment(shelf: Shelf, code: int):
+    shelf.put(PORT, f"{PORT}_el")
+    shelf.lock(f"{PORT}_el", pid=11)
+    shelf.maps(PORT, pid=11, run_id="1-a")
+    ledger = Ledger("1-a", folder=shelf.folder)
+    ledger.note()
+    shelf.close()
+    ledger.died(code, 60.0)
+    assert (ledger.free() > 0) == (code != 1)
 
 
 @pytest.mark.parametrize("is_older", [True, False])
 def test_a_segment_that_is_not_from_the_life_of_a_dead_process_stays(shelf: Shelf, is_older: bool):
     ledger = Ledger("1-a", folder=shelf.folder)
-    steps = [lambda: shelf.put(SEGMENT, f"{SEGMENT}_el"), lambda: ledger.died(0.0)]
+    steps = [lambda: shelf.put(SEGMENT, f"{SEGMENT}_el"), lambda: ledger.died(1, 0.0)]
     first, second = steps if is_older else reversed(steps)
     first()
-    later_s = time.time() + 3 * CLOCK_TICK_S
-    wait_until(lambda: time.time() > later_s, "it is another moment")
+    wait_a_moment()
     second()
     assert ledger.free(is_last=True) == 0
     assert SEGMENT in shelf.left

@@ -17,7 +17,9 @@ libc = ctypes.CDLL(None)
 libc.malloc.restype = ctypes.c_void_p
 libc.malloc.argtypes = [ctypes.c_size_t]
 libc.free.argtypes = [ctypes.c_void_p]
+large = libc.malloc(100_000)
 blocks = [libc.malloc(1000) for _ in range(4000)]
+libc.free(large)
 for block in blocks[::2]:
     libc.free(block)
 {fill}
