@@ -115,6 +115,8 @@ def test_it_begins_with_the_last_lines_of_the_run(lab: Lab, left: Path):
 def test_lines_go_on_after_a_restart(lab: Lab, left: Path):
     with attach(lab, left, "-n", "0") as run:
         run.wait_for("runs on bot. with pid", 2)
+        # Its socket comes after the first lines.
+        wait_until(lambda: lab.operator.launcher("ps").returncode == 0, "it can be asked")
         assert lab.operator.launcher("restart", "few").returncode == 0
         send(lab, "few")
         run.wait_for(r"^\[few-2\] 3$")

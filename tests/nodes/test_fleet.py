@@ -78,11 +78,16 @@ def fleet(module_domain) -> Fleet:
 def quiet_fleet(fleet) -> Fleet:
     """The same fleet when the dispatcher has stopped and every robot has worked off its queue."""
     assert fleet.nodes["dispatcher"].stop() == 0
+    # Older ones may be from before the last assignment.
+    seen = {robot_id: len(fleet.statuses_of(robot_id)) for robot_id in ROBOTS}
+
+    def is_idle(robot_id: str) -> bool:
+        latest = fleet.statuses_of(robot_id)[seen[robot_id] :][-3:]
+        return len(latest) == 3 and len({(s["status"], s["task_id"]) for s in latest}) == 1
 
     def all_idle() -> bool:
-        latest = [[s["task_id"] for s in fleet.statuses_of(r)[-3:]] for r in ROBOTS]
-        states = {s["status"] for r in ROBOTS for s in fleet.statuses_of(r)[-3:]}
-        return states == {"done"} and all(len(set(ids)) == 1 for ids in latest)
+        latest = [fleet.statuses_of(robot_id)[-1]["status"] for robot_id in ROBOTS]
+        return set(latest) == {"done"} and all(map(is_idle, ROBOTS))
 
     fleet.domain.wait_until(all_idle, "every robot repeats its last done")
     return fleet
