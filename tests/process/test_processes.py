@@ -47,6 +47,7 @@ WALL_CLOCK_READERS = {
     "child",
     "core_file",
     "event_log",
+    "ledger",
     "line_format",
     "link",
     "reload",

@@ -16,7 +16,8 @@ import pytest
 from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.monitor.shared_memory import FOLDER, Ledger, free, held, stale
+from launcher.engine.monitor.ledger import Ledger
+from launcher.engine.monitor.shared_memory import FOLDER, free, held, stale
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.alone

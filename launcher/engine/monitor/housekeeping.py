@@ -11,7 +11,7 @@ from collections.abc import Collection
 from launcher.engine.cleanup import subreaper
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command
-from launcher.engine.monitor.shared_memory import Ledger
+from launcher.engine.monitor.ledger import Ledger
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.model.options import RunOptions, names_of

@@ -19,17 +19,15 @@ Standard library only.
 
 from __future__ import annotations
 
-import _thread
 import contextlib
 import fcntl
 import mmap
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from launcher import proc
-from launcher.engine.cleanup.run_id import run_id_of
 from launcher.model.record import Record
 
 TYPE_CHECKING = False
@@ -39,8 +37,6 @@ if TYPE_CHECKING:
 FOLDER = "/dev/shm"
 # Fast DDS makes a lock file and locks it right after; in between it looks unused.
 SETTLING_S = 2.0
-CLOCK_TICK_S = 0.01  # times of files are those of the last tick of the kernel, so much too early
-STALE_NEWS_S = 30.0  # a port may get another owner without a change in the folder
 
 _SEGMENT_LOCK = r"(fast(?:rtps|dds)_[0-9a-f]{16})_el$"
 _PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
@@ -61,7 +57,7 @@ class Stale(Record):
 
     @property
     def is_port(self) -> bool:
-        return _is_port(self.name)
+        return is_port(self.name)
 
 
 def stale(*, folder: Folder = FOLDER, now_s: float | None = None) -> list[Stale]:
@@ -82,7 +78,7 @@ def free(names: Iterable[str], *, folder: Folder = FOLDER) -> int:
     What is in use, already gone or another user's is left, without an error.
     """
     wanted = set(names)
-    ports = set(filter(_is_port, wanted))
+    ports = set(filter(is_port, wanted))
     freed_bytes = sum(_free(folder, name) for name in wanted - ports)
     # Now, since a fresh segment of the dead is like that of a participant which is just starting.
     before_s = time.time() - SETTLING_S
@@ -98,133 +94,51 @@ def held(*, folder: Folder = FOLDER) -> dict[str, int]:
 
     A lock from another pid namespace is not listed there. One read for all processes.
     """
-    return _holders(proc.read(".", "locks"), folder)
+    return holders(proc.read(".", "locks"), folder)
 
 
-def _holders(locks: bytes, folder: Folder) -> dict[str, int]:
+def ownerless(spans_s: Collection[tuple[float, float]], *, folder: Folder = FOLDER) -> set[str]:
+    """Segments that were made in one of these spans of wall time, and whose owner has exited.
+
+    Fast DDS makes the file of a segment when it has the lock, so if that is free, the owner has
+    exited, however fresh the files are. A lock file alone may be about to be locked.
+    """
+    return {
+        name
+        for name in (_segments(_names(folder)) if spans_s else ())
+        if os.path.exists(f"{folder}/{name}")
+        and _is_from(spans_s, f"{folder}/{name}_el")
+        and _is_free(folder, name)
+    }
+
+
+def present(names: Iterable[str], *, folder: Folder = FOLDER) -> set[str]:
+    """Those of these segments and ports that have a file or a lock file."""
+    there = set(_names(folder))
+    return {name for name in names if name in there or f"{name}_el" in there}
+
+
+def holders(locks: bytes, folder: Folder) -> dict[str, int]:
+    """As `held`, from the contents of /proc/locks."""
     owners = _lock_owners(locks)
     device = os.stat(folder).st_dev
-    files = _lock_files(folder).items()
+    files = lock_files(folder).items()
     found = ((name[:-3], owners.get((device, inode))) for name, inode in files)
     return {name: pid for name, pid in found if pid}
 
 
-class Ledger:
-    """Shared memory of the processes of one run, recorded while they are running.
+def lock_files(folder: Folder) -> dict[str, int]:
+    """Name -> inode of the lock files; none where there is no such folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return {e.name: e.inode() for e in entries if re.match(_LOCK_FILE, e.name)}
+    except OSError:
+        return {}
 
-    Call `keep_up` once a second and `collect` a little later, `note` right before a SIGKILL, `died`
-    after an exit by a signal or with a code other than 0, and `free` once a second and at the end.
-    A reader of /proc/locks waits until every processor has been idle or switched once, 5 to 15 ms:
-    `note` blocks for them, and `keep_up` lets a thread wait, only if files are new. `free` after a
-    death reads the mappings of every participant on the machine, each in 0.3 ms. Grandchildren and
-    daemons are included, since they have the run id, too. `helper_pids` count as processes of the
-    run without its id.
-    """
 
-    def __init__(self, run_id: str, *, folder: Folder = FOLDER) -> None:
-        self._run_id = run_id
-        self._folder = folder
-        self.helper_pids: set[int] = set()
-        self._ours: set[str] = set()
-        self._seen: dict[str, int] = {}
-        self._files = _lock_files(folder)
-        self._unsettled_until_s = 0.0
-        self._noted_s = 0.0
-        self._read: bytes | None = None  # by the thread
-        self.is_reading = False
-        self._begun_s = time.time()
-        self._lives_s: list[tuple[float, float]] = []  # wall time: start, death
-        self._was_killed = self._are_ports_due = False
-
-    @property
-    def names(self) -> frozenset[str]:
-        """Segments and ports of our processes that were recorded and not freed."""
-        return frozenset(self._ours)
-
-    def keep_up(self, now: float) -> None:
-        """Begin to read if the lock files have changed; `now` is monotonic."""
-        files = _lock_files(self._folder)
-        if files != self._files:
-            self._files = files
-            self._unsettled_until_s = now + SETTLING_S
-        self._noted_s = self._noted_s or now
-        has_news = now < self._unsettled_until_s or now > self._noted_s + STALE_NEWS_S
-        if files and has_news and not self.is_reading:
-            self._noted_s = now
-            self.is_reading = True
-            _thread.start_new_thread(self._read_locks, ())
-
-    def _read_locks(self) -> None:
-        self._read = proc.read(".", "locks")  # without the interpreter's lock, while it waits
-
-    def collect(self) -> None:
-        """Record what was read since `keep_up`; nothing as long as `is_reading`."""
-        locks, self._read = self._read, None
-        if locks is not None:
-            self.is_reading = False
-            self._record(locks)
-
-    def note(self) -> None:
-        """Record what is held now."""
-        self._record(proc.read(".", "locks"))
-
-    def _record(self, locks: bytes) -> None:
-        """Record what is held, after reading the run id of new owners."""
-        with contextlib.suppress(OSError):  # no /dev/shm: nothing to note
-            now = _holders(locks, self._folder)
-            for name, pid in now.items():
-                if self._seen.get(name) != pid and self._is_ours(pid):
-                    self._ours.add(name)
-            self._seen = now
-
-    def _is_ours(self, pid: int) -> bool:
-        return pid in self.helper_pids or run_id_of(pid) == self._run_id
-
-    def died(self, returncode: int, lived_s: float) -> None:
-        """A process has exited, and may have left files; it had started `lived_s` ago.
-
-        It may not have been recorded, so segments that were made meanwhile are looked at.
-        """
-        now = time.time()
-        since_s = max(now - lived_s, self._begun_s - SETTLING_S)  # at most since the run began
-        self._lives_s.append((since_s - CLOCK_TICK_S, now + CLOCK_TICK_S))
-        if not 0 <= returncode <= 128:  # a shell adds the number of the signal to 128
-            self._was_killed = self._are_ports_due = True
-
-    def free(self, *, is_last: bool = False) -> int:
-        """Free what processes that died have left, and return the bytes; the rest stays recorded.
-
-        `is_last`: no process of the run is left. Ports are freed only after one was killed or has
-        left a segment: others have removed their ports, and those that are there may be in use.
-        """
-        if not self._lives_s and not is_last:
-            return 0
-        self._ours |= self._unrecorded()
-        ports = set(filter(_is_port, self._ours))
-        freed = free(self._ours - ports, folder=self._folder)
-        if freed:
-            self._was_killed = self._are_ports_due = True
-        if self._are_ports_due or (is_last and self._was_killed):
-            freed += free(ports, folder=self._folder)
-        self._are_ports_due = False
-        left = set(_names(self._folder))
-        self._ours = {n for n in self._ours if n in left or f"{n}_el" in left}
-        return freed
-
-    def _unrecorded(self) -> set[str]:
-        """Segments without an owner that were made while a process lived that has died since.
-
-        Fast DDS makes the file of a segment when it has the lock, so if that is free, the owner has
-        exited, however fresh the files are. A lock file alone may be about to be locked.
-        """
-        lives_s, self._lives_s = self._lives_s, []
-        return {
-            name
-            for name in (_segments(_names(self._folder)) - self._ours if lives_s else ())
-            if os.path.exists(f"{self._folder}/{name}")
-            and _was_made_within(self._folder, name, lives_s)
-            and _is_free(self._folder, name)
-        }
+def is_port(name: str) -> bool:
+    """Whether a segment or port of this name is a port."""
+    return re.match(_PORT_FILE, name) is not None
 
 
 # ---- files and owners
@@ -237,19 +151,6 @@ def _names(folder: Folder) -> list[str]:
         return []
 
 
-def _lock_files(folder: Folder) -> dict[str, int]:
-    """Name -> inode of the lock files; none where there is no such folder."""
-    try:
-        with os.scandir(folder) as entries:
-            return {e.name: e.inode() for e in entries if re.match(_LOCK_FILE, e.name)}
-    except OSError:
-        return {}
-
-
-def _is_port(name: str) -> bool:
-    return re.match(_PORT_FILE, name) is not None
-
-
 def _segments(names: Iterable[str]) -> set[str]:
     return {match[1] for name in names if (match := re.match(_SEGMENT_LOCK, name))}
 
@@ -260,7 +161,7 @@ def _ports(names: Iterable[str]) -> set[str]:
 
 def _files(name: str) -> tuple[str, ...]:
     """All files of this name, in the order of removal."""
-    if _is_port(name):
+    if is_port(name):
         return (name, f"sem.{name}_mutex", f"{name}_sl", f"{name}_el")
     return (name, f"{name}_el")
 
@@ -285,10 +186,10 @@ def _is_settled(folder: Folder, name: str, before_s: float) -> bool:
     return True
 
 
-def _was_made_within(folder: Folder, segment: str, spans_s: list[tuple[float, float]]) -> bool:
-    """Whether its lock file was made in one of these times; nothing writes to it."""
+def _is_from(spans_s: Collection[tuple[float, float]], lock_file: str) -> bool:
+    """Whether a lock file was made in one of these spans; nothing writes to it."""
     try:
-        made_s = os.stat(f"{folder}/{segment}_el").st_ctime
+        made_s = os.stat(lock_file).st_ctime
     except OSError:
         return False
     return any(since_s <= made_s <= until_s for since_s, until_s in spans_s)
@@ -405,12 +306,12 @@ def _take(stack: contextlib.ExitStack, folder: Folder, name: str) -> bool:
 
     A segment must have its lock file; a port may have lost it.
     """
-    is_port = _is_port(name)
-    for suffix in ("_el", "_sl") if is_port else ("_el",):
+    is_a_port = is_port(name)
+    for suffix in ("_el", "_sl") if is_a_port else ("_el",):
         try:
             stack.enter_context(_locked(f"{folder}/{name}{suffix}"))
         except FileNotFoundError:
-            if not is_port:
+            if not is_a_port:
                 return False
         except OSError:
             return False  # held, or not ours to test

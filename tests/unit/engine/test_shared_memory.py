@@ -17,11 +17,9 @@ from hypothesis import strategies as st
 
 from launcher import proc
 from launcher.engine.monitor import shared_memory
+from launcher.engine.monitor.ledger import CLOCK_TICK_S, STALE_NEWS_S, Ledger
 from launcher.engine.monitor.shared_memory import (
-    CLOCK_TICK_S,
     SETTLING_S,
-    STALE_NEWS_S,
-    Ledger,
     Stale,
     free,
     held,
