@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 import os
 import re
@@ -145,10 +146,27 @@ def test_sigterm_is_what_each_node_makes_of_it(bench: ControlBench):
             run.wait_for(f"[{name}] [INFO]")
         end(run)
     assert "[loop-2] loop got SIGTERM" in run.screen
-    assert "[loop-2] rclpy.executors.ExternalShutdownException" in run.screen
+    assert "[loop-2] loop is not ok any more" in run.screen
     assert "[INFO] [loop-2]: node was stopped in composed-1 (exit code 1)" in run.screen
     assert "[careful-1] careful was stopped" in run.screen
     assert "threads was stopped" not in run.screen  # this executor returns without an exception
+
+
+def test_a_signal_counts_whichever_thread_it_interrupts(bench: ControlBench):
+    """The kernel may deliver it to any thread; the main thread, which acts on it, sleeps then."""
+    with bench.launch(f"{plain('careful')}, {plain('threads')}", "--compose", "*") as run:
+        run.wait_for("[careful-1] [INFO]")
+        pid = pid_of(run)
+        threads = [int(name) for name in os.listdir(f"/proc/{pid}/task") if int(name) != pid]
+        tid = next(tid for tid in threads if not _blocks(pid, tid, signal.SIGINT))
+        assert ctypes.CDLL(None).tgkill(pid, tid, signal.SIGINT) == 0
+        run.wait_for("[INFO] [careful-1]: node has finished cleanly in composed-1")
+
+
+def _blocks(pid: int, tid: int, signum: int) -> bool:
+    status = Path(f"/proc/{pid}/task/{tid}/status").read_text()
+    mask = re.search(r"^SigBlk:\s+(\w+)", status, re.MULTILINE)
+    return mask is None or bool(int(mask[1], 16) & 1 << (signum - 1))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import sys
 import threading
@@ -78,13 +79,26 @@ def threads(name: str) -> None:
 
 
 def loop(name: str) -> None:
-    """Without spin: it looks at `ok()`, and has its own handler."""
+    """Without spin: it looks at `ok()`, has its own handler, and an exit code."""
     signal.signal(signal.SIGTERM, lambda *_: print(f"{name} got SIGTERM"))
     rclpy.init()
     node = Plain(name)
-    while rclpy.ok():
-        rclpy.spin_once(node, timeout_sec=0.05)
-    print(f"{name} is not ok any more")
+    with contextlib.suppress(ExternalShutdownException):  # only if it waits when it is stopped
+        while rclpy.ok():
+            rclpy.spin_once(node, timeout_sec=0.05)
+    sys.exit(f"{name} is not ok any more")
+
+
+def in_background(node: Node) -> threading.Thread:
+    """Spin it there until `rclpy.shutdown()` of another thread, at which rclpy may fail."""
+
+    def spin() -> None:
+        with contextlib.suppress(Exception):
+            rclpy.spin(node)
+
+    thread = threading.Thread(target=spin, daemon=True)
+    thread.start()
+    return thread
 
 
 def client(name: str) -> None:
@@ -96,8 +110,7 @@ def client(name: str) -> None:
     other = rclpy.create_node(f"{name}_other", context=context)
     other.get_logger().info("has another context")
     caller = other.create_client(Trigger, f"/{name}/{name}_trigger")
-    server = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)
-    server.start()
+    server = in_background(node)
     assert caller.wait_for_service(20.0)
     future = caller.call_async(Trigger.Request())
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
@@ -112,7 +125,7 @@ def client(name: str) -> None:
 def rate(name: str) -> None:
     rclpy.init()
     node = Plain(name)
-    threading.Thread(target=rclpy.spin, args=(node,), daemon=True).start()
+    in_background(node)
     ticks = node.create_rate(20)
     for _ in range(5):
         ticks.sleep()

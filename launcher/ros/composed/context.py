@@ -6,6 +6,7 @@ of all members are in one, and get the arguments of their member as arguments of
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import threading
 import weakref
@@ -130,7 +131,8 @@ class MemberContext(Context):  # type: ignore[misc]  # rclpy has no types
         for waker in self._wakers:
             wake = waker()
             if wake is not None:
-                wake()
+                with contextlib.suppress(rclpy_implementation.InvalidHandle, AttributeError):
+                    wake()  # fails if its thread shuts it down meanwhile
 
     def get_domain_id(self) -> int:
         domain_id = super().get_domain_id() if self._is_own else shared().get_domain_id()

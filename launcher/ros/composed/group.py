@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import os
-import queue
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.composed import context, current, output, program, signals
 from launcher.ros.composed.member import Member
+from launcher.ros.composed.tasks import Task, Tasks
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NEXT_S = 5.0  # as the launcher stops processes: SIGINT, then SIGTERM, then SIGKILL
 
 
 class Group:
-    """Runs in the main thread; everything else reaches it through `_todo`."""
+    """Runs in the main thread; everything else reaches it through `_tasks`."""
 
     def __init__(self, members: Sequence[Member]) -> None:
         self._members = members
-        self._todo: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._tasks = Tasks()
         self._running = len(members)
         self._code = 0
         self._is_stopping = self._is_ending = False
-        self._escalation: list[tuple[float, Callable[[], None]]] = []
+        self._escalation: list[tuple[float, Task]] = []
 
     def run(self) -> int:
         """The exit code of the process, negative for a signal."""
@@ -35,28 +35,28 @@ class Group:
             self._hear(signum)
         threading.Thread(target=self._read_requests, daemon=True).start()
         for one in self._members:
-            one.start(lambda member: self._todo.put(lambda: self._ended(member)))
+            one.start(lambda member: self._tasks.put(lambda: self._ended(member)))
         while self._running:
             self._next()()
         with limited_clean_up():
             context.close_shared()
         return self._code
 
-    def _next(self) -> Callable[[], None]:
+    def _next(self) -> Task:
         """What is to be done next, as soon as there is something."""
-        if not self._escalation:
-            return self._todo.get()
-        try:
-            return self._todo.get(timeout=max(0.0, self._escalation[0][0] - time.monotonic()))
-        except queue.Empty:
-            return self._escalation.pop(0)[1]
+        while True:
+            due_s = self._escalation[0][0] - time.monotonic() if self._escalation else None
+            if due_s is not None and due_s <= 0:
+                return self._escalation.pop(0)[1]
+            if task := self._tasks.get(due_s):
+                return task
 
     def forward(self, signum: int) -> None:
         """Hear of a signal from now on; for all threads."""
-        self._todo.put(lambda: self._hear(signum))
+        self._tasks.put(lambda: self._hear(signum))
 
     def _hear(self, signum: int) -> None:
-        signal.signal(signum, lambda number, _: self._todo.put(lambda: self._signalled(number)))
+        signal.signal(signum, lambda number, _: self._tasks.put(lambda: self._signalled(number)))
 
     def _signalled(self, signum: int) -> None:
         self._is_stopping = self._is_stopping or signum in _STOP_SIGNALS
@@ -93,9 +93,9 @@ class Group:
             for line in lines:
                 index, _, signum = line.partition(b" ")
                 if index.isdigit() and signum.isdigit() and int(index) < len(self._members):
-                    self._todo.put(self._request(int(index), int(signum)))
+                    self._tasks.put(self._request(int(index), int(signum)))
 
-    def _request(self, index: int, signum: int) -> Callable[[], None]:
+    def _request(self, index: int, signum: int) -> Task:
         return lambda: signals.deliver(self._members[index], signum)
 
 

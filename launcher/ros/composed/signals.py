@@ -68,8 +68,6 @@ def deliver(one: Member, signum: int) -> None:
     if one.has_ended:
         return
     shuts_down = one.rclpy_shuts_down_at(signum)
-    if shuts_down:
-        one.end_contexts()
     handler = handler_of(one, signum)
     if handler == signal.SIG_DFL and not shuts_down and signum in (signal.SIGTERM, signal.SIGHUP):
         interrupt(one, SystemExit)
@@ -82,6 +80,8 @@ def deliver(one: Member, signum: int) -> None:
             interrupt(one, type(error))
             if isinstance(error, KeyboardInterrupt):
                 one.is_interrupted = True
+    if shuts_down:  # last, or its thread could see this before the exception
+        one.end_contexts()
     one.wake()
 
 
