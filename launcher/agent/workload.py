@@ -240,6 +240,9 @@ class Workload:
         ids = {process.name: process.process_id for process in self._processes.values()}
         self._reporter.samples({ids[name]: sample for name, sample in by_name.items()})
 
+    def awaited_facts(self, process: Process) -> list[str]:
+        return []  # the operator's side looks for them
+
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         code = end.outcome.returncode
         if code:

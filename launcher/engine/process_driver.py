@@ -270,8 +270,10 @@ class ProcessDriver:
 
     def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
         self._log.report(process, messages.started(pid, process.host_name))
+        facts = self._listener.awaited_facts(process)
+        details = {"ready_when": facts} if facts else {}
         restarts = process.machine.restarts
-        self._log.note("started", process, at_s, pid=pid, restarts=restarts)
+        self._log.note("started", process, at_s, pid=pid, restarts=restarts, **details)
         process.history.starts += 1
 
     def _exited(self, process: Process) -> None:

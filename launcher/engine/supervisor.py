@@ -486,6 +486,9 @@ class Supervisor:
     def _merges(self, process: Process) -> bool:
         return process.streams_can_merge and not self.watches(process)
 
+    def awaited_facts(self, process: Process) -> list[str]:
+        return [] if self._ready is None else self._ready.awaited_facts(process)
+
     def started(self, process: Process, pid: int) -> None:
         process.is_replaced = False
         if self._ready is not None:

@@ -87,8 +87,8 @@ def test_all_threads_are_printed_the_main_thread_first(control_bench: ControlBen
 
 def test_local_variables_and_native_calls_are_shown_on_request(control_bench: ControlBench):
     file = control_bench.folder / "wait.py"
-    file.write_text("import time\ndef wait(depth, said='a\\x1b[2J'):\n    time.sleep(1000)\n"
-                    "print('ready', flush=True)\nwait(7)\n")  # fmt: skip
+    file.write_text("import time\ndef wait(depth, said='a\\x1b[2J'):\n"
+                    "    print('ready', flush=True)\n    time.sleep(1000)\nwait(7)\n")  # fmt: skip
     with control_bench.launch(PROGRAM.format(file=file, name="arm")) as run:
         run.wait_for("ready")
         (dump,) = stacks(run, "arm", locals=True)
@@ -148,7 +148,9 @@ def test_without_py_spy_the_extra_is_named(control_bench: ControlBench, deadlock
         (dump,) = stacks(run, "arm")
         assert dump["problem"] == "py-spy is not installed"
         assert "pip install " in dump["hint"] and "[debug]" in dump["hint"]
-        assert "sleeping" in dump["threads"][0]["state"]
+        wait_until(
+            lambda: "sleeping" in stacks(run, "arm")[0]["threads"][0]["state"], "the deadlock"
+        )
 
 
 def test_without_py_spy_a_warm_program_tells_its_stacks(control_bench: ControlBench, deadlock: str):

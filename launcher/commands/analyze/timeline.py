@@ -129,9 +129,7 @@ def _take(processes: dict[str, Start], event: Mapping[str, Any], at_s: float) ->
         start.released_s, start.why = at_s, str(event.get("why", ""))
         start.waited_for = tuple(map(str, event.get("processes") or ()))
     elif kind == "started" and start.started_s is None:
-        start.started_s = at_s
-    elif kind == "not ready":
-        start.has_facts = True
+        start.started_s, start.has_facts = at_s, bool(event.get("ready_when"))
     elif kind == "ready" and start.ready_s is None:
         start.ready_s, start.has_facts = at_s, True
     elif kind in ("ended", "not started") and start.ended_s is None:

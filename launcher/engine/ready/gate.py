@@ -145,11 +145,10 @@ class ReadyGate:
 
     # ---- what happens to processes
 
+    def awaited_facts(self, process: Process) -> list[str]:
+        return [fact.text for fact in self._order[process.name].facts]
+
     def started(self, process: Process) -> None:
-        entry = self._order[process.name]
-        if entry.facts:
-            facts = [fact.text for fact in entry.facts]
-            self._log.note("not ready", process, ready_when=facts)
         self._carry_out(self._order.started(process.name, self._reactor.now()))
         self._watch(process)
         self._check_soon()

@@ -143,10 +143,10 @@ def _unready(name: str, event: ProcessEvent | None, facts: Facts, when: Window) 
     if event is not None:
         return f"{name} was ready after {when.since(event.at_s)}"
     if name in facts.unready(name):
-        facts_of = next(reversed([*facts.of("not ready", name)]), None)
-        if facts_of is None:
+        start = next(reversed([*facts.of("started", name)]), None)
+        if start is None:
             return f"{name} waits for others"
-        return f"{name} has no {', '.join(facts_of.details.get('ready_when', ()))}"
+        return f"{name} has no {', '.join(start.details.get('ready_when', ()))}"
     end = facts.last_end(name)
     if end is not None:
         return f"{name} ended with {_end_text(end)}"

@@ -156,7 +156,7 @@ class Facts:
         for event in self.events:
             if event.process is None:
                 continue
-            if event.kind in ("waiting", "not ready"):
+            if event.kind == "waiting" or event.details.get("ready_when"):
                 found[event.process] = None
             elif event.kind in ("ready", "started", "withdrawn", "ended", "not started"):
                 found.pop(event.process, None)

@@ -129,6 +129,9 @@ class Machine:
         merge = self._orders[process.process_id].merge
         return spawn(process.spec, env=process.spec.env, merge=merge)
 
+    def awaited_facts(self, process: Process) -> list[str]:
+        return []
+
     def idle(self) -> None:
         self.on_idle()
 

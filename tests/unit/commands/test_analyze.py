@@ -23,21 +23,18 @@ def event(at_s: float, kind: str, process: str | None = None, **details: Any) ->
 
 
 FLEET = [
-    event(0.0, "started", "dispatcher-1", pid=1),
-    event(0.0, "not ready", "dispatcher-1"),
+    event(0.0, "started", "dispatcher-1", pid=1, ready_when=["x"]),
     event(0.0, "waiting", "robot_1-2", after=["dispatcher"]),
     event(0.1, "waiting", "robot_2-3", after=["dispatcher", "robot_1"]),
     event(0.2, "started", "monitor-4", pid=2),
     event(1.0, "ready", "dispatcher-1"),
     event(1.0, "released", "robot_1-2", why="ready", processes=["dispatcher-1"]),
-    event(1.1, "started", "robot_1-2", pid=3),
-    event(1.1, "not ready", "robot_1-2"),
+    event(1.1, "started", "robot_1-2", pid=3, ready_when=["x"]),
     event(3.1, "ready", "robot_1-2"),
     event(3.1, "released", "robot_2-3", why="ready", processes=["dispatcher-1", "robot_1-2"]),
     event(3.2, "started", "robot_2-3", pid=4),
     event(4.0, "ended", "robot_1-2"),
-    event(4.1, "started", "robot_1-2", pid=5),
-    event(4.1, "not ready", "robot_1-2"),
+    event(4.1, "started", "robot_1-2", pid=5, ready_when=["x"]),
     event(9.0, "ready", "robot_1-2"),
 ]
 
@@ -91,11 +88,9 @@ def test_one_that_is_not_ready_is_told():
     some = timeline(
         "x",
         [
-            event(0.0, "started", "a-1"),
-            event(0.0, "not ready", "a-1"),
+            event(0.0, "started", "a-1", ready_when=["x"]),
             event(0.5, "waiting", "b-2"),
-            event(1.0, "started", "c-3"),
-            event(1.0, "not ready", "c-3"),
+            event(1.0, "started", "c-3", ready_when=["x"]),
             event(2.0, "ended", "c-3"),
         ],
     )
@@ -155,9 +150,7 @@ def test_a_folder_without_events_is_refused(tmp_path: Path):
         st.builds(
             event,
             st.floats(0, 100),
-            st.sampled_from(
-                ["waiting", "released", "started", "not ready", "ready", "ended", "not started"]
-            ),
+            st.sampled_from(["waiting", "released", "started", "ready", "ended", "not started"]),
             st.sampled_from(["a-1", "b-2", "\x1b[31mc-3"]),
             why=st.sampled_from(["ready", "timeout"]),
             processes=st.lists(st.sampled_from(["a-1", "b-2", "gone"]), max_size=2),

@@ -66,8 +66,8 @@ def ready(name: str, at_s: float) -> ProcessEvent:
     return event("ready", name, at_s, ready_s=1.0)
 
 
-def not_ready(name: str, at_s: float) -> ProcessEvent:
-    return event("not ready", name, at_s, ready_when=["publisher on /t"])
+def unready(name: str, at_s: float) -> ProcessEvent:
+    return event("started", name, at_s, ready_when=["publisher on /t"])
 
 
 def signalled(name: str, signum: int, at_s: float) -> ProcessEvent:

@@ -18,7 +18,6 @@ from tests.unit.smoke.facts import (
     event,
     expectation,
     lines,
-    not_ready,
     ready,
     running,
     samples,
@@ -26,6 +25,7 @@ from tests.unit.smoke.facts import (
     signalled,
     started,
     ticks,
+    unready,
 )
 
 MET, VIOLATED, OPEN = Outcome.MET, Outcome.VIOLATED, Outcome.OPEN
@@ -162,7 +162,7 @@ CASES = {
     "ready": Case(
         "ready: robot_*, within: 5 s",
         {"events": (*TWO, *(ready(name, 2.0) for name in ("robot_1-1", "robot_2-2")))},
-        {"events": (*TWO, ready("robot_1-1", 2.0), not_ready("robot_2-2", 1.0))},
+        {"events": (*TWO, ready("robot_1-1", 2.0), unready("robot_2-2", 1.0))},
         "robot_2-2 has no publisher on /t",
     ),
     "ready without facts": Case(
