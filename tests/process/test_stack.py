@@ -33,6 +33,13 @@ threading.Thread(target=left, name="left").start()
 print("ready", flush=True)
 right()
 """
+WAIT = """
+import time
+def wait(depth, said='a\\x1b[2J'):
+    print('ready', flush=True)
+    time.sleep(1000)
+wait(7)
+"""
 PROGRAM = 'ExecuteProcess(cmd=[sys.executable, "{file}"], name="{name}", output="screen"),'
 NO_LOCALS = "no native calls and local variables: py-spy is not installed"
 SLEEPER = 'sh("exec sleep 1000", name="sleeper"),'
@@ -87,8 +94,7 @@ def test_all_threads_are_printed_the_main_thread_first(control_bench: ControlBen
 
 def test_local_variables_and_native_calls_are_shown_on_request(control_bench: ControlBench):
     file = control_bench.folder / "wait.py"
-    file.write_text("import time\ndef wait(depth, said='a\\x1b[2J'):\n"
-                    "    print('ready', flush=True)\n    time.sleep(1000)\nwait(7)\n")  # fmt: skip
+    file.write_text(WAIT, encoding="utf-8")
     with control_bench.launch(PROGRAM.format(file=file, name="arm")) as run:
         run.wait_for("ready")
         (dump,) = stacks(run, "arm", locals=True)

@@ -266,7 +266,7 @@ def test_enabled_processes_start_at_boot_and_are_removed(
         return robot.run(["cat", f"{home}/brief-runs"], check=False).stdout.count("once\n")
 
     for boot in (1, 2):
-        wait_until(lambda: brief_runs() >= boot, "the short one has run")  # noqa: B023
+        wait_until(lambda boot=boot: brief_runs() >= boot, "the short one has run")
         wait_until(lambda: systemctl(robot, user, "is-active", unit) == "active\n", "it runs")
         wait_until(lambda: "token s3 $cret\n" in robot.run(read).stdout, "its line")
         assert "s3" not in systemctl(robot, user, "cat", unit)
