@@ -144,9 +144,8 @@ def _unready(name: str, event: ProcessEvent | None, facts: Facts, when: Window) 
         return f"{name} was ready after {when.since(event.at_s)}"
     if name in facts.unready(name):
         start = next(reversed([*facts.of("started", name)]), None)
-        if start is None:
-            return f"{name} waits for others"
-        return f"{name} has no {', '.join(start.details.get('ready_when', ()))}"
+        awaited = () if start is None else start.details.get("ready_when", ())
+        return f"{name} has no {', '.join(awaited)}" if awaited else f"{name} waits for others"
     end = facts.last_end(name)
     if end is not None:
         return f"{name} ended with {_end_text(end)}"
