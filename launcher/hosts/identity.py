@@ -1,13 +1,16 @@
-"""Which launcher this is: the same version number may stand for several states of its code."""
+"""What launchers on two hosts compare: their code, and the protocol of `engine/hosts/frames`."""
 
 from __future__ import annotations
 
-import hashlib
 import os
+
+PROTOCOL = 1  # another one on the other side is an error
 
 
 def code_id() -> str:
-    """The same for launchers with the same sources."""
+    """The same for launchers with the same sources, which may have the same version number."""
+    import hashlib
+
     import launcher
 
     root = os.path.dirname(os.path.abspath(launcher.__file__ or ""))

@@ -153,7 +153,8 @@ def test_a_launcher_of_another_version_is_told(check: Check, two: Host):
     (folder / "launcher/hosts").mkdir(parents=True)
     (folder / "launcher/__init__.py").write_text('__version__ = "0.0.1"\n')
     (folder / "launcher/hosts/__init__.py").touch()
-    (folder / "launcher/hosts/protocol.py").write_text("PROTOCOL = 0\n")
+    identity = "PROTOCOL = 0\ndef code_id():\n    return 'other'\n"
+    (folder / "launcher/hosts/identity.py").write_text(identity)
     check.write({two: {"setup": "other.sh"}})
     (two.home / "other.sh").write_text(f"export PYTHONPATH={folder}\n")
     found = [(text, repair) for kind, _, text, repair in check.problems() if kind == "launcher"]

@@ -14,7 +14,7 @@ import json
 import struct
 from collections.abc import Iterator, Mapping
 
-from launcher.hosts.protocol import PROTOCOL as PROTOCOL
+from launcher.hosts.identity import PROTOCOL as PROTOCOL
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

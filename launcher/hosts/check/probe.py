@@ -341,8 +341,7 @@ def launcher_versions() -> tuple[str | None, int | None, str | None]:
         import launcher
 
         version = str(launcher.__version__)
-        from launcher.hosts.identity import code_id
-        from launcher.hosts.protocol import PROTOCOL
+        from launcher.hosts.identity import PROTOCOL, code_id
     except Exception:
         return version, None, None
     return version, PROTOCOL, code_id()
