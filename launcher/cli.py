@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from launcher.command_line import HELP, HelpRequested
-from launcher.commands import ABSENT_VERBS, CONSOLE_VERBS, CONTROL_VERBS, VERBS
+from launcher.commands import ABSENT_VERBS, CONSOLE_VERBS, CONTROL_VERBS, VERBS, module_of
 from launcher.errors import (
     ExitCode,
     LauncherError,
@@ -144,7 +144,7 @@ def _run(module: str, words: list[str]) -> int:
     if module not in _OUTSIDE_WORKSPACE:
         enter_workspace(module)
     try:
-        code: int = importlib.import_module(f"launcher.commands.{module}").main(words)
+        code: int = importlib.import_module(module_of(module)).main(words)
     except HelpRequested as requested:
         from launcher.command_help import help_text
 

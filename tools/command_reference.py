@@ -11,7 +11,7 @@ from pathlib import Path
 
 from launcher.command_help import explanation, sentence
 from launcher.command_line import Command, Option
-from launcher.commands import VERBS, control
+from launcher.commands import VERBS, control, module_of
 from launcher.control import verbs
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "command-line.md"
@@ -33,7 +33,7 @@ together (`-tv`), and a negative number as an argument.
 def commands() -> Iterator[Command]:
     """All commands of a shell, those of a verb's own verbs included."""
     for name in VERBS:
-        command: Command = importlib.import_module(f"launcher.commands.{name}").COMMAND
+        command: Command = importlib.import_module(module_of(name)).COMMAND
         yield command
         yield from command.commands
     yield from (control.command_of(verb) for verb in verbs.VERBS if verb.shell)

@@ -1,6 +1,6 @@
 """One module per verb: `main(words)` runs it and returns the exit code."""
 
-# Each verb with its line of help; a verb is the module `launcher.commands.VERB`.
+# Each verb with its line of help; `module_of` says where it is.
 VERBS = {
     "launch": "run a launch file; `launch` may be left out",
     "plan": "show what a launch file would start, and why",
@@ -26,6 +26,15 @@ VERBS = {
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
+
+# Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
+ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph")
+
+
+def module_of(verb: str) -> str:
+    """The full name of a verb's module."""
+    return f"launcher.commands.{'ros.' if verb in ROS_VERBS else ''}{verb}"
+
 
 # Verbs about a running launch. Their table is in launcher.control.verbs, which is not imported on
 # the way to the first process of a run; their module is launcher.commands.control.

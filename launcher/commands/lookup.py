@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Sequence
 
 from launcher.command_line import Command
-from launcher.commands import CONTROL_VERBS, VERBS
+from launcher.commands import CONTROL_VERBS, VERBS, module_of
 
 
 def command_of(words: Sequence[str]) -> tuple[Command, Sequence[str]]:
@@ -20,7 +20,7 @@ def command_of(words: Sequence[str]) -> tuple[Command, Sequence[str]]:
         return (control.RUNS if row is None else control.command_of(row)), rest
     if verb not in VERBS:
         verb, rest = "launch", list(words)
-    command: Command = importlib.import_module(f"launcher.commands.{verb}").COMMAND
+    command: Command = importlib.import_module(module_of(verb)).COMMAND
     for below in command.commands:
         if rest and below.name == f"{verb} {rest[0]}":
             return below, rest[1:]

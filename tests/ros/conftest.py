@@ -77,7 +77,7 @@ def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
         "launcher.ros.services.ANSWER_S",
         "launcher.ros.services._CONNECT_S",
         "launcher.ros.services._PREFETCHED_S",
-        "launcher.commands.service._CONNECT_S",
+        "launcher.commands.ros.service._CONNECT_S",
     ):
         monkeypatch.setattr(limit, 60.0)
     return in_process

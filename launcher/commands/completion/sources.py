@@ -9,6 +9,7 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from launcher.commands import module_of
 from launcher.errors import LauncherError, PackageNotFoundError
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
@@ -171,5 +172,5 @@ def _lines(verb: str, *words: str) -> list[tuple[str, str]]:
     """What a verb lists, without its notes; nothing if it fails."""
     output = io.StringIO()
     with contextlib.redirect_stdout(output), contextlib.suppress(LauncherError):
-        importlib.import_module(f"launcher.commands.{verb}").main(words)
+        importlib.import_module(module_of(verb)).main(words)
     return [(line.strip(), "") for line in output.getvalue().splitlines()]

@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 
 from launcher import cli
+from launcher.commands import module_of
 from launcher.errors import UsageError
 
 
 def understood(verb: str, words: list[str]) -> tuple[str, dict[str, Any]]:
     """(the verb below, its options) that a ROS verb makes of its words."""
-    module = importlib.import_module(f"launcher.commands.{verb}")
+    module = importlib.import_module(module_of(verb))
     options = vars(module.COMMAND.parse(words))
     return options["command"].name.rpartition(" ")[2], options
 
@@ -339,7 +340,7 @@ def test_words_of_a_ros_verb(line, base, changes):
 def test_words_that_no_ros_verb_takes(line):
     verb, *words = line.split()
     with pytest.raises(UsageError):
-        importlib.import_module(f"launcher.commands.{verb}").main(words)
+        importlib.import_module(module_of(verb)).main(words)
 
 
 @pytest.mark.parametrize("verb", ["topic", "node", "param", "service", "interface"])

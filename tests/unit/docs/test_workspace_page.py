@@ -9,6 +9,7 @@ import shlex
 import pytest
 
 from launcher.cli import VERBS
+from launcher.commands import module_of
 from tests.unit.docs.test_docs import README, ROOT
 
 PAGE = (ROOT / "docs" / "workspace.md").read_text(encoding="utf-8")
@@ -26,7 +27,7 @@ COMMANDS = {
 def test_a_command_is_accepted(text: str):
     words = shlex.split(text)
     if words[0] in VERBS:
-        module = importlib.import_module(f"launcher.commands.{words[0]}")
+        module = importlib.import_module(module_of(words[0]))
         module.COMMAND.parse(words[1:])
     else:
         package, file = words
