@@ -23,12 +23,13 @@ VERBS = {
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
+    "foxglove": "show the ROS graph to Foxglove and to Lichtblick",
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
 
 # Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
-ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph")
+ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph", "foxglove")
 
 
 def module_of(verb: str) -> str:

@@ -40,6 +40,7 @@ SHELL_VERBS = (
     "export",
     "smoke",
     "graph",
+    "foxglove",
     "hosts",
     "export",
     "agent",
