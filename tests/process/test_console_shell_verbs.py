@@ -152,9 +152,9 @@ def test_a_killed_launcher_leaves_no_verb(terminal: ScreenTerminal, bench: Bench
 
 @contextmanager
 def guarded(script: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
-    """A guard with a shell that prints its pid first, and the console's end of the lifeline."""
+    """A guard with a shell, and the console's end of the lifeline."""
     orders, lifeline = os.pipe()
-    shell = ["/bin/sh", "-c", f"echo $$; {script}"]
+    shell = ["/bin/sh", "-c", script]
     guard = subprocess.Popen(
         [sys.executable, "-I", "-S", GUARD, str(orders), *shell],
         pass_fds=[orders],
@@ -184,11 +184,8 @@ def test_the_guard_has_the_exit_code_of_the_verb(script: str, code: int):
 
 
 def test_signals_reach_the_verb_and_what_it_has_started():
-    script = (
-        "sh -c 'trap \"echo told; exit 3\" INT; echo ready; while :; do sleep 0.1; done'; exit 5"
-    )
-    with guarded(f"trap : INT; {script}") as (guard, lifeline):
-        first_line(guard)
+    below = "trap 'echo told; exit 3' INT; echo ready; while :; do sleep 0.1; done"
+    with guarded(f'trap : INT; sh -c "{below}"; exit 5') as (guard, lifeline):
         assert guard.stdout is not None
         assert guard.stdout.readline() == "ready\n"
         os.write(lifeline, bytes([signal.SIGINT]))
@@ -197,8 +194,20 @@ def test_signals_reach_the_verb_and_what_it_has_started():
         os.close(lifeline)
 
 
+STUBBORN = "trap '' INT; echo $$; while :; do sleep 0.1; done"
+
+
+def test_a_verb_that_does_not_end_is_killed_the_second_time():
+    with guarded(STUBBORN) as (guard, lifeline):
+        first_line(guard)
+        for signum in (signal.SIGINT, signal.SIGKILL):
+            os.write(lifeline, bytes([signum]))
+        assert guard.wait() == 128 + signal.SIGKILL
+        os.close(lifeline)
+
+
 def test_a_verb_that_does_not_end_is_killed_when_the_console_is_gone():
-    with guarded("trap '' INT; while :; do sleep 0.1; done") as (guard, lifeline):
+    with guarded(STUBBORN) as (guard, lifeline):
         pid = first_line(guard)
         os.close(lifeline)
         assert guard.wait() == 128 + signal.SIGKILL

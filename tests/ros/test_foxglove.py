@@ -254,6 +254,15 @@ def test_mistakes_of_clients_are_told(client: FoxgloveClient):
     client.wait(lambda: received.messages, "a message")
 
 
+def test_another_type_for_a_topic_is_refused(client: FoxgloveClient):
+    received = client.subscribe("/chatter")
+    client.wait(lambda: received.messages, "a message")
+    client.advertise("/chatter", "std_msgs/msg/Int32")
+    client.wait(lambda: "/chatter: cannot publish: " in texts(client), "the refusal")
+    count = len(received.messages)
+    client.wait(lambda: len(received.messages) > count, "more messages")
+
+
 def test_services_are_called(client: FoxgloveClient):
     answer = client.call("/switch", {"data": True})
     assert (answer.success, answer.message) == (True, "on")
