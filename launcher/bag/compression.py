@@ -40,11 +40,14 @@ def compress_file(path: str, suffix: str = "zstd") -> str:
 
 
 def decompressed(path: str) -> IO[bytes]:
-    """The contents of a compressed file, in a temporary file without a name. BagError, OSError."""
+    """The contents of a compressed file, in a temporary file until it is closed.
+
+    BagError, OSError.
+    """
     import zstandard
 
     with contextlib.ExitStack() as stack:
-        sink = stack.enter_context(tempfile.TemporaryFile())
+        sink = stack.enter_context(tempfile.NamedTemporaryFile())
         with open(path, "rb") as source:
             try:
                 zstandard.ZstdDecompressor().copy_stream(source, sink)

@@ -30,6 +30,7 @@ class McapFile:
         self._scan: Scan | None = None
         if stream.read(len(MAGIC)) != MAGIC:
             raise BagError(f"{path} is not an MCAP file")
+        stream.seek(0)
         try:
             self._reader = SeekingReader(stream)
             summary = self._reader.get_summary()

@@ -175,7 +175,7 @@ def open_storage(path: str) -> Messages:
         if name.removesuffix(_SUFFIX).endswith(".db3"):
             from launcher.bag.sqlite_file import SqliteFile
 
-            return SqliteFile(f"/proc/self/fd/{stream.fileno()}" if is_compressed else path, path)
+            return SqliteFile(stream.name, path)
         from launcher.bag.mcap_file import McapFile
 
         file = McapFile(stream, path)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from mcap.writer import CompressionType, IndexType, Writer
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.errors import BagError
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import ROS2_MSG, Extent, Message, Topic
+from launcher.bag.model import ROS2_MSG, Extent, Message, Qos, Topic
 
 CHUNK_BYTES = 1024 * 1024
 PROFILE = "ros2"
@@ -83,14 +83,24 @@ class BagWriter:
     @property
     def size_bytes(self) -> int:
         """What the files take, without what is not written yet."""
-        return self._file.size_bytes + sum(
-            os.path.getsize(os.path.join(self.folder, file.path)) for file in self._files
-        )
+        finished = [os.path.join(self.folder, file.path) for file in self._files]
+        begun = 0 if self._file.closed else self._file.size_bytes
+        return begun + sum(map(os.path.getsize, finished))
+
+    @property
+    def total(self) -> int:
+        """The number of messages."""
+        begun = 0 if self._file.closed else self._file.extent.total
+        return begun + sum(file.extent.total for file in self._files)
 
     def add_topic(self, topic: Topic) -> None:
         if topic.name not in self._topics:
             self._topics[topic.name] = topic
             self._file.add_topic(topic)
+
+    def set_qos(self, topic: str, profiles: Sequence[Qos]) -> None:
+        """What its publishers offer by now; files that are begun keep what they have."""
+        self._topics[topic] = replace(self._topics[topic], qos=profiles)
 
     def write(self, message: Message) -> None:
         """Add a message of a topic that was added. OSError."""
@@ -180,6 +190,10 @@ class McapOutput:
             index_types=IndexType.ALL,
         )
         self._writer.start(profile=PROFILE, library="launcher")
+
+    @property
+    def closed(self) -> bool:
+        return self._stream.closed
 
     @property
     def size_bytes(self) -> int:

@@ -13,6 +13,7 @@ VERBS = {
     "param": "list, get and set parameters of nodes",
     "service": "list and call services",
     "interface": "show the installed types of messages, services and actions",
+    "bag": "record topics, play and compare recordings",
     "pkg": "make packages of nodes and of interfaces",
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
@@ -28,7 +29,7 @@ VERBS = {
 }
 
 # Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
-ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph")
+ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph", "bag")
 
 
 def module_of(verb: str) -> str:
@@ -75,7 +76,6 @@ CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in t
 ABSENT_VERBS = {
     "action": "topic list and service list list the parts of an action, "
     "with --include-hidden-topics and --include-hidden-services",
-    "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one per line",
     "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
     "control": None,
     "daemon": "there is no daemon; every verb reads the graph itself",

@@ -34,6 +34,7 @@ SHELL_VERBS = (
     "param",
     "service",
     "interface",
+    "bag",
     "doctor",
     "hosts",
     "agent",

@@ -29,8 +29,9 @@ def seconds(word: str) -> float:
     return value
 
 
-DOMAIN_OPTIONS = (
-    option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)"),
+_DOMAIN = option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)")
+_LONG_DOMAIN = option("--domain ID", "ROS domain (default: ROS_DOMAIN_ID)")
+_COMMON_OPTIONS = (
     option(
         "--spin-time S",
         "longest wait until the graph is complete and quiet (default: 3.5; 10 with a discovery "
@@ -51,14 +52,20 @@ def ros_command(
     *entries: Option,
     groups: tuple[tuple[str, tuple[Option, ...]], ...] = (),
     exclusive: tuple[tuple[str, ...], ...] = (),
+    about: str = "",
 ) -> Command:
-    """A command with these arguments and options, and those that all ROS verbs have."""
+    """A command with these arguments and options, and those that all ROS verbs have.
+
+    The domain has no `-d` where that is something else.
+    """
+    domain = _LONG_DOMAIN if any("-d" in one.flags for one in entries) else _DOMAIN
     return Command(
         name,
         help_text,
         arguments=tuple(one for one in entries if not one.flags),
         options=tuple(one for one in entries if one.flags),
-        groups=(*groups, ("options of all ROS verbs", DOMAIN_OPTIONS)),
+        groups=(*groups, ("options of all ROS verbs", (domain, *_COMMON_OPTIONS))),
+        about=about,
         exclusive=exclusive,
         abbreviations=True,
         run=run,
@@ -69,7 +76,8 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
     """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
     _refuse_undecodable(words)
     options = command.parse(words)
-    _look_as_the_run(options)
+    if "domain" in vars(options):  # it looks at a graph
+        _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
