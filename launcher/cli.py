@@ -167,7 +167,17 @@ def _help_words(words: list[str]) -> list[str]:
 
 
 # Those that have verbs of their own.
-_WITH_VERBS = ("topic", "node", "param", "service", "interface", "pkg", "hosts")
+_WITH_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "pkg",
+    "hosts",
+)
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

@@ -80,6 +80,17 @@ _Dumper.add_representer(str, _text)
 _Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
 
 
+class _ListDumper(_Dumper):
+    """In the flow style only lists are on one line, as with `ros2 service echo`."""
+
+
+def _block(dumper: yaml.SafeDumper, mapping: dict[str, Any]) -> yaml.MappingNode:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=False)
+
+
+_ListDumper.add_representer(dict, _block)
+
+
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
     return "".join(yaml_pieces(message, style))
 
@@ -91,11 +102,11 @@ def yaml_pieces(message: Any, style: Style = WHOLE) -> Iterator[str]:
     return with_arrays(text, arrays, flow=style.flow)
 
 
-def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
-    """Plain values as YAML, one line per value however long."""
+def dump(plain: Any, *, flow: bool = False, sort: bool = False, only_lists: bool = False) -> str:
+    """Plain values as YAML, one line per value however long; `only_lists` in the flow style."""
     text: str = yaml.dump(
         plain,
-        Dumper=_Dumper,
+        Dumper=_ListDumper if only_lists else _Dumper,
         allow_unicode=True,
         width=sys.maxsize,
         default_flow_style=flow,
