@@ -196,6 +196,16 @@ def test_a_goal_that_takes_too_long_is_cancelled(site):
     assert (answer.lines[-2:], answer.code) == (["Canceling goal...", "Goal canceled."], 1)
 
 
+def test_lost_answers_are_concluded_from_the_status(
+    fleet_workspace: BuiltWorkspace, domain: dict[str, str]
+):
+    site = Site(domain, fleet_workspace.root)
+    with talking(fleet_workspace.environment(domain), "tests.support.silent_task_server"):
+        answer = site.send_goal(WORK)
+    assert any(line.startswith("Goal accepted with ID: ") for line in answer.lines)
+    assert (answer.lines[-1], answer.code) == ("Goal finished with status: SUCCEEDED", 0)
+
+
 def test_a_server_that_ends_is_not_waited_for(
     fleet_workspace: BuiltWorkspace, domain: dict[str, str]
 ):
