@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,13 @@ from launcher.model.lifecycle import TRANSITIONS
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.lifecycle_client import REFUSED, LifecycleClient
-from launcher.ros.services import NoAnswerError, ServiceCaller, full_node, silence
+from launcher.ros.services import (
+    ASK_AGAIN_S,
+    NoAnswerError,
+    ServiceCaller,
+    full_node,
+    silence,
+)
 from launcher.text import did_you_mean as near_word
 
 if TYPE_CHECKING:
@@ -46,10 +53,24 @@ def require(observer: Observer, name: str, spin_time_s: float) -> str:
 
 
 def states(caller: ServiceCaller, nodes: list[str]) -> dict[str, Any]:
-    """Node -> its state, of those that answer in time."""
-    services = {f"{node}/get_state": node for node in nodes}
-    found = caller.ask_all(GetState, services, GetState.Request())
-    return {node: found[name].current_state for name, node in services.items() if name in found}
+    """Node -> its state, of those that answer in time; asked at once, and again if need be."""
+    deadline = time.monotonic() + caller.answer_s
+    asked: dict[str, list[Any]] = {node: [] for node in nodes}
+    answers: dict[str, Any] = {}
+
+    def collect() -> bool:
+        for node, futures in asked.items():
+            if done := [future for future in futures if future.done()]:
+                answers.setdefault(node, done[0].result().current_state)
+        return len(answers) == len(asked)
+
+    while not collect() and (left_s := deadline - time.monotonic()) > 0:
+        for node in [node for node in asked if node not in answers]:
+            with contextlib.suppress(NoAnswerError):
+                future = caller.start(GetState, f"{node}/get_state", GetState.Request())
+                asked[node].append(future)
+        caller.spin_until(collect, min(left_s, ASK_AGAIN_S))
+    return {node: answers[node] for node in nodes if node in answers}
 
 
 def silence_of(node: str, limit_s: float) -> NoAnswerError:

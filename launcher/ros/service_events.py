@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,7 +18,7 @@ from launcher.ros.messages.to_yaml import dump, to_plain
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.echo import Writer
 from launcher.ros.topics.listener import Listener, subscribe_now
-from launcher.ros.topics.streams import Silence, until_interrupted
+from launcher.ros.topics.streams import until_interrupted
 from launcher.ros.verb import observing, spin_time_s
 
 _NAMES = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
@@ -38,11 +40,11 @@ class _EventWriter(Writer):
         if self.csv:
             yield from super()._body(value)
         else:
-            yield dump(self._plain(value), flow=self.style.flow, only_lists=True) + "---\n"
+            yield dump(self._plain(value), flow=self.style.flow) + "---\n"
 
 
 def echo(options: Parsed) -> int:
-    """Print events until Ctrl-C, or until none has come for `--timeout` seconds."""
+    """Print events until Ctrl-C, or the end of `--timeout`."""
     service = "/" + options.service_name.lstrip("/")
     topic = f"{service}/_service_event"
     vars(options).update(_WITHOUT, topic_names=[topic])
@@ -67,11 +69,16 @@ def echo(options: Parsed) -> int:
                 file=sys.stderr if options.json else sys.stdout,
                 flush=True,
             )
-        silence = Silence(options.timeout)
-        for sample in listener.samples(silence.tick):
-            silence.message()
+        end = math.inf if options.timeout is None else time.monotonic() + options.timeout
+        for sample in listener.samples(lambda: _goes_on(end)):
             sys.stdout.writelines(writer.pieces(sample, sample.message))
     return ExitCode.OK
+
+
+def _goes_on(end: float) -> bool:
+    """Whether to listen on after a burst, which is printed."""
+    sys.stdout.flush()
+    return time.monotonic() < end
 
 
 def _type(graph: GraphSnapshot, service: str, given: str | None) -> str:

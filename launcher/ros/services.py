@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.ros.discovery.completeness import settle
@@ -110,25 +109,6 @@ class ServiceCaller:
             if done := [future for future in futures if future.done()]:
                 return done[0].result()
         raise silence(name, self.answer_s)
-
-    def ask_all(self, kind: Any, names: Iterable[str], request: Any) -> dict[str, Any]:
-        """Service -> answer, of those that answer in time; asked as by `ask`, all at once."""
-        deadline = time.monotonic() + self.answer_s
-        asked: dict[str, list[Any]] = {name: [] for name in names}
-        answers: dict[str, Any] = {}
-
-        def collect() -> bool:
-            for name, futures in asked.items():
-                if done := [future for future in futures if future.done()]:
-                    answers.setdefault(name, done[0].result())
-            return len(answers) == len(asked)
-
-        while not collect() and (left_s := deadline - time.monotonic()) > 0:
-            for name in [name for name in asked if name not in answers]:
-                with contextlib.suppress(NoAnswerError):
-                    asked[name].append(self.start(kind, name, request))
-            self.spin_until(collect, min(left_s, ASK_AGAIN_S))
-        return answers
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
         self.spin_until(lambda: all(future.done() for future in futures), limit_s)

@@ -207,7 +207,7 @@ COMMAND = Command(
             _echo,
             NAME,
             option("[TYPE]", name="service_type"),
-            option("--timeout S", "exit if no event arrives for S seconds", seconds),
+            option("--timeout S", "end after S seconds", seconds),
             option("--csv", "print values separated by commas"),
             option("-f, --full-length", "do not truncate"),
             option(

@@ -76,19 +76,16 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
+def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode:
+    """As in rosidl_runtime_py, a block in flow style, too, unless it is in a list."""
+    node = dumper.represent_dict(mapping)
+    node.flow_style = None
+    return node
+
+
 _Dumper.add_representer(str, _text)
+_Dumper.add_representer(dict, _block)
 _Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
-
-
-class _ListDumper(_Dumper):
-    """In the flow style only lists are on one line, as with `ros2 service echo`."""
-
-
-def _block(dumper: yaml.SafeDumper, mapping: dict[str, Any]) -> yaml.MappingNode:
-    return dumper.represent_mapping("tag:yaml.org,2002:map", mapping, flow_style=False)
-
-
-_ListDumper.add_representer(dict, _block)
 
 
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
@@ -102,11 +99,11 @@ def yaml_pieces(message: Any, style: Style = WHOLE) -> Iterator[str]:
     return with_arrays(text, arrays, flow=style.flow)
 
 
-def dump(plain: Any, *, flow: bool = False, sort: bool = False, only_lists: bool = False) -> str:
-    """Plain values as YAML, one line per value however long; `only_lists` in the flow style."""
+def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
+    """Plain values as YAML, one line per value however long."""
     text: str = yaml.dump(
         plain,
-        Dumper=_ListDumper if only_lists else _Dumper,
+        Dumper=_Dumper,
         allow_unicode=True,
         width=sys.maxsize,
         default_flow_style=flow,

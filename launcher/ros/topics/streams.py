@@ -47,7 +47,7 @@ def echo(options: Parsed) -> int:
         listener = Listener(observer, raw=options.raw)
         for name in options.topic_names:
             subscribe_now(observer, listener, name, options)
-        silence = Silence(options.timeout)
+        silence = _Silence(options.timeout)
         write = sys.stdout.write
         for sample in listener.samples(silence.tick):
             silence.message()
@@ -61,7 +61,7 @@ def echo(options: Parsed) -> int:
     return ExitCode.OK
 
 
-class Silence:
+class _Silence:
     """Ends listening after `timeout_s` without a message; flushes after each burst."""
 
     def __init__(self, timeout_s: float | None) -> None:
