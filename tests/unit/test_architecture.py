@@ -59,7 +59,8 @@ MAY_IMPORT = {
     },
     "console": {"errors", "control", "socket_directory"},
     "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
-    "ros": {"errors", "packages", "command_line", "control", "model", "socket_directory"},
+    "ros": {"errors", "bag", "packages", "command_line", "control", "model", "socket_directory"},
+    "bag": {"errors"},
     "watch": {"errors", "model", "packages"},
     "domain_lease": {"errors"},
     "smoke": {
@@ -88,6 +89,7 @@ MAY_IMPORT = {
         "render",
     },
     "commands": {
+        "bag",
         "errors",
         "export",
         "build",
@@ -135,6 +137,9 @@ MAY_IMPORT = {
 # Packages that cost start-up time or bring threads, and the rooms that may use them.
 ONLY_IN = {
     "rclpy": {"ros"},
+    "mcap": {"bag"},
+    "mcap_ros2": {"bag"},
+    "zstandard": {"bag"},
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
     "watchfiles": {"watch"},

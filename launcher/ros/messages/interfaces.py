@@ -198,12 +198,12 @@ def show(full: str, *, comments: bool, nested_comments: bool, depth: int = 0) ->
         yield from ("\t" * depth + line for line in lines)
         return
     for line in lines:
-        code = _code(line)
+        code = code_of(line)
         if comments:
             yield "\t" * depth + line.rstrip() if line.strip() else ""
         elif code:
             yield "\t" * depth + code
-        if nested := _nested_type(code, full.split("/")[0]):
+        if nested := nested_type(code, full.split("/")[0]):
             _check_nested(full, nested)
             yield from show(
                 nested, comments=nested_comments, nested_comments=nested_comments, depth=depth + 1
@@ -219,14 +219,14 @@ def _check_nested(full: str, nested: str) -> None:
         raise VerbError(f"{full} needs {nested}, which is not installed")
 
 
-def _code(line: str) -> str:
+def code_of(line: str) -> str:
     """The line without its comment; it keeps a # in a string constant."""
     if "'" in line or '"' in line:
         return line.strip() if not line.lstrip().startswith("#") else ""
     return line.partition("#")[0].strip()
 
 
-def _nested_type(code: str, package: str) -> str | None:
+def nested_type(code: str, package: str) -> str | None:
     match = _FIELD.match(code)
     if match is None or match["type"] in _PRIMITIVES:
         return None
