@@ -167,7 +167,18 @@ def _help_words(words: list[str]) -> list[str]:
 
 
 # Those that have verbs of their own.
-_WITH_VERBS = ("topic", "node", "param", "service", "interface", "bag", "pkg", "hosts")
+_WITH_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "bag",
+    "pkg",
+    "hosts",
+)
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

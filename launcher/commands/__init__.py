@@ -11,7 +11,9 @@ VERBS = {
     "topic": "list, inspect, print, measure and publish topics",
     "node": "list and inspect nodes",
     "param": "list, get and set parameters of nodes",
-    "service": "list and call services",
+    "service": "list and call services, and print their events",
+    "action": "list actions, and send goals",
+    "lifecycle": "show and change the states of lifecycle nodes",
     "interface": "show the installed types of messages, services and actions",
     "bag": "record topics, play and compare recordings",
     "pkg": "make packages of nodes and of interfaces",
@@ -29,7 +31,17 @@ VERBS = {
 }
 
 # Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
-ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph", "bag")
+ROS_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "graph",
+    "bag",
+)
 
 
 def module_of(verb: str) -> str:
@@ -74,18 +86,16 @@ CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in t
 
 # Verbs of ros2cli that do not exist here, with an alternative.
 ABSENT_VERBS = {
-    "action": "topic list and service list list the parts of an action, "
-    "with --include-hidden-topics and --include-hidden-services",
-    "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
+    "component": "component containers are C++ programs of a ROS installation, into which a launch "
+    "file loads components; Python nodes share a process with --compose",
     "control": None,
     "daemon": "there is no daemon; every verb reads the graph itself",
     "extension_points": None,
     "extensions": None,
-    "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "
-    "and change_state with ChangeState",
     "multicast": None,
     "plugin": None,
-    "security": None,
+    "security": "keystores are made by sros2 of a ROS installation; nodes find them by "
+    "ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE",
     "trace": None,
     "wtf": "PROGRAM doctor",
 }

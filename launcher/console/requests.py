@@ -33,6 +33,8 @@ SHELL_VERBS = (
     "node",
     "param",
     "service",
+    "action",
+    "lifecycle",
     "interface",
     "bag",
     "doctor",

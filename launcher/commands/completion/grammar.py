@@ -33,6 +33,7 @@ _BY_VERB: dict[str, Callable[[str], Iterable[Candidate]]] = {
     "topic": sources.topics,
     "node": sources.nodes,
     "service": sources.services,
+    "action": sources.actions,
 }
 
 
@@ -138,6 +139,12 @@ class _Place:
             return sources.executables(self._plain[0])
         if metavar == "PARAMETER":
             return sources.parameters(self._plain[0])
+        if metavar == "TRANSITION":
+            return sources.transitions(self._plain[0])
+        if metavar == "NODE" and verb == "lifecycle":
+            return sources.lifecycle_nodes(current)
+        if metavar == "TYPE" and verb in ("service", "action"):
+            return sources.types_of(verb, self._plain)
         if verb == "loglevel" and metavar in ("LOGGER", "LEVEL"):
             return sources.logger_levels(current)  # the logger may be left out
         if metavar == "NAME" and not option.flags:

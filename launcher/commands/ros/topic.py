@@ -190,7 +190,7 @@ COMMAND = Command(
             ),
             option("--no-arr", "print the sizes of arrays only"),
             option("--no-str", "print the lengths of strings only"),
-            option("--flow-style", "print each message on one line"),
+            option("--flow-style", "print each list on one line"),
             option("--raw", "print the serialized bytes"),
             option("-i, --include-message-info", "print timestamps and sequence numbers"),
             option("--no-lost-messages", "ignored, for compatibility with ros2"),

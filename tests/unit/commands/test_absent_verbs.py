@@ -14,7 +14,11 @@ def test_no_absent_verb_exists():
 
 @pytest.mark.parametrize(
     "words",
-    [["action", "list"], ["component"], ["help", "wtf"]],
+    [
+        ["security", "list_enclaves"],
+        ["component", "list"],
+        ["help", "wtf"],
+    ],
     ids=" ".join,
 )
 def test_an_absent_verb_is_reported_with_its_replacement(words):

@@ -85,6 +85,21 @@ PARAMS = {**NODE, "param_prefixes": (), "param_type": False}
 CALL = {**BASE, "values": "", "stdin": False, "rate": None, "timeout": None}
 SERVICES = {**BASE, "show_types": False, "count_services": False}
 SERVICES["include_hidden_services"] = False
+EVENTS = {
+    **BASE,
+    **QOS,
+    "service_type": None,
+    "timeout": None,
+    "csv": False,
+    "full_length": False,
+    "truncate_length": 128,
+    "no_arr": False,
+    "no_str": False,
+    "flow_style": False,
+}
+GOAL = {**BASE, "goal": "", "stdin": False, "feedback": False, "timeout": None}
+LIFECYCLE = {**BASE, "node_name": "/n", "timeout": None}
+STATES = {**LIFECYCLE, "transitions": False}
 TYPES = {**BASE, "only_msgs": False, "only_srvs": False, "only_actions": False}
 SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
 
@@ -272,6 +287,44 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
             CALL,
             {"service_name": "/s", "service_type": "T", "stdin": True},
         ),
+        ("service info /s", BASE, {"service_name": "/s"}),
+        ("service echo /s", EVENTS, {"service_name": "/s"}),
+        (
+            "service echo /s T --csv --no-arr --no-str -l 5 --timeout 2",
+            EVENTS,
+            {
+                "service_type": "T",
+                "csv": True,
+                "no_arr": True,
+                "no_str": True,
+                "truncate_length": 5,
+                "timeout": 2.0,
+            },
+        ),
+        (
+            "service echo -f --flow-style /s --qos-depth 3",
+            EVENTS,
+            {"full_length": True, "flow_style": True, "qos_depth": 3},
+        ),
+        ("action list -t -c", BASE, {"show_types": True, "count_actions": True}),
+        ("action list --count", BASE, {"show_types": False, "count_actions": True}),
+        ("action info /a -tc", BASE, {"action_name": "/a", "show_types": True, "count": True}),
+        ("action type /a", BASE, {"action_name": "/a"}),
+        ("action find T -c", BASE, {"action_type": "T", "count_actions": True}),
+        ("action send_goal /a T", GOAL, {"action_name": "/a", "action_type": "T"}),
+        ("action send_goal /a T '{a: 1}' -f", GOAL, {"goal": "{a: 1}", "feedback": True}),
+        ("action send_goal -f --stdin /a T", GOAL, {"stdin": True, "feedback": True}),
+        ("action send_goal /a T --timeout 3 --json", GOAL, {"timeout": 3.0, "json": True}),
+        ("lifecycle nodes", BASE, {"include_hidden_nodes": False, "count_nodes": False}),
+        ("lifecycle nodes -a -c", BASE, {"include_hidden_nodes": True, "count_nodes": True}),
+        ("lifecycle nodes --all --spin-time 1", BASE, {"spin_time": 1.0}),
+        ("lifecycle list /n", LIFECYCLE, {"all": False}),
+        ("lifecycle list /n -a --include-hidden-nodes", LIFECYCLE, {"all": True}),
+        ("lifecycle get", STATES, {"node_name": None}),
+        ("lifecycle get /n --timeout 2 -t", STATES, {"timeout": 2.0, "transitions": True}),
+        ("lifecycle get --include-hidden-nodes", STATES, {"node_name": None}),
+        ("lifecycle set /n configure", LIFECYCLE, {"transition": "configure"}),
+        ("lifecycle set /n 3 --timeout 9", LIFECYCLE, {"transition": "3", "timeout": 9.0}),
         ("interface list -m -s", TYPES, {"only_msgs": True, "only_srvs": True}),
         ("interface list -a", TYPES, {"only_actions": True}),
         ("interface show T --all-comments", SHOW, {"all_comments": True}),
@@ -329,6 +382,26 @@ def test_words_of_a_ros_verb(line, base, changes):
         "param get /n",
         "param set /n",
         "service call /s",
+        "service info",
+        "service info /s /t",
+        "service echo",
+        "service echo /s T U",
+        "service echo /s -l x",
+        "service echo /s --timeout -1",
+        "action list x",
+        "action info",
+        "action type",
+        "action find",
+        "action send_goal /a",
+        "action send_goal /a T x y",
+        "action send_goal /a T --timeout nan",
+        "action echo /a",
+        "lifecycle list",
+        "lifecycle get a b",
+        "lifecycle set /n",
+        "lifecycle set /n a b",
+        "lifecycle set /n a --timeout x",
+        "lifecycle nodes x",
         "interface show T --all-comments --no-comments",
         "graph x",
         "graph --dot --svg f",
@@ -343,7 +416,9 @@ def test_words_that_no_ros_verb_takes(line):
         importlib.import_module(module_of(verb)).main(words)
 
 
-@pytest.mark.parametrize("verb", ["topic", "node", "param", "service", "interface"])
+@pytest.mark.parametrize(
+    "verb", ["topic", "node", "param", "service", "action", "lifecycle", "interface"]
+)
 def test_a_ros_verb_alone_prints_its_help(verb, capsys):
     assert cli.main([verb]) == 2
     assert capsys.readouterr().out.startswith(f"usage: python -m launcher {verb}")
