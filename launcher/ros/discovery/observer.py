@@ -168,6 +168,12 @@ class Observer:
         graph = GraphSnapshot(domain_id=self.domain_id, nodes=nodes, infos=tuple(infos))
         return replace(graph, ghosts=self._ghosts(graph.topic_graph().endpoints))
 
+    def ghosts(self) -> tuple[str, ...]:
+        """Nodes whose processes have ended, and that DDS still lists; sorted."""
+        if all_live(self.participants(), self.own_gid(), self.domain_id):
+            return ()
+        return self._ghosts(self.all_endpoints())
+
     def _ghosts(self, endpoints: Iterable[Endpoint]) -> tuple[str, ...]:
         """Nodes all of whose endpoints belong to processes that have ended, sorted."""
         if all_live(self.participants(), self.own_gid(), self.domain_id):
