@@ -63,6 +63,8 @@ def option(
 ) -> Option:
     """An option or argument by its spelling in help: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
 
+    The word behind `--clock [HZ]` is its value if it can be read as one, otherwise it is `value`.
+
     The name is that of the last flag, or the argument in lower case.
     """
     flags = tuple(
@@ -71,7 +73,7 @@ def option(
     shape = spelling.rpartition(flags[-1])[2].lstrip() if flags else spelling
     if flags and shape.startswith("[="):
         count, shape = "=", shape[2:-1]
-    elif not flags and shape.startswith("["):
+    elif shape.startswith("["):
         count = count or ("*" if shape.endswith(" ...]") else "?")
         shape = shape[1:-1]
     metavar = shape.removesuffix(" ...")
@@ -285,6 +287,8 @@ class _Reader:
             if has_value:
                 raise UsageError(f"{flag} takes no value", hint=self._usage())
             self._set(option, [word], option.value)
+        elif option.count == "?":
+            self._take_optional(option, flag, value if has_value else None)
         elif option.count == "+":
             words = [value] if has_value else self._values_after(flag, option)
             values = [self._read(option, flag, one) for one in words]
@@ -292,6 +296,20 @@ class _Reader:
         else:
             more = [] if has_value else [self._value_after(flag, option)]
             self._set(option, [word, *more], self._read(option, flag, more[0] if more else value))
+
+    def _take_optional(self, option: Option, flag: str, value: str | None) -> None:
+        if value is not None:
+            self._set(option, [flag], self._read(option, flag, value))
+            return
+        words, known = [flag], option.value
+        if self._queue and not self._is_option(self._queue[0]):
+            try:
+                known = option.read(self._queue[0])
+            except ValueError:
+                pass  # it is the next argument
+            else:
+                words.append(self._queue.popleft())
+        self._set(option, words, known)
 
     def _take_unknown(self, word: str) -> None:
         command = self._command

@@ -21,13 +21,21 @@ def names(words: object) -> frozenset[str]:
     return frozenset(map(full_name, words)) if isinstance(words, list) else frozenset()
 
 
-def selected(options: Parsed) -> Selection:
-    """What the options of `SELECT` select; everything without any of them."""
+def selected(
+    options: Parsed,
+    *,
+    services: frozenset[str] = frozenset(),
+    exclude_services: frozenset[str] = frozenset(),
+) -> Selection:
+    """What the options of `SELECT` select, and these services; everything if nothing is named."""
     topics = names(options.topics)
+    everything = not topics and not services and options.regex is None
     return Selection(
-        all_topics=not topics and options.regex is None,
-        all_services=not topics and options.regex is None,
+        all_topics=everything,
+        all_services=everything,
         topics=topics,
+        services=services,
+        exclude_services=exclude_services,
         regex=options.regex,
         exclude_regex=options.exclude_regex,
         exclude_topics=names(options.exclude_topics),
