@@ -106,8 +106,8 @@ class _Run:
             self._greet(keys.enabled)
             while not self._is_over():
                 self._handle(keys)
-                self._recorder.poll()
-                self._files.wake()
+                if self._recorder.poll():
+                    self._files.wake()
                 self._rates.update(self._recorder)
                 self._status.draw()
                 time.sleep(PERIOD_S)

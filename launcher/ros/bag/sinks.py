@@ -76,9 +76,7 @@ class FileSink:
         try:
             while True:
                 with self._changed:
-                    while not self._queue and not self._closed:
-                        if not self._changed.wait(FLUSH_S):
-                            break
+                    self._changed.wait_for(lambda: self._queue or self._closed, FLUSH_S)
                     if not self._queue and self._closed:
                         return
                 fresh = self._write_all() or fresh
