@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import fnmatch
 import re
+import shlex
 import signal
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
 from launcher.console.bar import short_names
-from launcher.console.requests import CLEAR, CLEAR_HELP
+from launcher.console.requests import CLEAR, CLEAR_HELP, SHELL_HELP, SHELL_VERBS, runs_here
 from launcher.control.verbs import VERBS, Verb, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
@@ -22,14 +23,36 @@ WORDS = {"level": LEVELS, "format": ("compact", "default")}
 _GLOB = re.compile(r"[*?\[]")
 _NUMBER_AT_END = re.compile(r"\d+$")
 
+_OPEN_ENDS = ("=", "/")  # more of the word follows
+
 Processes = Callable[[], Sequence[Mapping[str, Any]]]
+Ask = Callable[[Sequence[str]], Awaitable[Sequence[tuple[str, str]]]]
 
 
 class WordCompleter(Completer):
-    """Completes the word at the cursor; `processes()` returns rows of `ps`."""
+    """Completes the word at the cursor; `processes()` returns rows of `ps`.
 
-    def __init__(self, processes: Processes) -> None:
+    `ask` returns candidates, each with a text about it, for the last of the words of a verb of
+    shells.
+    """
+
+    def __init__(self, processes: Processes, ask: Ask) -> None:
         self._processes = processes
+        self._ask = ask
+
+    async def get_completions_async(
+        self, document: Document, complete_event: CompleteEvent
+    ) -> AsyncGenerator[Completion, None]:
+        """Those of a verb of shells are asked for in a process of its own, as shells do."""
+        *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
+        if before and runs_here(before[0]):
+            for candidate, meta in await self._ask([*before, word]):
+                end = "" if candidate.endswith(_OPEN_ENDS) else " "
+                text = shlex.quote(candidate) + end
+                yield Completion(text, -len(word), display=candidate, display_meta=meta)
+            return
+        for completion in self.get_completions(document, complete_event):
+            yield completion
 
     def get_completions(
         self, document: Document, complete_event: CompleteEvent
@@ -44,7 +67,11 @@ class WordCompleter(Completer):
 
     def _candidates(self, before: Sequence[str], word: str) -> Iterable[tuple[str, str]]:
         if not before:
-            return [*((verb.name, verb.help) for verb in VERBS), (CLEAR, CLEAR_HELP)]
+            own = [*((verb.name, verb.help) for verb in VERBS), (CLEAR, CLEAR_HELP)]
+            return [
+                *own,
+                *((name, SHELL_HELP) for name in dict.fromkeys(SHELL_VERBS) if runs_here(name)),
+            ]
         verb = find(before[0])
         if verb is None:
             return []

@@ -87,6 +87,13 @@ class Display:
         gutter = self._coloured(GUTTER)
         self.show_text("\n".join(gutter + line for line in text.rstrip("\n").split("\n")))
 
+    def passed_on(self, lines: bytes) -> None:
+        """Show whole lines of a verb that runs, each behind the mark of an answer."""
+        gutter = self._coloured(GUTTER)
+        texts = lines.decode(errors="replace").split("\n")[:-1]
+        shown = "".join(f"{gutter}{text}\n" for text in texts)
+        self.show(drop_controls(shown).encode(errors="replace"))
+
     def _coloured(self, mark: str) -> str:
         return f"{_COLOUR}{mark}{_PLAIN}" if self.colour else mark
 

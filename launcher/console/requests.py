@@ -17,7 +17,8 @@ from launcher.program import program
 from launcher.socket_directory import ControlError
 from launcher.text import did_you_mean
 
-# Verbs of the command line that are none of the console.
+# Verbs of the command line that are none of a run. The console runs them as processes of their
+# own, except a few that have no use there or need the terminal.
 SHELL_VERBS = (
     "launch",
     "attach",
@@ -50,13 +51,19 @@ SHELL_VERBS = (
     "completion",
     "runs",
 )
+NEEDING_A_SHELL = ("launch", "attach", "agent", "completion")
+SHELL_HELP = "runs as in a shell, until Ctrl-C"
 CLEAR = "clear"  # carried out by the console itself
 CLEAR_HELP = "clear the screen, as Ctrl-L"
 KEYS = (
     ("Tab", "complete verbs, names, patterns, options and signals"),
     ("Up, Ctrl-R", "previous lines; search in them"),
     ("F2", "the list of processes: arrows, / searches, Enter shows the log, q goes back"),
-    ("Ctrl-C", "stop everything; again: without waiting. In top, logs -f and the list: end these"),
+    (
+        "Ctrl-C",
+        "stop everything; again: without waiting. In top, logs -f, the list and while a verb of "
+        "a shell runs: end these",
+    ),
     ("Ctrl-D", "the same as quit"),
     ("Ctrl-Z", "suspend; fg resumes"),
 )
@@ -64,25 +71,41 @@ AS_IT_IS = ("logs", "plan")  # not wrapped: people copy lines of logs; a plan ha
 NOTHING = "(nothing)"
 
 
+def runs_here(name: str) -> bool:
+    """Whether this is a verb of the command line that the console can run."""
+    return name in SHELL_VERBS and name not in NEEDING_A_SHELL
+
+
+def read_shell_words(line: str) -> list[str] | None:
+    """The words of a verb of the command line; None for other lines. UsageError."""
+    words = _split(line)
+    named = words[1:2] if words[0] == "help" else words[:1]
+    return words if any(map(runs_here, named)) else None
+
+
 def read_call(line: str) -> Call:
     """Parse a line; UsageError."""
-    try:
-        name, *words = shlex.split(line)
-    except ValueError as error:
-        hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
-        raise UsageError(f"the line is not finished: {error}", hint=hint) from None
+    name, *words = _split(line)
     verb = find(name)
     if verb is None:
         _refuse_shell_verb(name, line)
-        names = [*(verb.name for verb in VERBS), CLEAR]
-        hint = did_you_mean(name, names) or "`help` lists all verbs"
+        known = [*(verb.name for verb in VERBS), *filter(runs_here, SHELL_VERBS), CLEAR]
+        hint = did_you_mean(name, known) or "`help` lists all verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
 
 
+def _split(line: str) -> list[str]:
+    try:
+        return shlex.split(line)
+    except ValueError as error:
+        hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
+        raise UsageError(f"the line is not finished: {error}", hint=hint) from None
+
+
 def _refuse_shell_verb(name: str, line: str) -> None:
-    """UsageError with the command for another shell, such as `launcher topic list`."""
-    if name in SHELL_VERBS:
+    """UsageError with the command for another shell, such as `launcher attach`."""
+    if name in NEEDING_A_SHELL:
         hint = f"in another shell: {program()} {line.strip()}"
         raise UsageError(f"'{name}' is a verb for shells", hint=hint)
 
@@ -99,7 +122,8 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
     """
     if call.verb.name == "help" and "topic" not in call.options:
         rows = [*((verb.usage, explained(verb)) for verb in VERBS), (CLEAR, CLEAR_HELP)]
-        rows += [("", ""), *KEYS]
+        names = ", ".join(sorted({name for name in SHELL_VERBS if runs_here(name)}))
+        rows += [("", ""), ("topic list, ...", f"{SHELL_HELP}: {names}"), ("", ""), *KEYS]
         return render(pairs(rows), columns, colour=colour)
     try:
         with run.connect() as connection:

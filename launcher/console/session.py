@@ -23,7 +23,15 @@ from launcher.console.format import killed_text
 from launcher.console.history import history_path, open_history
 from launcher.console.panel import Panel
 from launcher.console.prompt import make_application
-from launcher.console.requests import CLEAR, answer, follows, problem, read_call
+from launcher.console.requests import (
+    CLEAR,
+    answer,
+    follows,
+    problem,
+    read_call,
+    read_shell_words,
+)
+from launcher.console.shell_verbs import ShellVerbs
 from launcher.console.terminal import Terminal
 from launcher.console.watch import Watch
 from launcher.control.runs import Run
@@ -71,6 +79,7 @@ class ConsoleSession:
         self._panel = Panel(
             run, self._display, self._terminal, lambda: self._processes, self.entered
         )
+        self._shell_verbs = ShellVerbs(run, self._display, self._terminal)
         self._processes: Sequence[Mapping[str, Any]] = ()
         self._tasks: set[asyncio.Future[Any]] = set()
         self._lines: deque[str] = deque()
@@ -83,7 +92,7 @@ class ConsoleSession:
         self._application = make_application(
             self,
             output=self._display.output,
-            completer=WordCompleter(lambda: self._processes),
+            completer=WordCompleter(lambda: self._processes, self._shell_verbs.candidates),
             history=open_history(history_path(os.environ)),
             colour=colour,
         )
@@ -124,8 +133,13 @@ class ConsoleSession:
     def _begin(self) -> None:
         self._terminal.write(b"\r")
         self._feed = Feed(self._loop, self._feed_fd, self._display.show, self._launcher_ended)
-        self._terminal.on_slow = self._feed.hold_back
+        self._terminal.on_slow = self._slow
         self._do(self._poll_forever())
+
+    def _slow(self, slow: bool) -> None:
+        if self._feed is not None:
+            self._feed.hold_back(slow)
+        self._shell_verbs.hold_back(slow)
 
     def _read_link(self) -> None:
         """Read the goodbye, or EOF: children may keep the feed open after the launcher exits."""
@@ -201,7 +215,7 @@ class ConsoleSession:
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
         folder = _below_home(self._run.log_dir or "no log files")
-        hint = self._panel.hint(columns)
+        hint = self._panel.hint(columns) or self._shell_verbs.hint
         if self._watch is not None and self.is_watching():
             hint = self._watch.hint
         return status_lines(self._processes, folder, columns, hint=hint, few=few)
@@ -233,6 +247,9 @@ class ConsoleSession:
         try:
             if line.split() == [CLEAR]:
                 self._application.renderer.clear()
+                return
+            if (words := read_shell_words(line)) is not None:
+                await self._shell_verbs.run(words)
                 return
             call = read_call(line)
             if call.verb.name == "pick":
@@ -295,7 +312,8 @@ class ConsoleSession:
     def signalled(self, signum: int) -> None:
         """Send the signal to the launcher, which escalates at each further one.
 
-        Ctrl-C while a stream or the picker is shown ends only that, as in `tail -f`.
+        Ctrl-C while a stream or the picker is shown, or a verb of shells runs, ends only that, as
+        in `tail -f`.
         """
         self._lines.clear()
         if signum == signal.SIGINT and self._panel.is_open:
@@ -303,6 +321,9 @@ class ConsoleSession:
             return
         if signum == signal.SIGINT and self._watch is not None and self.is_watching():
             self._watch.close()
+            return
+        if signum == signal.SIGINT and self._shell_verbs.interrupt():
+            self._display.show_text("^C")
             return
         self._display.show_text("^C" if signum == signal.SIGINT else "^\\")
         with contextlib.suppress(ProcessLookupError):

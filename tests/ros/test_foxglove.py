@@ -170,10 +170,10 @@ def test_topics_appear_and_vanish(client: FoxgloveClient, env: dict[str, str]):
         received = client.subscribe("/sometimes")
         client.wait(lambda: received.messages, "a message")
     client.wait(lambda: "/sometimes" not in client.channels, "the channel has gone")
+    number, count = received.channel["id"], len(received.messages)
     with going_on(env, *pub):
-        again = client.subscribe("/sometimes")
-        client.wait(lambda: again.messages, "a message")
-    assert again.channel["id"] != received.channel["id"]
+        client.wait(lambda: len(received.messages) > count, "a message of the new publisher")
+    assert received.channel["id"] != number
 
 
 def test_a_subscription_is_fitted_to_publishers_that_come_later(
@@ -252,6 +252,15 @@ def test_mistakes_of_clients_are_told(client: FoxgloveClient):
     client.publish(number, cdr("still served"))
     received = client.subscribe("/chatter")
     client.wait(lambda: received.messages, "a message")
+
+
+def test_another_type_for_a_topic_is_refused(client: FoxgloveClient):
+    received = client.subscribe("/chatter")
+    client.wait(lambda: received.messages, "a message")
+    client.advertise("/chatter", "std_msgs/msg/Int32")
+    client.wait(lambda: "/chatter: cannot publish: " in texts(client), "the refusal")
+    count = len(received.messages)
+    client.wait(lambda: len(received.messages) > count, "more messages")
 
 
 def test_services_are_called(client: FoxgloveClient):

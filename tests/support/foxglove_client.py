@@ -71,13 +71,19 @@ class FoxgloveClient:
         return found
 
     def subscribe(self, topic: str) -> Received:
-        channel, number = self.channel(topic), next(self._numbers)
-        self.received[number] = Received(channel)
-        self.send("subscribe", subscriptions=[{"id": number, "channelId": channel["id"]}])
-        return self.received[number]
+        received = Received(self.channel(topic))
+        self._subscribe(received)
+        return received
+
+    def _subscribe(self, received: Received) -> None:
+        number, channel = next(self._numbers), received.channel["id"]
+        self.received[number] = received
+        self.send("subscribe", subscriptions=[{"id": number, "channelId": channel}])
 
     def unsubscribe(self, received: Received) -> None:
         numbers = [number for number, one in self.received.items() if one is received]
+        for number in numbers:
+            del self.received[number]
         self.send("unsubscribe", subscriptionIds=numbers)
 
     def advertise(self, topic: str, kind: str, encoding: str = "cdr") -> int:
@@ -140,7 +146,8 @@ class FoxgloveClient:
             case "status":
                 self.statuses.append(message)
             case "advertise":
-                self.channels.update({one["topic"]: one for one in message["channels"]})
+                for channel in message["channels"]:
+                    self._take_channel(channel)
             case "unadvertise":
                 _remove(self.channels, message["channelIds"])
             case "advertiseServices":
@@ -156,10 +163,20 @@ class FoxgloveClient:
             case unknown:
                 raise AssertionError(f"unknown op {unknown}")
 
+    def _take_channel(self, channel: dict[str, Any]) -> None:
+        """Subscribe again to a topic that was gone."""
+        self.channels[channel["topic"]] = channel
+        for number, received in list(self.received.items()):
+            if received.channel["topic"] == channel["topic"]:
+                del self.received[number]
+                received.channel = channel
+                self._subscribe(received)
+
     def _take_data(self, message: bytes) -> None:
         if message[0] == 1:
             number, time_ns = struct.unpack_from("<IQ", message, 1)
-            self.received[number].messages.append((time_ns, message[13:]))
+            if number in self.received:  # it may have been unsubscribed meanwhile
+                self.received[number].messages.append((time_ns, message[13:]))
         elif message[0] == 3:
             _, call, length = struct.unpack_from("<III", message, 1)
             encoding = message[13 : 13 + length].decode()

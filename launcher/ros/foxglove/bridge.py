@@ -18,7 +18,7 @@ from launcher.ros.foxglove import protocol
 from launcher.ros.foxglove.calls import Calls
 from launcher.ros.foxglove.catalogue import Catalogue
 from launcher.ros.foxglove.events import ParameterEvents
-from launcher.ros.foxglove.feeds import Feeds
+from launcher.ros.foxglove.feeds import Feeds, reason
 from launcher.ros.foxglove.look import Choice, Connections, Look, look
 from launcher.ros.foxglove.parameters import Parameters
 from launcher.ros.foxglove.protocol import ProtocolError, ServiceCall
@@ -255,7 +255,7 @@ class Bridge:
         except VerbError:
             raise
         except Exception as error:  # of rclpy: of several types
-            raise VerbError(f"no request of {service.type}: {error}") from None
+            raise VerbError(f"no request of {service.type}: {reason(error)}") from None
         response = await self._calls.call(kind, service.name, request)
         if is_json:
             return json.dumps(to_json_plain(to_plain(response)), ensure_ascii=False).encode()

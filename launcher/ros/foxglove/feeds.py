@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from rclpy.qos import DurabilityPolicy
 
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.errors import VerbError
 from launcher.ros.foxglove.receiver import Deliver, Receiver
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
@@ -54,7 +56,7 @@ class Feeds:
         return set(self._topics)
 
     def subscribe(self, topic: str, type_name: str, client: Client, sink: Deliver) -> None:
-        """VerbError if messages of this type cannot be received here."""
+        """VerbError if messages of this type cannot be received here, at least not now."""
         if topic not in self._topics:
             self._topics[topic] = _Topic(with_library(load_message(type_name)))
         self._topics[topic].sinks[client] = sink
@@ -68,7 +70,8 @@ class Feeds:
     def fit_all(self) -> None:
         """Fit the subscriptions again, after publishers have come or gone."""
         for topic in list(self._topics):
-            self._fit(topic)
+            with contextlib.suppress(VerbError):  # tried again the next time
+                self._fit(topic)
 
     def close(self) -> None:
         for topic in self._topics.values():
@@ -98,15 +101,23 @@ class Feeds:
 
     def _begin(self, name: str, topic: _Topic, sinks: tuple[Deliver, ...]) -> _Feed:
         feed = _Feed(sinks=sinks)
-        feed.subscription = self._observer.node.create_subscription(
-            topic.kind, name, _ignore, topic.profile, raw=True
-        )
+        try:
+            feed.subscription = self._observer.node.create_subscription(
+                topic.kind, name, _ignore, topic.profile, raw=True
+            )
+        except RuntimeError as error:  # of rclpy: this process has the topic with another type
+            raise VerbError(f"cannot subscribe: {reason(error)}") from None
         self._receiver.add(feed.subscription, feed.deliver)
         return feed
 
     def _end(self, feed: _Feed) -> None:
         self._receiver.remove(feed.subscription)
         self._observer.node.destroy_subscription(feed.subscription)
+
+
+def reason(error: Exception) -> str:
+    """The text of an error of rclpy in one line, without a place in its sources."""
+    return str(error).partition("\n")[0].partition(", at /")[0] or type(error).__name__
 
 
 def _ignore(message: Any) -> None:

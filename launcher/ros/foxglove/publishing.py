@@ -11,6 +11,7 @@ from rclpy.serialization import deserialize_message
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
 from launcher.ros.foxglove import protocol
+from launcher.ros.foxglove.feeds import reason
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load_message
@@ -39,7 +40,10 @@ class Publication:
         profile = QoSProfile(depth=_DEPTH)
         if DurabilityPolicy.TRANSIENT_LOCAL.name in durabilities:
             profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        self._publisher = observer.node.create_publisher(self._kind, self.topic, profile)
+        try:
+            self._publisher = observer.node.create_publisher(self._kind, self.topic, profile)
+        except RuntimeError as error:  # of rclpy: this process has the topic with another type
+            raise VerbError(f"cannot publish: {reason(error)}") from None
         deadline = time.monotonic() + _CONNECT_S
         while time.monotonic() < deadline:
             if self._publisher.get_subscription_count() >= len(subscriptions):
@@ -59,8 +63,7 @@ class Publication:
         except VerbError:
             raise
         except Exception as error:  # of rclpy: of several types
-            reason = str(error).partition("\n")[0].partition(", at /")[0] or type(error).__name__
-            raise VerbError(f"no {self._kind.__name__}: {reason}") from None
+            raise VerbError(f"no {self._kind.__name__}: {reason(error)}") from None
 
     def close(self) -> None:
         self._observer.node.destroy_publisher(self._publisher)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,7 +19,13 @@ from launcher.console.completion import WordCompleter
 from launcher.console.feed import split
 from launcher.console.format import duration, memory
 from launcher.console.history import MAX_LINES, history_path, open_history
-from launcher.console.requests import SHELL_VERBS, answer, follows, read_call
+from launcher.console.requests import (
+    SHELL_VERBS,
+    answer,
+    follows,
+    read_call,
+    read_shell_words,
+)
 from launcher.control.client import Reply
 from launcher.control.verbs import VERBS
 from launcher.errors import UsageError
@@ -247,14 +255,18 @@ def test_a_process_that_is_muted_beside_a_solo_is_marked_as_both():
 # ---- completion
 
 
+async def no_words(words: Sequence[str]) -> Sequence[tuple[str, str]]:
+    return ()
+
+
 def completed(text: str, fleet: list[dict[str, object]] = FLEET) -> list[str]:
-    completer = WordCompleter(lambda: fleet)
+    completer = WordCompleter(lambda: fleet, no_words)
     found = [c.text for c in completer.get_completions(Document(text), CompleteEvent())]
     return [one.removesuffix(" ") for one in found]
 
 
 def test_a_blank_follows_what_was_completed():
-    completer = WordCompleter(lambda: FLEET)
+    completer = WordCompleter(lambda: FLEET, no_words)
     (only,) = completer.get_completions(Document("unm"), CompleteEvent())
     assert only.text == "unmute "
 
@@ -313,7 +325,57 @@ def test_a_mistake_is_told(line: str, message: str):
         read_call(line)
 
 
-@pytest.mark.parametrize("line", ["topic list -t", "node list", "runs"])
+def asked_for(text: str) -> tuple[list[str], list[str]]:
+    """The words that were asked for, and what is offered."""
+    asked: list[str] = []
+
+    async def ask(words: Sequence[str]) -> Sequence[tuple[str, str]]:
+        asked.extend(words)
+        return [("/chatter", "a topic"), ("a b", ""), ("--field=", "")]
+
+    async def all_of(completer: WordCompleter) -> list[str]:
+        found = completer.get_completions_async(Document(text), CompleteEvent())
+        return [completion.text async for completion in found]
+
+    return asked, asyncio.run(all_of(WordCompleter(lambda: FLEET, ask)))
+
+
+def test_words_of_a_verb_for_shells_are_asked_for():
+    asked, offered = asked_for("topic echo /ch")
+    assert asked == ["topic", "echo", "/ch"]
+    assert offered == ["/chatter ", "'a b' ", "--field="]
+
+
+@pytest.mark.parametrize("text", ["kill ro", "to", "attach ", "nonsense "])
+def test_words_of_other_verbs_are_not_asked_for(text: str):
+    asked, offered = asked_for(text)
+    assert asked == []
+    assert offered == [f"{one} " for one in completed(text)]
+
+
+def test_verbs_of_shells_are_offered():
+    assert "topic" in completed("to") and "param" in completed("pa")
+    assert "attach" not in completed("att")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("topic list -t", ["topic", "list", "-t"]),
+        ("topic pub /a b 'c d'", ["topic", "pub", "/a", "b", "c d"]),
+        ("runs", ["runs"]),
+        ("help topic", ["help", "topic"]),
+        ("ps", None),
+        ("help", None),
+        ("help ps", None),
+        ("attach", None),
+    ],
+)
+def test_verbs_of_shells_run_here(line: str, words: list[str] | None):
+    assert read_shell_words(line) == words
+
+
+@pytest.mark.parametrize("line", ["attach", "launch system", "agent"])
 def test_a_verb_for_shells_is_told_with_its_command(line: str):
     with pytest.raises(UsageError, match="is a verb for shells") as raised:
         read_call(line)
