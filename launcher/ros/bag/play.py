@@ -72,7 +72,7 @@ def play(parsed: Parsed, bags: Sequence[Bag], options: PlayOptions) -> int:
             player = _Player(bags, topics, options, publishers, status)
             if options.wait_for_subscriptions:
                 graph = observer.prefetched_graph()
-                publishers.wait_for_subscriptions(graph, spin_time_s(parsed))
+                publishers.wait_for_others(graph, spin_time_s(parsed))
             player.run()
     except KeyboardInterrupt:
         pass

@@ -94,15 +94,22 @@ class Publishers:
         seconds, nanoseconds = divmod(bag_ns, 10**9)
         self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
 
-    def wait_for_subscriptions(self, graph: GraphSnapshot | None, limit_s: float) -> None:
-        """Return when the subscriptions that are there are connected, which takes discovery."""
+    def wait_for_others(self, graph: GraphSnapshot | None, limit_s: float) -> None:
+        """Return when the subscriptions and services of the graph are connected."""
         if graph is None:
             return
-        wanted = {name: self._matching(graph, name) for name in self._publishers}
+        subscriptions = {name: self._matching(graph, name) for name in self._publishers}
         end = time.monotonic() + limit_s
-        for name, count in wanted.items():
+        for name, count in subscriptions.items():
             publisher = self._publishers[name]
             while publisher.get_subscription_count() < count and time.monotonic() < end:
+                time.sleep(_PERIOD_S)
+        for client in self._clients.values():
+            if not graph.servers(client.service):
+                self._notes(f"the service {client.service} is not there")
+            while graph.servers(client.service) and not client.is_ready():
+                if time.monotonic() >= end:
+                    break
                 time.sleep(_PERIOD_S)
 
     def _matching(self, graph: GraphSnapshot, name: str) -> int:
@@ -139,7 +146,9 @@ class _Requester:
         kind = load(type_name, "srv", "The passed service type is invalid")
         with_library(kind)
         self._event = kind.Event
+        self.service = service
         self._client = node.create_client(kind, service)
+        self.is_ready = self._client.service_is_ready
         self._wanted = _REQUEST_SENT if source == "client" else _REQUEST_RECEIVED
 
     def send(self, data: bytes) -> None:
