@@ -216,13 +216,14 @@ def test_parameters_as_json(verb):
     assert dumped["/talker"]["ros__parameters"]["name"] == "sample"
 
 
-def test_a_parameter_file_with_a_wildcard_is_loaded_on_request(verb, tmp_path):
+def test_the_wildcard_of_a_parameter_file_is_left_out_on_request(verb, tmp_path):
     path = tmp_path / "all.yaml"
     path.write_text(
         yaml.safe_dump({"/**": {"ros__parameters": {"tags": ["c", "d"]}}}), encoding="utf-8"
     )
-    assert verb("param", "load", "/talker", str(path)).code == 1
-    assert verb("param", "load", "/talker", str(path), "--use-wildcard").code == 0
+    assert verb("param", "load", "/talker", str(path), "--no-use-wildcard").code == 1
+    assert verb("param", "get", "/talker", "tags", "--hide-type").out == "['a', 'b']\n"
+    assert verb("param", "load", "/talker", str(path)).code == 0
     assert verb("param", "get", "/talker", "tags", "--hide-type").out == "['c', 'd']\n"
     assert verb("param", "set", "/talker", "tags", "[a, b]").code == 0
 

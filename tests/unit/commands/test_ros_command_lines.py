@@ -80,8 +80,8 @@ GRAPH = {
 LISTED = {**BASE, "show_types": False, "include_hidden_topics": False, "count_topics": False}
 LISTED["verbose"] = False
 INFO = {**BASE, "verbose": False, "explain": False}
-NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False}
-PARAMS = {**NODE, "param_prefixes": (), "param_type": False}
+NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False, "timeout": None}
+PARAMS = {**NODE, "param_prefixes": (), "param_type": False, "filter": None}
 CALL = {**BASE, "values": "", "stdin": False, "rate": None, "timeout": None}
 SERVICES = {**BASE, "show_types": False, "count_services": False}
 SERVICES["include_hidden_services"] = False
@@ -234,6 +234,7 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
         ("param list --param-prefixes=a /n", PARAMS, {"param_prefixes": ["a"]}),
         ("param get /n p --hide-type", NODE, {"parameter_name": "p", "hide_type": True}),
         ("param set /n p 1 q 2 --atomic", NODE, {"pairs": ["p", "1", "q", "2"], "atomic": True}),
+        ("param delete /n p --timeout 2", NODE, {"parameter_name": "p", "timeout": 2.0}),
         ("param set /n p -5", NODE, {"pairs": ["p", "-5"], "atomic": False}),
         ("param set /n p -1.5", NODE, {"pairs": ["p", "-1.5"], "atomic": False}),
         ("param set /n p -- -x", NODE, {"pairs": ["p", "-x"], "atomic": False}),
@@ -244,9 +245,9 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
         ),
         ("param dump /n", NODE, {}),
         (
-            "param load /n f.yaml --use-wildcard",
+            "param load /n f.yaml --no-use-wildcard --timeout 3",
             NODE,
-            {"parameter_file": "f.yaml", "use_wildcard": True},
+            {"parameter_file": "f.yaml", "no_use_wildcard": True, "timeout": 3.0},
         ),
         ("service list -t -c", SERVICES, {"show_types": True, "count_services": True}),
         ("service type /s", BASE, {"service_name": "/s"}),
