@@ -25,8 +25,13 @@ def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
     add_wheels_to_ament_path()
-    debug = _wants_traceback(words)
+    debug = False
     try:
+        if words[:1] and words[0].startswith("-") and len(words) > 1:
+            from launcher.commands.ros.front import verb_first
+
+            words = verb_first(words)
+        debug = _wants_traceback(words)
         if any(word.partition("=")[0] == "--workspace" for word in words):
             from launcher.commands.workspace_option import choose_workspace
 

@@ -44,6 +44,10 @@ DOMAIN_OPTIONS = (
 )
 
 
+SIM_TIME = option("-s, --use-sim-time", "use the time on /clock")
+_NO_SIM_TIME = option("-s, --use-sim-time", "ignored, for compatibility with ros2")
+
+
 def ros_command(
     name: str,
     help_text: str,
@@ -53,12 +57,14 @@ def ros_command(
     exclusive: tuple[tuple[str, ...], ...] = (),
 ) -> Command:
     """A command with these arguments and options, and those that all ROS verbs have."""
+    has_own = any("-s" in one.flags for one in entries)
+    general = DOMAIN_OPTIONS if has_own else (*DOMAIN_OPTIONS, _NO_SIM_TIME)
     return Command(
         name,
         help_text,
         arguments=tuple(one for one in entries if not one.flags),
         options=tuple(one for one in entries if one.flags),
-        groups=(*groups, ("options of all ROS verbs", DOMAIN_OPTIONS)),
+        groups=(*groups, ("options of all ROS verbs", general)),
         exclusive=exclusive,
         abbreviations=True,
         run=run,

@@ -304,3 +304,43 @@ def test_a_difference_as_json_is_a_list(verb, tmp_path):
     answer = verb("graph", "--diff", str(path), "--json")
     assert answer.code == 1
     assert answer.json() == ["+ node /talker"]
+
+
+# ---- pub
+
+
+def test_pub_has_the_node_that_it_is_told(env, verb):
+    with going_on(env, "topic", "pub", "/opts", "std_msgs/msg/String", "data: a", "-n", "teller"):
+        names = ("node", "info", "/teller")
+        said = eventually(lambda: verb(*names), lambda answer: "/opts" in answer.out)
+        assert "    /opts: std_msgs/msg/String" in said.lines
+    refused = verb("topic", "pub", "/opts", "std_msgs/msg/String", "-n", "no such")
+    assert (refused.code, refused.err.startswith("error: --node-name: Invalid node name")) == (
+        2,
+        True,
+    )
+
+
+def test_pub_does_not_wait_longer_than_it_is_told(verb):
+    words = (
+        "topic",
+        "pub",
+        "/alone",
+        "std_msgs/msg/String",
+        "data: a",
+        "--max-wait-time-secs",
+        "1",
+    )
+    answer = verb(*words, "--once")
+    assert (answer.code, answer.lines[0]) == (
+        1,
+        "Waiting for at least 1 matching subscription(s)...",
+    )
+    assert answer.err == (
+        "Timed out waiting for subscribers: Expected 1 subscribers but only got 0 subscribers\n"
+    )
+    endless = verb(*words)
+    assert (endless.code, "only effective with --wait-matching-subscriptions" in endless.err) == (
+        2,
+        True,
+    )

@@ -27,8 +27,14 @@ def test_echo_once_prints_one_message_and_accepts_a_name_without_slash(verb):
 def test_echo_of_a_latched_topic_prints_the_backlog_and_ends_after_the_timeout(verb):
     words = ("topic", "echo", "/latched", "--timeout", "3", "--flow-style")
     answer = eventually(lambda: verb(*words), lambda answer: answer.out)
-    assert answer.out == "".join(f"{{data: {n}}}\n---\n" for n in range(3, 8))
+    assert answer.out == "".join(f"data: {n}\n---\n" for n in range(3, 8))
     assert answer.code == 0
+
+
+def test_the_timeout_of_echo_ends_it_although_messages_arrive(verb):
+    answer = verb("topic", "echo", "/chatter", "--timeout", "2", "--json", "-i")
+    times = [json.loads(line)["info"]["received_timestamp"] for line in answer.lines]
+    assert (max(times) - min(times) < 2.5e9, answer.code) == (True, 0)
 
 
 @pytest.mark.parametrize(

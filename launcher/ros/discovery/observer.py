@@ -93,6 +93,10 @@ class Observer:
         """One more hidden node of the same participant, to spin or to publish with."""
         return _node(f"{self.name}_{suffix}", self.context, is_hidden=True)
 
+    def companion(self, name: str) -> Any:
+        """One more node of the same participant, which others see; InvalidNodeNameException."""
+        return _node(name, self.context, is_hidden=True)
+
     def _hides(self, name: str) -> bool:
         return self._is_hidden and (name == self.name or name.startswith(f"{self.name}_"))
 

@@ -22,6 +22,7 @@ from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
+from launcher.ros.topics.history import History
 from launcher.ros.verb import spin_time_s, warn
 
 if TYPE_CHECKING:
@@ -37,11 +38,15 @@ _AWAIT_PERIOD_S = 0.1  # after it, all endpoints of a participant are known
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds."""
+    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds.
+
+    `is_history`: it was published before the subscription.
+    """
 
     topic: str
     message: Any
     info: dict[str, Any]
+    is_history: bool = False
 
     @property
     def received_ns(self) -> int:
@@ -143,10 +148,16 @@ class Listener:
         self._subscriptions: list[tuple[Target, Any]] = []
         self._explained: set[str] = set()
         self._received: set[str] = set()
+        self._histories: dict[str, History] = {}
 
     def subscribe(self, target: Target, profile: Any) -> None:
+        from rclpy.qos import DurabilityPolicy
+
+        message_type = with_library(load_message(target.type))
+        if profile.durability != DurabilityPolicy.VOLATILE:
+            self._histories[target.name] = History(time.time_ns())
         subscription = self._observer.node.create_subscription(
-            with_library(load_message(target.type)),
+            message_type,
             target.name,
             _ignore,
             profile,
@@ -163,10 +174,16 @@ class Listener:
                 for _ in range(_BURST):
                     if (taken := take(kind, self._raw)) is None:
                         break
-                    message, info = taken
-                    found.append(Sample(topic=target.name, message=message, info=info))
+                    found.append(self._sample(target.name, *taken))
         self._received.update(sample.topic for sample in found)
         return found
+
+    def _sample(self, topic: str, message: Any, info: dict[str, Any]) -> Sample:
+        history = self._histories.get(topic)
+        is_history = history is not None and history.has(
+            info["source_timestamp"], info["received_timestamp"]
+        )
+        return Sample(topic=topic, message=message, info=info, is_history=is_history)
 
     def close(self) -> None:
         subscriptions, self._subscriptions = self._subscriptions, []

@@ -154,6 +154,12 @@ def test_arrays_and_strings_can_be_left_out():
     assert "orientation_covariance: '<array type: double[9]>'" in to_yaml(IMU, Style(no_arr=True))
 
 
-def test_flow_style_is_one_line():
-    text = to_yaml(load_message("geometry_msgs/msg/Point")(x=1.0), Style(flow=True))
-    assert text == "{x: 1.0, y: 0.0, z: 0.0}\n"
+def test_flow_style_has_lists_on_one_line_and_blocks_around_them():
+    text = to_yaml(SHAPES, Style(flow=True))
+    assert text.startswith("header:\n  stamp:\n    sec: 0\n")
+    assert "\nname: [left, right]\n" in text
+    point = load_message("geometry_msgs/msg/Point32")
+    polygon = load_message("geometry_msgs/msg/Polygon")(points=[point(x=1.0), point()])
+    assert to_yaml(polygon, Style(flow=True)) == (
+        "points: [{x: 1.0, y: 0.0, z: 0.0}, {x: 0.0, y: 0.0, z: 0.0}]\n"
+    )
