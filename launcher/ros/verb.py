@@ -44,6 +44,7 @@ DOMAIN_OPTIONS = (
 )
 
 
+_WITHOUT_GRAPH = ("interface",)
 SIM_TIME = option("-s, --use-sim-time", "use the time on /clock")
 _NO_SIM_TIME = option("-s, --use-sim-time", "ignored, for compatibility with ros2")
 
@@ -73,8 +74,12 @@ def ros_command(
 
 def dispatch(command: Command, words: Sequence[str]) -> int:
     """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
+    from launcher.ros.discovery.environment import check_environment
+
     _refuse_undecodable(words)
     options = command.parse(words)
+    if options.command.name.partition(" ")[0] not in _WITHOUT_GRAPH:
+        check_environment(os.environ)
     _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):

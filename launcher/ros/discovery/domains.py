@@ -22,7 +22,7 @@ _UNUSUAL = (
     "FASTDDS_DEFAULT_PROFILES_FILE",
     "CYCLONEDDS_URI",
 )
-_RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
+RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 _OFF = (
     "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
     "unset it, or set it to LOCALHOST or SUBNET"
@@ -69,7 +69,7 @@ def _discovery_range(environment: Mapping[str, str]) -> str:
     if environment.get("ROS_LOCALHOST_ONLY") == "1":  # beats the other
         return "LOCALHOST"
     word = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET"
-    return word if word in _RANGES else "LOCALHOST"
+    return word if word in RANGES else "LOCALHOST"
 
 
 def is_off(environment: Mapping[str, str] = os.environ) -> bool:
