@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from tests.support.node_process import without_complaints
-from tests.support.verbs import TIMEOUT_S, eventually
+from tests.support.verbs import TIMEOUT_S, eventually, going_on
 from tests.support.waiting import wait_until
 
 RELAY = ("/relay", "geometry_msgs/msg/Point")
@@ -245,3 +245,22 @@ def test_a_reader_that_has_enough_ends_echo_quietly(env):
 def test_a_filter_looks_at_the_field_that_is_asked_for(verb):
     words = ("--field", "data[3]", "--filter", "m == 3.0", "--once")
     assert verb("topic", "echo", "/numbers", *words).out == "3.0\n---\n"
+
+
+def test_a_publisher_that_does_not_match_is_named_while_another_is_received(verb, env):
+    weak = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: weak", "-n", "weak_one")
+    strong = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: strong", "-n", "strong_one")
+    ask = ("topic", "echo", "/mixed", "std_msgs/msg/String", "--qos-reliability", "reliable")
+    with (
+        going_on(env, *weak, "-r", "5", "--qos-reliability", "best_effort"),
+        going_on(env, *strong, "-r", "5"),
+    ):
+        answer = eventually(
+            lambda: verb(*ask, "--timeout", "3"),
+            lambda answer: (
+                "strong" in answer.out
+                and "nothing will be received on /mixed from /weak_one:\n" in answer.err
+            ),
+        )
+    assert "UNKNOWN" not in answer.err
+    assert "weak" not in answer.out

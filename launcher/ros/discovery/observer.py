@@ -152,7 +152,7 @@ class Observer:
     def all_endpoints(self) -> list[Endpoint]:
         """The endpoints of all topics whose node is known, sorted."""
         found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
-        return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
+        return sorted(e for e in found if e.has_name)
 
     def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""

@@ -18,11 +18,12 @@ from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint
-from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.streams import until_interrupted
+from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import observing, warn
 
 _POLL_S = 0.02
@@ -99,7 +100,7 @@ def _await_subscriptions(
 ) -> None:
     """Return when there are as many as wanted; VerbError if that takes too long."""
     wanted, limit_s = _wanted(options), options.max_wait_time_secs
-    printed_s = explained = None
+    printed_s, unmatched = None, Unmatched()
     end = math.inf if limit_s is None else time.monotonic() + limit_s
     while (there := publisher.get_subscription_count()) < wanted:
         now = time.monotonic()
@@ -107,10 +108,8 @@ def _await_subscriptions(
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
             printed_s = now
             others = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
-            text = _why_unmatched([*others, own])
-            if text and text != explained:
+            if text := unmatched.news([*others, own], _with_options):
                 warn(text)
-                explained = text
         if now >= end:
             raise VerbError(
                 f"Timed out waiting for subscribers: Expected {wanted} subscribers but only got "
@@ -119,14 +118,10 @@ def _await_subscriptions(
         time.sleep(_POLL_S)
 
 
-def _why_unmatched(endpoints: list[Endpoint]) -> str | None:
-    """The mismatches, with the options of ours that repair them; None if there are none."""
-    found = mismatches(endpoints)
-    if not found:
-        return None
+def _with_options(found: list[Mismatch], reasons: str) -> str:
+    """The mismatches, with the options of ours that repair them."""
     options = qos.publisher_options(found)
-    hint = f"\nhint: {' '.join(options)}" if options else ""
-    return explain(endpoints) + hint
+    return f"{reasons}\nhint: {' '.join(options)}" if options else reasons
 
 
 def _loop(
