@@ -169,6 +169,7 @@ def observing(
     enough: Callable[[GraphSnapshot], object] = lambda graph: False,
     *,
     listens: bool = False,
+    profile: str | None = None,
 ) -> Iterator[Observer]:
     """An rclpy observer of the domain, while discovery is still on its way.
 
@@ -188,7 +189,7 @@ def observing(
             stack.callback(prefetch.close)
         from launcher.ros.discovery.observer import Observer  # imports rclpy, which is slow
 
-        yield stack.enter_context(Observer(domain_id, prefetch=prefetch))
+        yield stack.enter_context(Observer(domain_id, prefetch=prefetch, profile=profile))
 
 
 @contextlib.contextmanager

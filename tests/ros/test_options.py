@@ -8,7 +8,9 @@ import re
 import pytest
 import yaml
 
-from tests.support.verbs import TIMEOUT_S, eventually, going_on
+from launcher.ros.discovery.domains import PROFILES, has_profiles
+from launcher.ros.discovery.observer import Observer
+from tests.support.verbs import TIMEOUT_S, eventually, going_on, launcher
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
@@ -344,3 +346,13 @@ def test_pub_does_not_wait_longer_than_it_is_told(verb):
         2,
         True,
     )
+
+
+def test_the_profile_of_pub_is_read_and_its_own_only(env, monkeypatch):
+    words = ("topic", "pub", "/profiled", "std_msgs/msg/String", "data: a", "--once", "-w", "0")
+    answer = launcher(env, *words)
+    assert (answer.err, answer.code) == ("", 0)  # Fast DDS complains about a file that is wrong
+    for variable in PROFILES:
+        monkeypatch.delenv(variable, raising=False)
+    with Observer(int(env["ROS_DOMAIN_ID"]), profile="/no/such/profile.xml"):
+        assert not has_profiles()

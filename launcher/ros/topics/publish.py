@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -28,6 +29,7 @@ from launcher.ros.verb import observing, warn
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
+_PROFILE = os.path.join(os.path.dirname(__file__), "publisher.xml")
 
 
 def publish(options: Parsed) -> int:
@@ -43,7 +45,11 @@ def publish(options: Parsed) -> int:
     name = full_topic(options.topic_name)
     profile = qos.from_options(options, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)
-    with until_interrupted(), observing(options) as observer, _node(observer, options) as node:
+    with (
+        until_interrupted(),
+        observing(options, profile=_PROFILE) as observer,
+        _node(observer, options) as node,
+    ):
         clock.start(observer)
         publisher = node.create_publisher(type(message), name, profile)
         own = qos.endpoint_of(
