@@ -13,7 +13,7 @@ VERBS = {
     "param": "list, get and set parameters of nodes",
     "service": "list and call services",
     "interface": "show the installed types of messages, services and actions",
-    "pkg": "make packages of nodes and of interfaces",
+    "pkg": "make packages of nodes and of interfaces, and look at installed ones",
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
@@ -23,12 +23,17 @@ VERBS = {
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
+    "multicast": "send or receive one packet by multicast, to try a network",
+    "daemon": "say that no daemon is needed, for scripts that use ros2",
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
 
 # Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
-ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph")
+ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph", "multicast", "daemon")
+
+# Other names of verbs.
+ALIASES = {"wtf": "doctor"}
 
 
 def module_of(verb: str) -> str:
@@ -78,14 +83,11 @@ ABSENT_VERBS = {
     "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one per line",
     "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
     "control": None,
-    "daemon": "there is no daemon; every verb reads the graph itself",
     "extension_points": None,
     "extensions": None,
     "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "
     "and change_state with ChangeState",
-    "multicast": None,
     "plugin": None,
     "security": None,
     "trace": None,
-    "wtf": "PROGRAM doctor",
 }

@@ -7,7 +7,7 @@ import importlib
 from collections.abc import Sequence
 
 from launcher.command_line import Command
-from launcher.commands import CONTROL_VERBS, VERBS, module_of
+from launcher.commands import ALIASES, CONTROL_VERBS, VERBS, module_of
 from launcher.errors import UsageError
 
 
@@ -26,6 +26,7 @@ def verbs_first(words: Sequence[str]) -> list[str]:
 def command_of(words: Sequence[str]) -> tuple[Command, Sequence[str]]:
     """The command that the words begin with, and the words behind its name."""
     verb, *rest = words
+    verb = ALIASES.get(verb, verb)
     if verb in CONTROL_VERBS:
         from launcher.commands import control
         from launcher.control import verbs

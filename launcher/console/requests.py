@@ -34,6 +34,8 @@ SHELL_VERBS = (
     "param",
     "service",
     "interface",
+    "multicast",
+    "daemon",
     "doctor",
     "hosts",
     "agent",
