@@ -14,6 +14,7 @@ from launcher.ros.verb import DOMAIN_OPTIONS
 from launcher.text import did_you_mean
 
 _VERBS = (*VERBS, *CONTROL_VERBS, *ABSENT_VERBS)
+_LOOKING = tuple(verb for verb in ROS_VERBS if verb not in ("multicast", "daemon"))  # at a graph
 _SHORT = re.compile(r"-d(\d+)$")
 
 
@@ -23,10 +24,12 @@ def verb_first(words: Sequence[str]) -> list[str]:
     Left as it is: a command line that begins with options of a launch.
     """
     metavars = {flag: one.metavar for one in (*DOMAIN_OPTIONS, WORKSPACE) for flag in one.flags}
-    spelled = [part for word in words[:1] for part in _SHORT.sub(r"-d \1", word).split(" ")]
-    spelled += words[1:]
-    if not _means_domain(spelled):
-        metavars["-d"] = ""  # --debug of a launch
+    spelled = list(words)
+    if words and (short := _SHORT.match(words[0])) is not None:
+        spelled[:1] = ["-d", short[1]]
+    del metavars["-d"]
+    _, rest = take_front(spelled, metavars)
+    metavars["-d"] = "ID" if rest[:1] == ["-d"] and _is_domain(rest[1:]) else ""
     front, rest = take_front(spelled, metavars)
     if not front:
         return list(words)
@@ -39,25 +42,21 @@ def verb_first(words: Sequence[str]) -> list[str]:
     return [rest[0], *(part for option in front for part in option), *rest[1:]]
 
 
-def _means_domain(words: Sequence[str]) -> bool:
-    """Whether the first `-d` is a domain: `-d system` prints the traceback of a launch."""
-    if "-d" not in words:
-        return False
-    behind = list(words[words.index("-d") + 1 :])
-    if behind and behind[0] in ROS_VERBS:
-        raise UsageError(
-            "-d needs a value: ID", hint=f"for example: {program()} -d 83 {' '.join(behind[:2])}"
-        )
-    return any(one.isdigit() for one in behind[:1]) or any(one in ROS_VERBS for one in behind[1:2])
+def _is_domain(behind: Sequence[str]) -> bool:
+    """Whether `-d` in front of these words is a domain; `-d system` is --debug of a launch."""
+    if behind and behind[0] in _LOOKING:
+        example = f"{program()} -d 83 {' '.join(behind[:2])}"
+        raise UsageError("-d needs a value: ID", hint=f"for example: {example}")
+    return any(one.isdigit() for one in behind[:1]) or any(one in _LOOKING for one in behind[1:2])
 
 
 def _require_ros_verb(flag: str, rest: Sequence[str]) -> None:
-    verbs = f"it is an option of {', '.join(ROS_VERBS)}"
+    verbs = f"it is an option of {', '.join(_LOOKING)}"
     if not rest:
         raise UsageError(f"the verb behind {flag} is missing", hint=verbs)
     if rest[0].startswith("-"):
         raise UsageError(f"unknown option '{rest[0]}' in front of the verb", hint=verbs)
-    if rest[0] in ROS_VERBS or rest[0] in ABSENT_VERBS:
+    if rest[0] in _LOOKING or rest[0] in ABSENT_VERBS:
         return
     if rest[0] in _VERBS:
         raise UsageError(f"{flag} is not an option of '{rest[0]}'", hint=verbs)
