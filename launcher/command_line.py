@@ -162,16 +162,38 @@ class Command(Record):
         """As `parse`, but the first mistake is the `problem` of what is returned."""
         if not self.commands:
             return _Reader(self, words).result()
+        front, words = self.take_front(words)
         if words[:1] == ["--"]:
             words = words[1:]
         if not words or words[0] in HELP.flags:
             raise HelpRequested(self, ExitCode.OK if words else ExitCode.USAGE)
         for command in self.commands:
             if command.name == f"{self.name} {words[0]}":
-                return command.read(words[1:])
+                own = {flag for one in command.all_options for flag in one.flags}
+                taken = [part for one in front if one[0].partition("=")[0] in own for part in one]
+                return command.read([*taken, *words[1:]])
+        if words[0].startswith("-"):
+            hint = f"usage: {self.usage}"
+            raise UsageError(f"unknown option '{words[0]}' in front of the verb", hint=hint)
         names = [command.name.rpartition(" ")[2] for command in self.commands]
         hint = did_you_mean(words[0], names) or f"known: {', '.join(names)}"
         raise UsageError(f"unknown verb '{self.name} {words[0]}'", hint=hint)
+
+    def take_front(self, words: Sequence[str]) -> tuple[list[list[str]], list[str]]:
+        """The options in front of the verb, each with its value, and the other words; UsageError.
+
+        Our own options and those that all our commands have may stand there.
+        """
+        if not words or not words[0].startswith("-"):
+            return [], list(words)
+        from launcher.command_front import take_front  # not on the way to a first process
+
+        each = [{flag: one for one in c.all_options for flag in one.flags} for c in self.commands]
+        metavars = {flag: one.metavar for one in self.options for flag in one.flags}
+        for flag, option in each[0].items():
+            if option is not HELP and all(flag in one for one in each):
+                metavars[flag] = option.metavar
+        return take_front(words, metavars)
 
 
 class Parsed(SimpleNamespace):

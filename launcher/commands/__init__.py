@@ -16,7 +16,7 @@ VERBS = {
     "lifecycle": "show and change the states of lifecycle nodes",
     "interface": "show the installed types of messages, services and actions",
     "bag": "record topics, play and compare recordings",
-    "pkg": "make packages of nodes and of interfaces",
+    "pkg": "make packages of nodes and of interfaces, and look at installed ones",
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
@@ -27,6 +27,8 @@ VERBS = {
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
     "foxglove": "show the ROS graph to Foxglove and to Lichtblick",
+    "multicast": "send or receive one packet by multicast, to try a network",
+    "daemon": "say that no daemon is needed, for scripts that use ros2",
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
@@ -43,7 +45,12 @@ ROS_VERBS = (
     "graph",
     "bag",
     "foxglove",
+    "multicast",
+    "daemon",
 )
+
+# Other names of verbs.
+ALIASES = {"wtf": "doctor"}
 
 
 def module_of(verb: str) -> str:
@@ -91,13 +98,10 @@ ABSENT_VERBS = {
     "component": "component containers are C++ programs of a ROS installation, into which a launch "
     "file loads components; Python nodes share a process with --compose",
     "control": None,
-    "daemon": "there is no daemon; every verb reads the graph itself",
     "extension_points": None,
     "extensions": None,
-    "multicast": None,
     "plugin": None,
     "security": "keystores are made by sros2 of a ROS installation; nodes find them by "
     "ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE",
     "trace": None,
-    "wtf": "PROGRAM doctor",
 }

@@ -38,6 +38,8 @@ SHELL_VERBS = (
     "lifecycle",
     "interface",
     "bag",
+    "multicast",
+    "daemon",
     "doctor",
     "hosts",
     "agent",

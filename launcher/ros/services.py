@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ _PREFETCHED_S = 5.0  # the same where only the prefetch has discovered it
 _DISCOVERED_S = 0.2
 ASK_AGAIN_S = 1.0
 _PERIOD_S = 0.005
+_NODE_PERIOD_S = 0.05
 
 
 class NoAnswerError(VerbError):
@@ -131,14 +133,22 @@ def full_node(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
-    """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
+def require_node(
+    observer: Observer, name: str, spin_time_s: float, until_s: float = -math.inf
+) -> str:
+    """The full name of a node; VerbError with the text of ros2cli if it does not exist.
+
+    It may still appear up to `until_s`, on the monotonic clock.
+    """
     full = full_node(name)
     known: Sequence[str]
     if (graph := observer.prefetched_graph()) is not None:
         known = graph.nodes
     else:
         settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+        known = observer.node_names()
+    while full not in known and time.monotonic() < until_s:
+        time.sleep(_NODE_PERIOD_S)
         known = observer.node_names()
     if full not in known:
         raise VerbError("Node not found", hint=did_you_mean(full, known))

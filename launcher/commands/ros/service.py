@@ -190,6 +190,7 @@ def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) 
 COMMAND = Command(
     "service",
     VERBS["service"],
+    options=(HIDDEN,),
     commands=(
         ros_command(
             "service list",

@@ -52,6 +52,15 @@ class Endpoint:
     def is_publisher(self) -> bool:
         return self.direction == Direction.PUBLISHER.value
 
+    @property
+    def has_name(self) -> bool:
+        return not self.node.endswith(UNKNOWN_NODE)
+
+    @property
+    def shown_node(self) -> str:
+        """The name of its node for a sentence."""
+        return self.node if self.has_name else "a node whose name is not known yet"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TopicGraph:

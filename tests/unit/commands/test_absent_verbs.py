@@ -17,15 +17,16 @@ def test_no_absent_verb_exists():
     [
         ["security", "list_enclaves"],
         ["component", "list"],
-        ["help", "wtf"],
+        ["help", "trace"],
     ],
     ids=" ".join,
 )
 def test_an_absent_verb_is_reported_with_its_replacement(words):
     answer = in_process(*words)
-    verb = "wtf" if words[0] == "help" else words[0]
+    verb = "trace" if words[0] == "help" else words[0]
     assert (answer.out, answer.code) == ("", 2)
-    hint = cli.ABSENT_VERBS[verb].replace("PROGRAM", "python -m launcher")
+    hint = cli.ABSENT_VERBS[verb] or "PROGRAM --help lists the verbs"
+    hint = hint.replace("PROGRAM", "python -m launcher")
     assert answer.err == (f"error: ros2cli's verb '{verb}' does not exist here\nhint: {hint}\n")
 
 
