@@ -91,6 +91,7 @@ setup(
         "launcher.smoke": ["*.json"],
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],
+        "launcher.ros.topics": ["*.xml"],
     },
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,

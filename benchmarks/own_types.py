@@ -20,6 +20,7 @@ from launcher.workspace import Workspace
 from launcher.workspace.environment import environment
 
 MESSAGES, RATE_HZ = 10000, 2500
+LISTEN_S = "9"
 PACKAGE = "benchmark_interfaces"
 # own type -> its definition, the type of std_msgs with the same fields, and the data that is sent
 PAIRS = {
@@ -114,7 +115,7 @@ def _stream(env: Mapping[str, str], package: str, name: str, data: str) -> tuple
         words = [sys.executable, "-c", PUBLISHER, package, name, data]
         publisher = subprocess.Popen(words)
         kind = f"{package}/msg/{name}"
-        echo = ("topic", "echo", "/fast", kind, "--csv", "-f", "--timeout", "4")
+        echo = ("topic", "echo", "/fast", kind, "--csv", "-f", "--timeout", LISTEN_S)
         reliable = ("--qos-reliability", "reliable", "--qos-depth", str(MESSAGES))
         cost = cost_of("-m", "launcher", *echo, *reliable)
         _, status, usage = os.wait4(publisher.pid, 0)

@@ -191,12 +191,14 @@ def crowd() -> Iterator[None]:
 
 def topic_stream(runs: int) -> list[Row]:
     """Messages that arrive, and CPU time against the bare subscription's."""
+    limit = f"{LISTEN_S - 2:g}"
     echo = (*VERB, "echo", "/fast", "std_msgs/msg/Int32", "--qos-reliability", "reliable")
+    echo = (*echo, "--timeout", limit)
     words = {
         "bare": ("-c", BARE_SUBSCRIBER.format(seconds=LISTEN_S)),
-        "topic hz": (*VERB, "hz", "/fast", "--for", f"{LISTEN_S - 2:g}", "--json"),
-        "topic echo --csv": (*echo, "--csv", "--timeout", "4"),
-        "topic echo": (*echo, "--timeout", "4"),
+        "topic hz": (*VERB, "hz", "/fast", "--for", limit, "--json"),
+        "topic echo --csv": (*echo, "--csv"),
+        "topic echo": echo,
     }
     with ros_domain():
         measures = {name: partial(_listen, *w) for name, w in words.items()}

@@ -9,7 +9,14 @@ import sys
 from collections.abc import Sequence
 
 from launcher.command_line import HELP, HelpRequested
-from launcher.commands import ABSENT_VERBS, CONSOLE_VERBS, CONTROL_VERBS, VERBS, module_of
+from launcher.commands import (
+    ABSENT_VERBS,
+    ALIASES,
+    CONSOLE_VERBS,
+    CONTROL_VERBS,
+    VERBS,
+    module_of,
+)
 from launcher.errors import (
     ExitCode,
     LauncherError,
@@ -25,8 +32,13 @@ def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
     add_wheels_to_ament_path()
-    debug = _wants_traceback(words)
+    debug = False
     try:
+        if words[:1] and words[0].startswith("-") and len(words) > 1:
+            from launcher.commands.ros.front import verb_first
+
+            words = verb_first(words)
+        debug = _wants_traceback(words)
         if any(word.partition("=")[0] == "--workspace" for word in words):
             from launcher.commands.workspace_option import choose_workspace
 
@@ -88,6 +100,7 @@ def _dispatch(words: list[str]) -> int:
         print(overview())
         return ExitCode.OK if words else ExitCode.USAGE
     verb, *rest = words
+    verb = ALIASES.get(verb, verb)
     if verb in ("--version", "-V"):
         print(importlib.import_module("launcher").__version__)
         return ExitCode.OK
@@ -109,7 +122,16 @@ def _dispatch(words: list[str]) -> int:
 
 
 # Verbs that need nothing of a workspace, or make it.
-_OUTSIDE_WORKSPACE = ("control", "doctor", "env", "build", "wheel", "pkg")
+_OUTSIDE_WORKSPACE = (
+    "control",
+    "doctor",
+    "env",
+    "build",
+    "wheel",
+    "pkg",
+    "multicast",
+    "daemon",
+)
 # Verbs that leave rclpy to other processes. In this one, the loader would have to know the
 # libraries of a workspace from the start.
 _WITHOUT_RCLPY = (
@@ -157,7 +179,7 @@ def _help_words(words: list[str]) -> list[str]:
     """The words that print the help requested by `help WORDS`; UsageError."""
     if not words or words[0] == "help" or words[0].startswith("-"):
         return ["--help"]
-    name = words[0]
+    name = ALIASES.get(words[0], words[0])
     names = (*VERBS, *CONTROL_VERBS)
     if name not in (*names, *ABSENT_VERBS, *CONSOLE_VERBS):
         hint = did_you_mean(name, names) or f"{_program()} help lists the verbs"
@@ -167,7 +189,20 @@ def _help_words(words: list[str]) -> list[str]:
 
 
 # Those that have verbs of their own.
-_WITH_VERBS = ("topic", "node", "param", "service", "interface", "pkg", "hosts")
+_WITH_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "bag",
+    "pkg",
+    "hosts",
+    "multicast",
+    "daemon",
+)
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

@@ -24,7 +24,9 @@ def help_text(command: Command) -> str:
         parts.append(_section("arguments", explained))
     # In the console, `help VERB` is how help is asked for.
     options = (*command.options, WORKSPACE, HELP) if command.in_shell else command.options
-    if options and not command.commands:
+    if command.commands:
+        options = command.options
+    if options:
         parts.append(option_section("options", options))
     parts += [option_section(title, options) for title, options in command.groups]
     return "\n\n".join([*parts, *([command.epilog] if command.epilog else [])])

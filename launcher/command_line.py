@@ -63,6 +63,8 @@ def option(
 ) -> Option:
     """An option or argument by its spelling in help: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
 
+    The word behind `--clock [HZ]` is its value if it can be read as one, otherwise it is `value`.
+
     The name is that of the last flag, or the argument in lower case.
     """
     flags = tuple(
@@ -71,7 +73,7 @@ def option(
     shape = spelling.rpartition(flags[-1])[2].lstrip() if flags else spelling
     if flags and shape.startswith("[="):
         count, shape = "=", shape[2:-1]
-    elif not flags and shape.startswith("["):
+    elif shape.startswith("["):
         count = count or ("*" if shape.endswith(" ...]") else "?")
         shape = shape[1:-1]
     metavar = shape.removesuffix(" ...")
@@ -160,16 +162,38 @@ class Command(Record):
         """As `parse`, but the first mistake is the `problem` of what is returned."""
         if not self.commands:
             return _Reader(self, words).result()
+        front, words = self.take_front(words)
         if words[:1] == ["--"]:
             words = words[1:]
         if not words or words[0] in HELP.flags:
             raise HelpRequested(self, ExitCode.OK if words else ExitCode.USAGE)
         for command in self.commands:
             if command.name == f"{self.name} {words[0]}":
-                return command.read(words[1:])
+                own = {flag for one in command.all_options for flag in one.flags}
+                taken = [part for one in front if one[0].partition("=")[0] in own for part in one]
+                return command.read([*taken, *words[1:]])
+        if words[0].startswith("-"):
+            hint = f"usage: {self.usage}"
+            raise UsageError(f"unknown option '{words[0]}' in front of the verb", hint=hint)
         names = [command.name.rpartition(" ")[2] for command in self.commands]
         hint = did_you_mean(words[0], names) or f"known: {', '.join(names)}"
         raise UsageError(f"unknown verb '{self.name} {words[0]}'", hint=hint)
+
+    def take_front(self, words: Sequence[str]) -> tuple[list[list[str]], list[str]]:
+        """The options in front of the verb, each with its value, and the other words; UsageError.
+
+        Our own options and those that all our commands have may stand there.
+        """
+        if not words or not words[0].startswith("-"):
+            return [], list(words)
+        from launcher.command_front import take_front  # not on the way to a first process
+
+        each = [{flag: one for one in c.all_options for flag in one.flags} for c in self.commands]
+        metavars = {flag: one.metavar for one in self.options for flag in one.flags}
+        for flag, option in each[0].items():
+            if option is not HELP and all(flag in one for one in each):
+                metavars[flag] = option.metavar
+        return take_front(words, metavars)
 
 
 class Parsed(SimpleNamespace):
@@ -285,6 +309,8 @@ class _Reader:
             if has_value:
                 raise UsageError(f"{flag} takes no value", hint=self._usage())
             self._set(option, [word], option.value)
+        elif option.count == "?":
+            self._take_optional(option, flag, value if has_value else None)
         elif option.count == "+":
             words = [value] if has_value else self._values_after(flag, option)
             values = [self._read(option, flag, one) for one in words]
@@ -292,6 +318,20 @@ class _Reader:
         else:
             more = [] if has_value else [self._value_after(flag, option)]
             self._set(option, [word, *more], self._read(option, flag, more[0] if more else value))
+
+    def _take_optional(self, option: Option, flag: str, value: str | None) -> None:
+        if value is not None:
+            self._set(option, [flag], self._read(option, flag, value))
+            return
+        words, known = [flag], option.value
+        if self._queue and not self._is_option(self._queue[0]):
+            try:
+                known = option.read(self._queue[0])
+            except ValueError:
+                pass  # it is the next argument
+            else:
+                words.append(self._queue.popleft())
+        self._set(option, words, known)
 
     def _take_unknown(self, word: str) -> None:
         command = self._command

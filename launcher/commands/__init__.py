@@ -11,9 +11,12 @@ VERBS = {
     "topic": "list, inspect, print, measure and publish topics",
     "node": "list and inspect nodes",
     "param": "list, get and set parameters of nodes",
-    "service": "list and call services",
+    "service": "list and call services, and print their events",
+    "action": "list actions, and send goals",
+    "lifecycle": "show and change the states of lifecycle nodes",
     "interface": "show the installed types of messages, services and actions",
-    "pkg": "make packages of nodes and of interfaces",
+    "bag": "record topics, play and compare recordings",
+    "pkg": "make packages of nodes and of interfaces, and look at installed ones",
     "env": "print the environment of a workspace, for shells and editors",
     "test": "run the tests of packages; to test a launch file: smoke",
     "doctor": "find what is wrong on this machine, and repair it",
@@ -24,12 +27,30 @@ VERBS = {
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
     "foxglove": "show the ROS graph to Foxglove and to Lichtblick",
+    "multicast": "send or receive one packet by multicast, to try a network",
+    "daemon": "say that no daemon is needed, for scripts that use ros2",
     "agent": "run processes for a launcher on another machine, which starts this by ssh",
     "completion": "print the script that completes words in bash, zsh or fish",
 }
 
 # Verbs about a ROS graph, whose modules are in `launcher.commands.ros`.
-ROS_VERBS = ("topic", "node", "param", "service", "interface", "graph", "foxglove")
+ROS_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "graph",
+    "bag",
+    "foxglove",
+    "multicast",
+    "daemon",
+)
+
+# Other names of verbs.
+ALIASES = {"wtf": "doctor"}
 
 
 def module_of(verb: str) -> str:
@@ -74,19 +95,13 @@ CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in t
 
 # Verbs of ros2cli that do not exist here, with an alternative.
 ABSENT_VERBS = {
-    "action": "topic list and service list list the parts of an action, "
-    "with --include-hidden-topics and --include-hidden-services",
-    "bag": "PROGRAM topic echo TOPIC --json > FILE saves messages, one per line",
-    "component": "a launch file loads components (ComposableNodeContainer, LoadComposableNodes)",
+    "component": "component containers are C++ programs of a ROS installation, into which a launch "
+    "file loads components; Python nodes share a process with --compose",
     "control": None,
-    "daemon": "there is no daemon; every verb reads the graph itself",
     "extension_points": None,
     "extensions": None,
-    "lifecycle": "PROGRAM service call /NODE/get_state lifecycle_msgs/srv/GetState, "
-    "and change_state with ChangeState",
-    "multicast": None,
     "plugin": None,
-    "security": None,
+    "security": "keystores are made by sros2 of a ROS installation; nodes find them by "
+    "ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE",
     "trace": None,
-    "wtf": "PROGRAM doctor",
 }

@@ -22,7 +22,7 @@ COMMAND = Command(
     VERBS["doctor"],
     about="""\
 Check the wheels and their environment, the limits of the system, and what killed runs have
-left. Nothing is changed without --fix.""",
+left. Nothing is changed without --fix. `wtf` is the same verb.""",
     options=(
         option(
             "--fix",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 
@@ -15,6 +16,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
+
+def _words(text: str) -> list[str]:
+    """The words of a command, at least one; ValueError."""
+    words = shlex.split(text)
+    if not words:
+        raise ValueError("it is empty")
+    return words
+
+
 COMMAND = Command(
     "run",
     VERBS["run"],
@@ -23,11 +33,14 @@ COMMAND = Command(
         option("[EXECUTABLE]"),
         option("[ARG ...]", default=(), name="words", count="..."),
     ),
-    synopsis="PACKAGE EXECUTABLE [ARG ...]",
+    synopsis="[options] PACKAGE EXECUTABLE [ARG ...]",
     about="""\
 Run one executable of a package in this terminal. All words after EXECUTABLE are its arguments,
 --ros-args included.""",
-    options=(DEBUG,),
+    options=(
+        option("--prefix COMMAND", "run it by this command: 'gdb -ex run --args'", _words),
+        DEBUG,
+    ),
 )
 
 
@@ -44,10 +57,18 @@ def main(words: Sequence[str]) -> int:
     if executable is None:
         names = ", ".join(executables(package, os.environ)) or "none"
         raise UsageError("the executable is missing", hint=f"executables of {package}: {names}")
-    _become([str(find_executable(package, executable, os.environ)), *parsed.words])
+    found = str(find_executable(package, executable, os.environ))
+    argv = [*(parsed.prefix or []), found, *parsed.words]
+    try:
+        _become(argv)
+    except OSError as error:
+        if parsed.prefix is None:
+            raise
+        hint = "it is the command in front of the executable"
+        raise UsageError(f"--prefix: {argv[0]}: {error.strerror}", hint=hint) from None
 
 
 def _become(argv: list[str]) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
-    os.execv(argv[0], argv)
+    os.execvp(argv[0], argv)

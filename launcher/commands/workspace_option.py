@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import WORKSPACE, HelpRequested
 from launcher.commands import CONTROL_VERBS, VERBS
-from launcher.commands.lookup import command_of
+from launcher.commands.lookup import command_of, verbs_first
 from launcher.errors import UsageError
 from launcher.program import program
 from launcher.workspace import VARIABLE, absolute
@@ -20,7 +20,7 @@ def choose_workspace(words: Sequence[str]) -> list[str]:
 
     Words that are arguments of a program to run, or that are wrong, are left as they are.
     """
-    chosen, left = None, list(words)
+    chosen, left = None, verbs_first(words)
     for place in (0, 1):  # in front of the verb, and of the verb's own verb
         while len(left) > place and left[place].partition("=")[0] == _FLAG:
             chosen = _value(left, place)

@@ -71,6 +71,7 @@ def value_text(value: Any, *, hide_type: bool) -> str:
         return "None" if hide_type else "Parameter not set."
     field, _, label = KINDS[value.type]
     held = getattr(value, field)
+    held = held.tolist() if hasattr(held, "tolist") else held  # an array prints its typecode, too
     return str(held) if hide_type else f"{label} {held}"
 
 
@@ -152,10 +153,11 @@ def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
 def _kind_of(value: Any, declared: int) -> int | None:
     if isinstance(value, list):
         return _list_kind(value, declared)
-    found = {bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING}.get(type(value))
+    kinds = {bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING, bytes: BYTES}
+    found = kinds.get(type(value))
     if found == INTEGER and declared == DOUBLE:
         return DOUBLE
-    return STRING if found is not None and declared == STRING else found
+    return STRING if found not in (None, BYTES) and declared == STRING else found
 
 
 def _list_kind(values: list[Any], declared: int) -> int | None:
@@ -166,11 +168,13 @@ def _list_kind(values: list[Any], declared: int) -> int | None:
         return declared
     if kinds == {INTEGER, DOUBLE}:
         return DOUBLES
-    lists = {BOOL: BOOLS, INTEGER: INTEGERS, DOUBLE: DOUBLES, STRING: STRINGS}
+    lists = {BOOL: BOOLS, INTEGER: INTEGERS, DOUBLE: DOUBLES, STRING: STRINGS, BYTES: BYTES}
     return lists.get(kinds.pop() or NOT_SET) if len(kinds) == 1 else None
 
 
 def _cast(value: Any, kind: int) -> Any:
+    if kind == BYTES and isinstance(value, list) and any(isinstance(one, bytes) for one in value):
+        value = b"".join(value)  # `ros2 param dump` writes each byte as a `!!binary` of its own
     if kind > STRING:
         return [_cast_one(item, kind) for item in value]
     return _cast_one(value, kind)
@@ -219,6 +223,13 @@ def set_all(caller: ServiceCaller, node: str, parameters: list[Any]) -> list[Any
     return list(caller.call(SetParameters, f"{node}/set_parameters", request).results)
 
 
+def delete(caller: ServiceCaller, node: str, name: str) -> Any:
+    """The node's verdict; VerbError for a name that it does not have."""
+    require_names(caller, node, [name])
+    unset = Parameter(name=name, value=ParameterValue(type=NOT_SET))
+    return set_all(caller, node, [unset])[0]
+
+
 def set_atomically(caller: ServiceCaller, node: str, parameters: list[Any]) -> Any:
     request = SetParametersAtomically.Request(parameters=parameters)
     return caller.call(SetParametersAtomically, f"{node}/set_parameters_atomically", request).result
@@ -245,7 +256,7 @@ def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
         known = ", ".join(map(str, document)) or "nothing"
         hint = f"it is for: {known}"
         if "/**" in document and not use_wildcard:
-            hint += " (--use-wildcard takes what is under /**)"
+            hint += "; without --no-use-wildcard, what is below /** is taken"
         raise VerbError(f"Param file does not contain parameters for {node}", hint=hint)
     values: dict[str, Any] = {}
     for section in reversed(found):  # the node's own section wins over the wildcard

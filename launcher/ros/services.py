@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ _PREFETCHED_S = 5.0  # the same where only the prefetch has discovered it
 _DISCOVERED_S = 0.2
 ASK_AGAIN_S = 1.0
 _PERIOD_S = 0.005
+_NODE_PERIOD_S = 0.05
 
 
 class NoAnswerError(VerbError):
@@ -30,7 +32,7 @@ class NoAnswerError(VerbError):
 class ServiceCaller:
     """Calls services from the observer's node, or another one; close it before the observer.
 
-    `answer_s` is the time limit where a call has no other.
+    `answer_s` is the time limit where a call has no other, `node` has the clients.
     """
 
     def __init__(self, observer: Observer, node: Any = None) -> None:
@@ -38,9 +40,9 @@ class ServiceCaller:
 
         self.observer = observer
         self.answer_s = ANSWER_S
-        self._node = observer.node if node is None else node
+        self.node = observer.node if node is None else node
         self._executor = SingleThreadedExecutor(context=observer.context)
-        self._executor.add_node(self._node)
+        self._executor.add_node(self.node)
         self._clients: dict[tuple[Any, str], Any] = {}
 
     def __enter__(self) -> ServiceCaller:
@@ -55,7 +57,7 @@ class ServiceCaller:
 
         if (kind, name) not in self._clients:
             try:
-                self._clients[kind, name] = self._node.create_client(kind, name)
+                self._clients[kind, name] = self.node.create_client(kind, name)
             except InvalidServiceNameException as error:
                 raise VerbError(str(error).splitlines()[0].rstrip(":")) from None
         return self._clients[kind, name]
@@ -78,9 +80,13 @@ class ServiceCaller:
         client = self.client(kind, name)
         if not self.wait_for(client, self._connecting_s(name)):
             raise NoAnswerError(f"service '{name}' is not available")
+        self.await_introduction()
+        return client.call_async(request)
+
+    def await_introduction(self) -> None:
+        """Wait until others have probably discovered our participant."""
         since_s = time.monotonic() - self.observer.created_s
         time.sleep(max(0.0, _DISCOVERED_S - since_s))
-        return client.call_async(request)
 
     def _connecting_s(self, name: str) -> float:
         graph = self.observer.prefetched_graph()
@@ -92,7 +98,7 @@ class ServiceCaller:
         future = self.start(kind, name, request)
         self.wait_until_done([future], limit_s)
         if not future.done():
-            raise _silence(name, limit_s)
+            raise silence(name, limit_s)
         return future.result()
 
     def ask(self, kind: Any, name: str, request: Any) -> Any:
@@ -101,21 +107,22 @@ class ServiceCaller:
         futures: list[Any] = []
         while (left_s := deadline - time.monotonic()) > 0:
             futures.append(self.start(kind, name, request))
-            self._spin(lambda: any(future.done() for future in futures), min(left_s, ASK_AGAIN_S))
+            self.spin_until(lambda: any(one.done() for one in futures), min(left_s, ASK_AGAIN_S))
             if done := [future for future in futures if future.done()]:
                 return done[0].result()
-        raise _silence(name, self.answer_s)
+        raise silence(name, self.answer_s)
 
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
-        self._spin(lambda: all(future.done() for future in futures), limit_s)
+        self.spin_until(lambda: all(future.done() for future in futures), limit_s)
 
-    def _spin(self, is_done: Callable[[], bool], limit_s: float) -> None:
+    def spin_until(self, is_done: Callable[[], bool], limit_s: float) -> None:
+        """Run callbacks until `is_done`, which is called again and again, or for `limit_s`."""
         deadline = time.monotonic() + limit_s
         while not is_done() and (left_s := deadline - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=min(left_s, 0.1))
 
 
-def _silence(name: str, limit_s: float) -> NoAnswerError:
+def silence(name: str, limit_s: float) -> NoAnswerError:
     return NoAnswerError(
         f"service '{name}' did not answer within {limit_s:g} s",
         hint="its node may be busy or stopped: node ps",
@@ -126,14 +133,22 @@ def full_node(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def require_node(observer: Observer, name: str, spin_time_s: float) -> str:
-    """The full name of a node; VerbError with the text of ros2cli if it does not exist."""
+def require_node(
+    observer: Observer, name: str, spin_time_s: float, until_s: float = -math.inf
+) -> str:
+    """The full name of a node; VerbError with the text of ros2cli if it does not exist.
+
+    It may still appear up to `until_s`, on the monotonic clock.
+    """
     full = full_node(name)
     known: Sequence[str]
     if (graph := observer.prefetched_graph()) is not None:
         known = graph.nodes
     else:
         settle(observer, spin_time_s, enough=lambda: full in observer.node_names())
+        known = observer.node_names()
+    while full not in known and time.monotonic() < until_s:
+        time.sleep(_NODE_PERIOD_S)
         known = observer.node_names()
     if full not in known:
         raise VerbError("Node not found", hint=did_you_mean(full, known))

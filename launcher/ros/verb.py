@@ -29,8 +29,9 @@ def seconds(word: str) -> float:
     return value
 
 
-DOMAIN_OPTIONS = (
-    option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)"),
+_DOMAIN = option("-d, --domain ID", "ROS domain (default: ROS_DOMAIN_ID)")
+_LONG_DOMAIN = option("--domain ID", "ROS domain (default: ROS_DOMAIN_ID)")
+_COMMON_OPTIONS = (
     option(
         "--spin-time S",
         "longest wait until the graph is complete and quiet (default: 3.5; 10 with a discovery "
@@ -42,6 +43,10 @@ DOMAIN_OPTIONS = (
     option("--no-observer", "do not ask the observer of a run with --ros"),
     option("--no-daemon", "ignored, for compatibility with ros2"),
 )
+DOMAIN_OPTIONS = (_DOMAIN, *_COMMON_OPTIONS)
+_WITHOUT_GRAPH = ("interface",)
+SIM_TIME = option("-s, --use-sim-time", "use the time on /clock")
+_NO_SIM_TIME = option("-s, --use-sim-time", "ignored, for compatibility with ros2")
 
 
 def ros_command(
@@ -51,14 +56,22 @@ def ros_command(
     *entries: Option,
     groups: tuple[tuple[str, tuple[Option, ...]], ...] = (),
     exclusive: tuple[tuple[str, ...], ...] = (),
+    about: str = "",
 ) -> Command:
-    """A command with these arguments and options, and those that all ROS verbs have."""
+    """A command with these arguments and options, and those that all ROS verbs have.
+
+    The domain has no `-d` where that is something else.
+    """
+    has_own = any("-s" in one.flags for one in entries)
+    general = _COMMON_OPTIONS if has_own else (*_COMMON_OPTIONS, _NO_SIM_TIME)
+    domain = _LONG_DOMAIN if any("-d" in one.flags for one in entries) else _DOMAIN
     return Command(
         name,
         help_text,
         arguments=tuple(one for one in entries if not one.flags),
         options=tuple(one for one in entries if one.flags),
-        groups=(*groups, ("options of all ROS verbs", DOMAIN_OPTIONS)),
+        groups=(*groups, ("options of all ROS verbs", (domain, *general))),
+        about=about,
         exclusive=exclusive,
         abbreviations=True,
         run=run,
@@ -67,9 +80,14 @@ def ros_command(
 
 def dispatch(command: Command, words: Sequence[str]) -> int:
     """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
+    from launcher.ros.discovery.environment import check_environment
+
     _refuse_undecodable(words)
     options = command.parse(words)
-    _look_as_the_run(options)
+    if "domain" in vars(options):  # it looks at a graph
+        if options.command.name.partition(" ")[0] not in _WITHOUT_GRAPH:
+            check_environment(os.environ)
+        _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.default_int_handler)
@@ -158,6 +176,7 @@ def observing(
     enough: Callable[[GraphSnapshot], object] = lambda graph: False,
     *,
     listens: bool = False,
+    profile: str | None = None,
 ) -> Iterator[Observer]:
     """An rclpy observer of the domain, while discovery is still on its way.
 
@@ -177,7 +196,7 @@ def observing(
             stack.callback(prefetch.close)
         from launcher.ros.discovery.observer import Observer  # imports rclpy, which is slow
 
-        yield stack.enter_context(Observer(domain_id, prefetch=prefetch))
+        yield stack.enter_context(Observer(domain_id, prefetch=prefetch, profile=profile))
 
 
 @contextlib.contextmanager

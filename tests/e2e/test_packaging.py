@@ -90,7 +90,12 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     # what is read besides code
     share = home / "share" / "group_gp1" / "launch"
     assert (share / "system.expect.yaml").is_file()
-    for file in ("ros/probe/participant.xml", "ros/draw/page.html", "py.typed"):
+    for file in (
+        "ros/probe/participant.xml",
+        "ros/topics/publisher.xml",
+        "ros/draw/page.html",
+        "py.typed",
+    ):
         assert list(home.rglob(f"launcher/{file}")), file
 
     node = world.terminal(str(home / "bin" / "dispatcher"), cwd=elsewhere)

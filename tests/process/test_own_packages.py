@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import venv
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.domain_lease import leased_domain
 from tests.support.own_package import write_package
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -218,3 +220,36 @@ def test_a_script_launches_its_package_by_ros2launch(home: Home, tmp_path: Path)
 
     assert said.count("node: there is p.yaml: True") == 2
     assert said.endswith("script_pkg_talker 0\n")
+
+
+def test_a_package_of_pkg_create_runs_at_once_and_editable(home: Home, tmp_path: Path):
+    words = ("pkg", "create", "--build-type", "ament_python", "fresh", "--node-name", "talker")
+    home.launcher(tmp_path, *words)
+    assert runs(home, tmp_path, "run", "fresh", "talker")
+    home.install(tmp_path / "fresh", "-e")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    assert home.launcher(elsewhere, "pkg", "executables", "fresh") == "fresh talker\n"
+    assert home.launcher(elsewhere, "pkg", "xml", "fresh", "-t", "name") == "fresh\n"
+    assert runs(home, elsewhere, "run", "--prefix", "env", "fresh", "talker")
+    assert runs(home, elsewhere, "--no-log-files", "fresh", "fresh.launch.py")
+
+
+def runs(home: Home, folder: Path, *words: str) -> bool:
+    """Whether the node of `pkg create` says that it publishes; it is stopped then."""
+    with leased_domain() as domain_id:
+        env = {name: value for name, value in os.environ.items() if name != "AMENT_PREFIX_PATH"}
+        env |= {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        with subprocess.Popen(
+            [str(home.python), "-m", "launcher", *words],
+            cwd=folder,
+            env=env | {"ROS_LOG_DIR": str(folder), "TMPDIR": str(home.folder.parent)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        ) as process:
+            try:
+                assert process.stdout is not None
+                return any("Publishing a count" in line for line in process.stdout)
+            finally:
+                process.send_signal(signal.SIGINT)

@@ -6,7 +6,7 @@ import contextlib
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 
 import pytest
 
@@ -66,9 +66,8 @@ def env(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
         yield env
 
 
-@pytest.fixture
-def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
-    """`verb("topic", "list")` runs that command in the shared domain."""
+def patient_verb(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
+    """Runs commands in this process and in a domain, and waits long for nodes."""
     for name in ("ROS_DOMAIN_ID", "ROS_LOG_DIR"):
         monkeypatch.setenv(name, env[name])
     # The sample nodes may be kept from answering for longer than a person would wait.
@@ -81,6 +80,12 @@ def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
     ):
         monkeypatch.setattr(limit, 60.0)
     return in_process
+
+
+@pytest.fixture
+def verb(env: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Verb:
+    """`verb("topic", "list")` runs that command in the shared domain."""
+    return patient_verb(env, monkeypatch)
 
 
 @pytest.fixture(scope="session")

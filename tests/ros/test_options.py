@@ -8,7 +8,9 @@ import re
 import pytest
 import yaml
 
-from tests.support.verbs import TIMEOUT_S, eventually, going_on
+from launcher.ros.discovery.domains import PROFILES, has_profiles
+from launcher.ros.discovery.observer import Observer
+from tests.support.verbs import TIMEOUT_S, eventually, going_on, launcher
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
@@ -216,13 +218,14 @@ def test_parameters_as_json(verb):
     assert dumped["/talker"]["ros__parameters"]["name"] == "sample"
 
 
-def test_a_parameter_file_with_a_wildcard_is_loaded_on_request(verb, tmp_path):
+def test_the_wildcard_of_a_parameter_file_is_left_out_on_request(verb, tmp_path):
     path = tmp_path / "all.yaml"
     path.write_text(
         yaml.safe_dump({"/**": {"ros__parameters": {"tags": ["c", "d"]}}}), encoding="utf-8"
     )
-    assert verb("param", "load", "/talker", str(path)).code == 1
-    assert verb("param", "load", "/talker", str(path), "--use-wildcard").code == 0
+    assert verb("param", "load", "/talker", str(path), "--no-use-wildcard").code == 1
+    assert verb("param", "get", "/talker", "tags", "--hide-type").out == "['a', 'b']\n"
+    assert verb("param", "load", "/talker", str(path)).code == 0
     assert verb("param", "get", "/talker", "tags", "--hide-type").out == "['c', 'd']\n"
     assert verb("param", "set", "/talker", "tags", "[a, b]").code == 0
 
@@ -303,3 +306,53 @@ def test_a_difference_as_json_is_a_list(verb, tmp_path):
     answer = verb("graph", "--diff", str(path), "--json")
     assert answer.code == 1
     assert answer.json() == ["+ node /talker"]
+
+
+# ---- pub
+
+
+def test_pub_has_the_node_that_it_is_told(env, verb):
+    with going_on(env, "topic", "pub", "/opts", "std_msgs/msg/String", "data: a", "-n", "teller"):
+        names = ("node", "info", "/teller")
+        said = eventually(lambda: verb(*names), lambda answer: "/opts" in answer.out)
+        assert "    /opts: std_msgs/msg/String" in said.lines
+    refused = verb("topic", "pub", "/opts", "std_msgs/msg/String", "-n", "no such")
+    assert (refused.code, refused.err.startswith("error: --node-name: Invalid node name")) == (
+        2,
+        True,
+    )
+
+
+def test_pub_does_not_wait_longer_than_it_is_told(verb):
+    words = (
+        "topic",
+        "pub",
+        "/alone",
+        "std_msgs/msg/String",
+        "data: a",
+        "--max-wait-time-secs",
+        "1",
+    )
+    answer = verb(*words, "--once")
+    assert (answer.code, answer.lines[0]) == (
+        1,
+        "Waiting for at least 1 matching subscription(s)...",
+    )
+    assert answer.err == (
+        "Timed out waiting for subscribers: Expected 1 subscribers but only got 0 subscribers\n"
+    )
+    endless = verb(*words)
+    assert (endless.code, "only effective with --wait-matching-subscriptions" in endless.err) == (
+        2,
+        True,
+    )
+
+
+def test_the_profile_of_pub_is_read_and_its_own_only(env, monkeypatch):
+    words = ("topic", "pub", "/profiled", "std_msgs/msg/String", "data: a", "--once", "-w", "0")
+    answer = launcher(env, *words)
+    assert (answer.err, answer.code) == ("", 0)  # Fast DDS complains about a file that is wrong
+    for variable in PROFILES:
+        monkeypatch.delenv(variable, raising=False)
+    with Observer(int(env["ROS_DOMAIN_ID"]), profile="/no/such/profile.xml"):
+        assert not has_profiles()

@@ -10,8 +10,11 @@ import time
 import pytest
 import yaml
 
+from launcher.ros.discovery.ports import participants_by_domain
+from tests.ros.conftest import ros_domain, talking
 from tests.support.waiting import wait_until
 
+LISTENER = "/site/east/listener"
 TALKER = ["name", "speed", "start_type_description_service", "tags", "use_sim_time"]
 
 
@@ -39,6 +42,70 @@ def test_the_list_with_types_and_as_json(verb):
 )
 def test_get_has_the_words_of_ros2(verb, words, text):
     assert verb("param", "get", "/talker", *words).out == text
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("counts", "Integer values are: [1, 2, 3]\n"),
+        ("ratios", "Double values are: [0.5, 1.0]\n"),
+        ("bytes", "Byte values are: [b'\\x00', b'\\xff']\n"),
+    ],
+)
+def test_arrays_are_printed_as_lists(verb, name, text):
+    assert verb("param", "get", LISTENER, name).out == text
+
+
+def test_the_list_is_filtered_by_a_regular_expression(verb):
+    assert verb("param", "list", "/talker", "--filter", "s.*d$").lines == ["  speed"]
+    everywhere = verb("param", "list", "--filter", "speed|counts").lines
+    assert everywhere == [f"{LISTENER}:", "  counts", "/talker:", "  speed"]
+    refused = verb("param", "list", "--filter", "[a")
+    assert (refused.code, "'[a' is not a regular expression: " in refused.err) == (2, True), refused
+
+
+def test_a_parameter_is_deleted_where_its_node_allows_it(verb):
+    assert verb("param", "set", LISTENER, "spare", "1").code == 0
+    assert verb("param", "delete", LISTENER, "spare").out == "Deleted parameter successfully\n"
+    assert "  spare" not in verb("param", "list", LISTENER).lines
+    refused = verb("param", "delete", "/talker", "speed")
+    assert refused.err.startswith("Deleting parameter failed: "), refused
+    unknown = verb("param", "delete", "/talker", "sped")
+    assert unknown.err.endswith("hint: did you mean 'speed'?\n")
+    assert (refused.code, unknown.code) == (1, 1)
+
+
+def test_bytes_are_set_as_binary(verb, tmp_path):
+    try:
+        assert verb("param", "set", LISTENER, "bytes", "!!binary AQID").code == 0
+        assert verb("param", "get", LISTENER, "bytes", "--hide-type").out == (
+            "[b'\\x01', b'\\x02', b'\\x03']\n"
+        )
+    finally:
+        path = tmp_path / "bytes.yaml"
+        path.write_text(
+            f"{LISTENER}: {{ros__parameters: {{bytes: [!!binary AA==, !!binary /w==]}}}}"
+        )
+        assert verb("param", "load", LISTENER, str(path)).code == 0
+    assert verb("param", "get", LISTENER, "bytes", "--hide-type").out == "[b'\\x00', b'\\xff']\n"
+
+
+def test_the_timeout_of_param_waits_for_a_node(verb):
+    started = time.monotonic()
+    answer = verb("param", "get", "/late", "use_sim_time", "--timeout", "1.2")
+    assert (answer.code, answer.err.startswith("Node not found")) == (1, True), answer
+    assert time.monotonic() - started >= 1.2
+
+
+def test_a_node_that_starts_within_the_timeout_of_param_is_found(tmp_path):
+    words = [sys.executable, "-m", "launcher", "param", "list", "/talker", "--timeout", "60"]
+    with ros_domain(tmp_path) as env:
+        domain_id = int(env["ROS_DOMAIN_ID"])
+        with subprocess.Popen(words, env=env, stdout=subprocess.PIPE, text=True) as waiting:
+            wait_until(lambda: participants_by_domain()[domain_id], "the verb has a participant")
+            with talking(env, "tests.support.sample_nodes"):
+                out, _ = waiting.communicate(timeout=60)
+    assert out.splitlines() == [f"  {name}" for name in TALKER]
 
 
 def test_set_takes_an_integer_for_a_double_and_explains_a_refusal(verb):

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from tests.support.node_process import without_complaints
-from tests.support.verbs import TIMEOUT_S, eventually
+from tests.support.verbs import TIMEOUT_S, eventually, going_on
 from tests.support.waiting import wait_until
 
 RELAY = ("/relay", "geometry_msgs/msg/Point")
@@ -27,8 +27,14 @@ def test_echo_once_prints_one_message_and_accepts_a_name_without_slash(verb):
 def test_echo_of_a_latched_topic_prints_the_backlog_and_ends_after_the_timeout(verb):
     words = ("topic", "echo", "/latched", "--timeout", "3", "--flow-style")
     answer = eventually(lambda: verb(*words), lambda answer: answer.out)
-    assert answer.out == "".join(f"{{data: {n}}}\n---\n" for n in range(3, 8))
+    assert answer.out == "".join(f"data: {n}\n---\n" for n in range(3, 8))
     assert answer.code == 0
+
+
+def test_the_timeout_of_echo_ends_it_although_messages_arrive(verb):
+    answer = verb("topic", "echo", "/chatter", "--timeout", "2", "--json", "-i")
+    times = [json.loads(line)["info"]["received_timestamp"] for line in answer.lines]
+    assert (max(times) - min(times) < 2.5e9, answer.code) == (True, 0)
 
 
 @pytest.mark.parametrize(
@@ -239,3 +245,22 @@ def test_a_reader_that_has_enough_ends_echo_quietly(env):
 def test_a_filter_looks_at_the_field_that_is_asked_for(verb):
     words = ("--field", "data[3]", "--filter", "m == 3.0", "--once")
     assert verb("topic", "echo", "/numbers", *words).out == "3.0\n---\n"
+
+
+def test_a_publisher_that_does_not_match_is_named_while_another_is_received(verb, env):
+    weak = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: weak", "-n", "weak_one")
+    strong = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: strong", "-n", "strong_one")
+    ask = ("topic", "echo", "/mixed", "std_msgs/msg/String", "--qos-reliability", "reliable")
+    with (
+        going_on(env, *weak, "-r", "5", "--qos-reliability", "best_effort"),
+        going_on(env, *strong, "-r", "5"),
+    ):
+        answer = eventually(
+            lambda: verb(*ask, "--timeout", "3"),
+            lambda answer: (
+                "strong" in answer.out
+                and "nothing will be received on /mixed from /weak_one:\n" in answer.err
+            ),
+        )
+    assert "UNKNOWN" not in answer.err
+    assert "weak" not in answer.out

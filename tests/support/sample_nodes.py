@@ -74,10 +74,16 @@ def _speed() -> ParameterDescriptor:
 
 
 class Listener(Node):
-    """Asks for RELIABLE on a topic that is offered BEST_EFFORT; lives in a namespace."""
+    """Asks for RELIABLE on a topic that is offered BEST_EFFORT; lives in a namespace.
+
+    Its parameters need no declaration.
+    """
 
     def __init__(self) -> None:
-        super().__init__("listener", namespace="/site/east")
+        super().__init__("listener", namespace="/site/east", allow_undeclared_parameters=True)
+        self.declare_parameter("counts", [1, 2, 3])
+        self.declare_parameter("ratios", [0.5, 1.0])
+        self.declare_parameter("bytes", [b"\x00", b"\xff"])
         self.create_subscription(String, "/weak", lambda _: None, 10)
         self.create_subscription(String, "/chatter", lambda _: None, 10)
 

@@ -30,7 +30,8 @@ MAY_IMPORT = {
     "workspace": {"errors", "packages"},
     "model": {"errors"},
     "build": {"errors", "packages", "workspace"},
-    "command_line": {"errors", "model"},
+    "command_front": {"errors"},
+    "command_line": {"errors", "model", "command_front"},
     "command_help": {"command_line"},
     "language": {"errors", "model", "packages"},
     "frontends": {"errors", "packages", "language"},
@@ -59,7 +60,8 @@ MAY_IMPORT = {
     },
     "console": {"errors", "control", "socket_directory"},
     "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
-    "ros": {"errors", "packages", "command_line", "control", "model", "socket_directory"},
+    "ros": {"errors", "bag", "packages", "command_line", "control", "model", "socket_directory"},
+    "bag": {"errors"},
     "watch": {"errors", "model", "packages"},
     "domain_lease": {"errors"},
     "smoke": {
@@ -88,10 +90,12 @@ MAY_IMPORT = {
         "render",
     },
     "commands": {
+        "bag",
         "errors",
         "export",
         "build",
         "command_line",
+        "command_front",
         "command_help",
         "document",
         "packages",
@@ -135,6 +139,9 @@ MAY_IMPORT = {
 # Packages that cost start-up time or bring threads, and the rooms that may use them.
 ONLY_IN = {
     "rclpy": {"ros"},
+    "mcap": {"bag"},
+    "mcap_ros2": {"bag"},
+    "zstandard": {"bag"},
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
     "watchfiles": {"watch"},

@@ -16,7 +16,8 @@ TAG = option("--tag TAG", name="tags", repeat="all", default=())
 ONCE = option("--once FILE", repeat="once")
 COLOUR = option("--colour WHEN", choices=("always", "never"))
 MAYBE = option("--maybe[=WORD]")
-OPTIONS = (FLAG, LINES, TAG, ONCE, COLOUR, MAYBE)
+CLOCK = option("--clock [HZ]", "", count, value=40)
+OPTIONS = (FLAG, LINES, TAG, ONCE, COLOUR, MAYBE, CLOCK)
 PLAIN = Command("plain", "do it", (NAME, MORE), OPTIONS)
 SHORT = Command("short", "do it", (NAME, MORE), OPTIONS, abbreviations=True)
 TEXT = Command("text", "do it", (NAME, option("TEXT", count="text")), OPTIONS)
@@ -34,6 +35,10 @@ VERBS = Command("all", "do it", commands=(Command("all list", "list"), Command("
         (PLAIN, "a --tag x --tag=y", {"tags": ("x", "y")}),
         (PLAIN, "a --maybe b", {"maybe": "", "more": ["b"]}),
         (PLAIN, "a --maybe=b", {"maybe": "b"}),
+        (PLAIN, "a --clock b", {"clock": 40, "more": ["b"]}),
+        (PLAIN, "a --clock 100 b", {"clock": 100, "more": ["b"]}),
+        (PLAIN, "a --clock", {"clock": 40}),
+        (PLAIN, "a --clock=7 -f", {"clock": 7, "flag": True}),
         (PLAIN, "- -- -f --flag", {"name": "-", "more": ["-f", "--flag"], "flag": False}),
         (SHORT, "a --fl --line=2", {"flag": True, "lines": 2}),
         (SHORT, "a -fn5", {"flag": True, "lines": 5}),
@@ -61,6 +66,7 @@ def test_what_words_mean(command, line, values):
         (PLAIN, "a -n --flag", "-n needs a value: N", ""),
         (PLAIN, "a -n -- 3", "-n needs a value: N", ""),
         (PLAIN, "a -n x", "-n: 'x' is not a whole number of at least 0", ""),
+        (PLAIN, "a --clock=x", "--clock: 'x' is not a whole number of at least 0", ""),
         (PLAIN, "a --once b --once c", "--once is given twice", ""),
         (PLAIN, "a --colour alway", "--colour: 'alway' is not one of always, never", "'always'?"),
         (SHORT, "a -fx", "unknown option '-x'", ""),

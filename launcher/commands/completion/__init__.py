@@ -19,7 +19,8 @@ COMMAND = Command(
     synopsis="bash|zsh|fish",
     about="""\
 Print a script that completes verbs, options, launch files with their arguments, packages,
-executables, processes of running launches, topics, nodes and services. In the shell's start file:
+executables, processes of running launches, topics, nodes, services, actions, types and
+transitions. In the shell's start file:
 
   bash  source <(launcher completion bash)               # ~/.bashrc
   zsh   source <(launcher completion zsh)                # ~/.zshrc, behind compinit

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.command_line import WORKSPACE, Command, Option
-from launcher.commands import CONTROL_VERBS, VERBS
+from launcher.commands import CONTROL_VERBS, ROS_VERBS, VERBS
 from launcher.commands.completion import sources
 from launcher.commands.lookup import command_of
 from launcher.commands.workspace_option import choose_workspace
+from launcher.errors import UsageError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ _BY_VERB: dict[str, Callable[[str], Iterable[Candidate]]] = {
     "topic": sources.topics,
     "node": sources.nodes,
     "service": sources.services,
+    "action": sources.actions,
 }
 
 
@@ -48,6 +50,13 @@ def candidates(words: Sequence[str]) -> Iterable[Candidate]:
         before = _in_workspace(before)
     if not before:
         return _first(current)
+    if before[0].startswith("-"):
+        from launcher.commands.ros.front import verb_first
+
+        try:
+            before = verb_first(before)
+        except UsageError:  # the verb is still to come
+            return [(verb, VERBS[verb]) for verb in ROS_VERBS]
     command, rest = command_of(before)
     if command.commands and not rest:
         return [(each.name.rpartition(" ")[2], each.help) for each in command.commands]
@@ -138,6 +147,12 @@ class _Place:
             return sources.executables(self._plain[0])
         if metavar == "PARAMETER":
             return sources.parameters(self._plain[0])
+        if metavar == "TRANSITION":
+            return sources.transitions(self._plain[0])
+        if metavar == "NODE" and verb == "lifecycle":
+            return sources.lifecycle_nodes(current)
+        if metavar == "TYPE" and verb in ("service", "action"):
+            return sources.types_of(verb, self._plain)
         if verb == "loglevel" and metavar in ("LOGGER", "LEVEL"):
             return sources.logger_levels(current)  # the logger may be left out
         if metavar == "NAME" and not option.flags:

@@ -164,6 +164,27 @@ def types(current: str) -> Candidates:
     return [(line, "") for line, _ in _lines("interface", "list") if "/" in line]
 
 
+def actions(current: str) -> Candidates:
+    return _lines("action", "list")
+
+
+def types_of(verb: str, before: Sequence[str]) -> Candidates:
+    """The type of the service or action that was named; all such types, if it has none yet."""
+    found = _lines(verb, "type", before[0]) if before else []
+    only = "--only-srvs" if verb == "service" else "--only-actions"
+    return found or [(line, "") for line, _ in _lines("interface", "list", only) if "/" in line]
+
+
+def lifecycle_nodes(current: str) -> Candidates:
+    return _lines("lifecycle", "nodes")
+
+
+def transitions(node: str) -> Candidates:
+    """The labels of those that a node can make now."""
+    lines = [line for line, _ in _lines("lifecycle", "list", node) if line.startswith("- ")]
+    return [(line[2:].partition(" [")[0], "") for line in lines]
+
+
 def parameters(node: str) -> Candidates:
     return _lines("param", "list", node)
 

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
 import sys
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.packages import unbuilt
 from launcher.ros.verb import dispatch, ros_command, show, to_json_plain, warn
+from launcher.text import did_you_mean
 
+KINDS = (
+    option("-m, --only-msgs", "only messages"),
+    option("-s, --only-srvs", "only services"),
+    option("-a, --only-actions", "only actions"),
+)
 _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 
 
 def _list(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import all_interfaces
 
-    asked = (options.only_msgs, options.only_srvs, options.only_actions)
-    kinds = [kind for kind, wanted in zip(_TITLES, asked, strict=True) if wanted] or list(_TITLES)
-    found = {kind: all_interfaces([kind]) for kind in kinds}
+    found = {kind: all_interfaces([kind]) for kind in _kinds(options)}
     lines = ([_TITLES[kind], *(f"    {name}" for name in found[kind])] for kind in found)
     show(options, found, itertools.chain.from_iterable(lines))
     return ExitCode.OK
@@ -38,6 +44,34 @@ def _show(options: Parsed) -> int:
     if note := note_of_change(full):
         warn(note)
     return ExitCode.OK
+
+
+def _package(options: Parsed) -> int:
+    from launcher.ros.errors import VerbError
+    from launcher.ros.messages.interfaces import interface_packages, interfaces_of
+
+    name = options.package
+    known = interface_packages()
+    if name not in known:
+        hint = unbuilt.hint(name, os.environ) or did_you_mean(name, known)
+        raise VerbError(f"Unknown package '{name}'", hint=hint)
+    found = interfaces_of(name, _kinds(options))
+    show(options, found, found)
+    return ExitCode.OK
+
+
+def _packages(options: Parsed) -> int:
+    from launcher.ros.messages.interfaces import interface_packages, interfaces_of
+
+    kinds = _kinds(options)
+    found = [name for name in interface_packages() if interfaces_of(name, kinds)]
+    show(options, found, found)
+    return ExitCode.OK
+
+
+def _kinds(options: Parsed) -> list[str]:
+    asked = (options.only_msgs, options.only_srvs, options.only_actions)
+    return [kind for kind, wanted in zip(_TITLES, asked, strict=True) if wanted] or list(_TITLES)
 
 
 def _proto(options: Parsed) -> int:
@@ -63,10 +97,16 @@ COMMAND = Command(
             "interface list",
             "list types",
             _list,
-            option("-m, --only-msgs", "only messages"),
-            option("-s, --only-srvs", "only services"),
-            option("-a, --only-actions", "only actions"),
+            *KINDS,
         ),
+        ros_command(
+            "interface package",
+            "list the types of a package",
+            _package,
+            option("PACKAGE"),
+            *KINDS,
+        ),
+        ros_command("interface packages", "list the packages that have types", _packages, *KINDS),
         ros_command(
             "interface show",
             "print the definition of a type",

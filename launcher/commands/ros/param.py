@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import functools
 import itertools
+import re
+import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ from launcher.ros.verb import (
     dispatch,
     observing,
     ros_command,
+    seconds,
     settled_observer,
     show,
     spin_time_s,
@@ -27,7 +30,22 @@ if TYPE_CHECKING:
 
 
 NODE = option("NODE", name="node_name")
+PARAMETER = option("PARAMETER", name="parameter_name")
 HIDDEN = option("--include-hidden-nodes", "hidden nodes as well")
+TIMEOUT = option(
+    "--timeout S",
+    "wait S seconds for the node, and as long for each answer (default: until the graph is "
+    "complete, and 5 for an answer)",
+    seconds,
+)
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """A regular expression; ValueError."""
+    try:
+        return re.compile(word)
+    except re.error as error:
+        raise ValueError(f"'{word}' is not a regular expression: {error}") from None
 
 
 @contextlib.contextmanager
@@ -35,7 +53,8 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the node that the options name."""
     from launcher.ros.services import ServiceCaller, full_node, require_node
 
-    node = full_node(options.node_name)
+    node, started = full_node(options.node_name), time.monotonic()
+    _apply_timeout(options)
     services = {f"{node}/list_parameters", f"{node}/get_parameters"}
 
     def is_known(graph: GraphSnapshot) -> bool:
@@ -49,7 +68,16 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
         from launcher.ros.parameters import prepare
 
         prepare(caller, node)
-        yield caller, require_node(observer, options.node_name, spin_time_s(options))
+        until_s = started + (options.timeout or 0.0)
+        found = require_node(observer, options.node_name, spin_time_s(options), until_s)
+        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
+        yield caller, found
+
+
+def _apply_timeout(options: Parsed) -> None:
+    """The graph need not be complete later than the timeout."""
+    if options.timeout is not None and options.spin_time is None:
+        options.spin_time = options.timeout
 
 
 def _list(options: Parsed) -> int:
@@ -65,6 +93,8 @@ def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
     from launcher.ros import parameters
 
     names = parameters.list_names(caller, node, list(options.param_prefixes))
+    if options.filter is not None:
+        names = [name for name in names if options.filter.match(name)]
     if not options.param_type or not names:
         return names
     types = parameters.declared_types(caller, node, names)
@@ -77,7 +107,9 @@ def _list_all(options: Parsed) -> int:
 
     found: dict[str, list[str]] = {}
     code = ExitCode.OK
+    _apply_timeout(options)
     with settled_observer(options) as observer, ServiceCaller(observer) as caller:
+        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
         names = set(visible_names(observer.node_names(), hidden=options.include_hidden_nodes))
         services = dict(observer.node.get_service_names_and_types())
         for node in sorted(n for n in names if f"{n}/list_parameters" in services):
@@ -86,7 +118,8 @@ def _list_all(options: Parsed) -> int:
             except NoAnswerError as error:
                 warn(f"Exception while calling service of node '{node}': {error.message}")
                 code = ExitCode.PROCESS_FAILED
-    lines = ([f"{node}:", *(f"  {name}" for name in found[node])] for node in found)
+    shown = {node: names for node, names in found.items() if names}
+    lines = ([f"{node}:", *(f"  {name}" for name in shown[node])] for node in shown)
     show(options, found, itertools.chain.from_iterable(lines))
     return code
 
@@ -125,10 +158,11 @@ def _set(options: Parsed) -> int:
         ]
         if options.atomic:
             result = parameters.set_atomically(caller, node, messages)
-            return _report(result, "Set parameters atomically", "Setting parameters atomically")
+            done = "Set parameters atomically successful"
+            return _report(result, done, "Setting parameters atomically")
         results = parameters.set_all(caller, node, messages)
     codes = [
-        _report(result, f"{prefix}Set parameter", f"{prefix}Setting parameter")
+        _report(result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
         for name, result in zip(words, results, strict=True)
         for prefix in [f"{name}: " if len(words) > 1 else ""]
     ]
@@ -138,10 +172,18 @@ def _set(options: Parsed) -> int:
 def _report(result: Any, done: str, failing: str) -> int:
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
-        print(f"{done} successful{reason}")
+        print(f"{done}{reason}")
         return ExitCode.OK
     warn(f"{failing} failed{reason}")
     return ExitCode.PROCESS_FAILED
+
+
+def _delete(options: Parsed) -> int:
+    from launcher.ros import parameters
+
+    with _asking(options) as (caller, node):
+        result = parameters.delete(caller, node, options.parameter_name)
+    return _report(result, "Deleted parameter successfully", "Deleting parameter")
 
 
 def _describe(options: Parsed) -> int:
@@ -174,7 +216,7 @@ def _load(options: Parsed) -> int:
 
     with _asking(options) as (caller, node):
         values = parameters.file_values(
-            options.parameter_file, node, use_wildcard=options.use_wildcard
+            options.parameter_file, node, use_wildcard=not options.no_use_wildcard
         )
         types = parameters.declared_types(caller, node, list(values))
         messages = [
@@ -187,9 +229,10 @@ def _load(options: Parsed) -> int:
         now = dict(zip(declared, parameters.get(caller, node, declared), strict=False))
     code = int(ExitCode.OK)
     for message, result in zip(messages, results, strict=True):
-        one = _report(result, f"Set parameter {message.name}", f"Set parameter {message.name}")
+        name = message.name
+        one = _report(result, f"Set parameter {name} successful", f"Set parameter {name}")
         # A file of `param dump` has read-only parameters, too; they already have its values.
-        code = max(code, one if now.get(message.name) != message.value else ExitCode.OK)
+        code = max(code, one if now.get(name) != message.value else ExitCode.OK)
     return code
 
 
@@ -202,20 +245,23 @@ COMMAND = Command(
             "list parameters",
             _list,
             option("[NODE]", name="node_name"),
+            option("--filter REGEX", "only parameters whose name begins with a match", _pattern),
             HIDDEN,
             option(
                 "--param-prefixes PREFIX ...", "only parameters below these prefixes", default=()
             ),
             option("--param-type", "show their types"),
+            TIMEOUT,
         ),
         ros_command(
             "param get",
             "print the value of a parameter",
             _get,
             NODE,
-            option("PARAMETER", name="parameter_name"),
+            PARAMETER,
             HIDDEN,
             option("--hide-type", "print the value only"),
+            TIMEOUT,
         ),
         ros_command(
             "param set",
@@ -225,6 +271,16 @@ COMMAND = Command(
             option("PARAMETER VALUE ...", name="pairs"),
             HIDDEN,
             option("--atomic", "set all or none"),
+            TIMEOUT,
+        ),
+        ros_command(
+            "param delete",
+            "delete a parameter, where the node allows it",
+            _delete,
+            NODE,
+            PARAMETER,
+            HIDDEN,
+            TIMEOUT,
         ),
         ros_command(
             "param describe",
@@ -233,8 +289,16 @@ COMMAND = Command(
             NODE,
             option("PARAMETER ...", name="parameter_names"),
             HIDDEN,
+            TIMEOUT,
         ),
-        ros_command("param dump", "print the parameters of a node as a file", _dump, NODE, HIDDEN),
+        ros_command(
+            "param dump",
+            "print the parameters of a node as a file",
+            _dump,
+            NODE,
+            HIDDEN,
+            TIMEOUT,
+        ),
         ros_command(
             "param load",
             "set the parameters of a node from a file",
@@ -242,7 +306,9 @@ COMMAND = Command(
             NODE,
             option("FILE", name="parameter_file"),
             HIDDEN,
-            option("--use-wildcard", "those below /** as well"),
+            option("--no-use-wildcard", "not those below /**"),
+            option("--use-wildcard", "ignored, for compatibility: those below /** are taken"),
+            TIMEOUT,
         ),
     ),
 )

@@ -10,9 +10,10 @@ import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from launcher.command_line import Command, Parsed, number, option
+from launcher.command_line import Command, Parsed, count, number, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.ros.topics.qos import MAX_DEPTH, QOS_OPTIONS
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
@@ -37,6 +38,7 @@ NAME = option("NAME", name="service_name")
 TYPE = option("TYPE", name="service_type")
 COUNT = option("-c, --count-services", "print only their number")
 HIDDEN = option("--include-hidden-services", "hidden services as well")
+QOS = (("QoS", QOS_OPTIONS),)
 
 
 def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
@@ -73,6 +75,37 @@ def _find(options: Parsed) -> int:
         warn_if_unknown(kind)
     show(options, found, [len(found)] if options.count_services else found)
     return ExitCode.OK
+
+
+def _info(options: Parsed) -> int:
+    from launcher.ros.errors import VerbError, did_you_mean
+    from launcher.ros.snapshot.graph import is_hidden
+
+    graph, name = graph_snapshot(options), _full(options.service_name)
+    known = graph.service_types()
+    if name not in known:
+        hint = did_you_mean(name, [one for one in known if not is_hidden(one)])
+        raise VerbError(f"Unknown service '{options.service_name}'", hint=hint)
+    clients, servers, types = graph.clients(name), graph.servers(name), known[name]
+    document = {
+        "name": name,
+        "types": types,
+        "clients": [one.node for one in clients],
+        "services": [one.node for one in servers],
+    }
+    lines = (
+        f"Type: {types[0] if len(types) == 1 else types}",
+        f"Clients count: {len(clients)}",
+        f"Services count: {len(servers)}",
+    )
+    show(options, document, lines)
+    return ExitCode.OK
+
+
+def _echo(options: Parsed) -> int:
+    from launcher.ros.service_events import echo
+
+    return echo(options)
 
 
 def _call(options: Parsed) -> int:
@@ -157,6 +190,7 @@ def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) 
 COMMAND = Command(
     "service",
     VERBS["service"],
+    options=(HIDDEN,),
     commands=(
         ros_command(
             "service list",
@@ -167,6 +201,27 @@ COMMAND = Command(
             HIDDEN,
         ),
         ros_command("service type", "print the type of a service", _type, NAME),
+        ros_command("service info", "show the type of a service, and how many use it", _info, NAME),
+        ros_command(
+            "service echo",
+            "print the requests and responses of a service that has introspection",
+            _echo,
+            NAME,
+            option("[TYPE]", name="service_type"),
+            option("--timeout S", "end after S seconds", seconds),
+            option("--csv", "print values separated by commas"),
+            option("-f, --full-length", "do not truncate"),
+            option(
+                "-l, --truncate-length N",
+                "truncate arrays, bytes and strings after N",
+                lambda word: count(word, 0, MAX_DEPTH),
+                128,
+            ),
+            option("--no-arr", "print the sizes of arrays only"),
+            option("--no-str", "print the lengths of strings only"),
+            option("--flow-style", "print each list on one line"),
+            groups=QOS,
+        ),
         ros_command("service find", "list the services of a type", _find, TYPE, COUNT, HIDDEN),
         ros_command(
             "service call",

@@ -6,11 +6,12 @@ import functools
 import math
 from collections.abc import Iterable
 
-from launcher.command_line import Command, Option, Parsed, count, number, option
+from launcher.command_line import Command, Option, Parsed, count, number, option, positive_seconds
 from launcher.commands import VERBS
 from launcher.errors import ExitCode, UsageError
 from launcher.ros.topics.qos import QOS_OPTIONS
 from launcher.ros.verb import (
+    SIM_TIME,
     dispatch,
     graph_snapshot,
     print_json,
@@ -153,6 +154,7 @@ def _pub(options: Parsed) -> int:
 COMMAND = Command(
     "topic",
     VERBS["topic"],
+    options=(HIDDEN,),
     commands=(
         ros_command(
             "topic list",
@@ -177,7 +179,7 @@ COMMAND = Command(
             _echo,
             option("NAME ...", "topics; the TYPE of a single one may follow", name="words"),
             option("--once", "end after the first message"),
-            option("--timeout S", "exit if no message arrives for S seconds", seconds),
+            option("--timeout S", "end after S seconds", seconds),
             option("--field A.B[0]", "print only this field"),
             option("--filter EXPR", "only messages m for which this is true"),
             option("--csv", "print values separated by commas"),
@@ -190,10 +192,11 @@ COMMAND = Command(
             ),
             option("--no-arr", "print the sizes of arrays only"),
             option("--no-str", "print the lengths of strings only"),
-            option("--flow-style", "print each message on one line"),
+            option("--flow-style", "print each list on one line"),
             option("--raw", "print the serialized bytes"),
             option("-i, --include-message-info", "print timestamps and sequence numbers"),
             option("--no-lost-messages", "ignored, for compatibility with ros2"),
+            SIM_TIME,
             groups=QOS,
         ),
         ros_command(
@@ -206,9 +209,12 @@ COMMAND = Command(
             option("--wall-time", "ignored; always on"),
             FOR,
             option("--min HZ", "with --for: exit code 1 below HZ", number, name="min_hz"),
+            SIM_TIME,
             groups=QOS,
         ),
-        ros_command("topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, groups=QOS),
+        ros_command(
+            "topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, SIM_TIME, groups=QOS
+        ),
         ros_command(
             "topic delay",
             "measure the age of messages by their headers",
@@ -216,6 +222,7 @@ COMMAND = Command(
             NAME,
             _window(10000),
             FOR,
+            SIM_TIME,
             groups=QOS,
         ),
         ros_command(
@@ -235,12 +242,15 @@ COMMAND = Command(
                 "wait for N subscriptions (default: 1 with --once and --times, otherwise 0)",
                 _natural,
             ),
+            option("--max-wait-time-secs S", "fail if that takes longer", positive_seconds),
             option(
                 "--keep-alive S",
                 "stay for S seconds after the last message",
                 seconds,
                 0.1,
             ),
+            option("-n, --node-name NAME", "name of the node that publishes"),
+            SIM_TIME,
             groups=QOS,
             exclusive=(("once", "times"),),
         ),

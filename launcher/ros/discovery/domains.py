@@ -15,14 +15,9 @@ SPIN_TIME_WITH_SERVER_S = 10.0  # a server tells of a hundred nodes in rounds th
 REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot be counted
 
 # Settings with which discovery is not plain RTPS on UDP with the ports of the standard.
-_UNUSUAL = (
-    "ROS_DISCOVERY_SERVER",
-    "ROS_STATIC_PEERS",
-    "FASTRTPS_DEFAULT_PROFILES_FILE",
-    "FASTDDS_DEFAULT_PROFILES_FILE",
-    "CYCLONEDDS_URI",
-)
-_RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
+PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+_UNUSUAL = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS", "CYCLONEDDS_URI")
+RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 _OFF = (
     "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
     "unset it, or set it to LOCALHOST or SUBNET"
@@ -69,7 +64,7 @@ def _discovery_range(environment: Mapping[str, str]) -> str:
     if environment.get("ROS_LOCALHOST_ONLY") == "1":  # beats the other
         return "LOCALHOST"
     word = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "SUBNET"
-    return word if word in _RANGES else "LOCALHOST"
+    return word if word in RANGES else "LOCALHOST"
 
 
 def is_off(environment: Mapping[str, str] = os.environ) -> bool:
@@ -111,16 +106,23 @@ def see_whole_graph(environment: MutableMapping[str, str] = os.environ) -> None:
         environment["ROS_SUPER_CLIENT"] = "TRUE"
 
 
+def has_profiles(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether the user has profiles of Fast DDS."""
+    return any(environment.get(name) for name in PROFILES) or any(
+        Path(name).exists() for name in _PROFILES
+    )
+
+
 def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
     """Whether discovery is plain RTPS, so that `reader` can do it."""
     return (
         not any(environment.get(name) for name in _UNUSUAL)
+        and not has_profiles(environment)
         and environment.get("RMW_IMPLEMENTATION", "") in _PLAIN_RMW
         and environment.get("FASTDDS_BUILTIN_TRANSPORTS", "") in _PLAIN_TRANSPORTS
         and environment.get("ROS_SECURITY_ENABLE") != "true"
         and not is_off(environment)
         and Path("/proc/net/udp").exists()
-        and not any(Path(name).exists() for name in _PROFILES)
     )
 
 

@@ -6,9 +6,10 @@ where discovery is not plain RTPS (`domains.is_plain`).
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,12 @@ from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
 from launcher.ros.clean_up import limited_clean_up
-from launcher.ros.discovery.domains import environment_domain, see_whole_graph
+from launcher.ros.discovery.domains import (
+    PROFILES,
+    environment_domain,
+    has_profiles,
+    see_whole_graph,
+)
 from launcher.ros.discovery.endpoints import NODES_TOPIC
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
 from launcher.ros.snapshot.graph import (
@@ -42,7 +48,8 @@ class Observer:
     """A node in a context of its own; use it in a `with` statement.
 
     `domain_id` None is the environment's. With a name it is a node like others and sees itself;
-    without, it is hidden from other observers. A `prefetch` introduces it to the others.
+    without, it is hidden from other observers. A `prefetch` introduces it to the others. `profile`
+    is a file of Fast DDS, for users who have none.
     """
 
     def __init__(
@@ -51,8 +58,10 @@ class Observer:
         *,
         name: str | None = None,
         prefetch: Prefetch | None = None,
+        profile: str | None = None,
     ) -> None:
         self._prefetch = prefetch
+        self._profile = profile
         self.domain_id = environment_domain() if domain_id is None else domain_id
         self._is_hidden = name is None
         # names that begin with an underscore are hidden; two observers may run at the same time
@@ -67,7 +76,8 @@ class Observer:
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
         )
         self.created_s = time.monotonic()
-        with stdout_to_stderr():  # Fast DDS prints warnings about a new participant to stdout
+        # Fast DDS prints warnings about a new participant to stdout
+        with stdout_to_stderr(), _profile_of_fast_dds(self._profile):
             self.node = _node(self.name, self.context, is_hidden=self._is_hidden)
         if self._prefetch is not None:
             self._prefetch.introduce()
@@ -92,6 +102,10 @@ class Observer:
     def helper(self, suffix: str) -> Any:
         """One more hidden node of the same participant, to spin or to publish with."""
         return _node(f"{self.name}_{suffix}", self.context, is_hidden=True)
+
+    def companion(self, name: str) -> Any:
+        """One more node of the same participant, which others see; InvalidNodeNameException."""
+        return _node(name, self.context, is_hidden=True)
 
     def _hides(self, name: str) -> bool:
         return self._is_hidden and (name == self.name or name.startswith(f"{self.name}_"))
@@ -148,7 +162,7 @@ class Observer:
     def all_endpoints(self) -> list[Endpoint]:
         """The endpoints of all topics whose node is known, sorted."""
         found = [e for topic in self.topic_types() for e in self.endpoints(topic)]
-        return sorted(e for e in found if not e.node.endswith(UNKNOWN_NODE))
+        return sorted(e for e in found if e.has_name)
 
     def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""
@@ -190,6 +204,19 @@ class Observer:
         while not fact(snapshot := self.topic_graph()) and time.monotonic() < end:
             time.sleep(_PERIOD_S)
         return snapshot
+
+
+@contextlib.contextmanager
+def _profile_of_fast_dds(path: str | None) -> Iterator[None]:
+    """Have a participant that is made meanwhile read this file, unless the user has one."""
+    if path is None or has_profiles():
+        yield
+        return
+    os.environ[PROFILES[0]] = path
+    try:
+        yield
+    finally:
+        del os.environ[PROFILES[0]]
 
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:

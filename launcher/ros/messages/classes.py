@@ -19,13 +19,23 @@ _LIBRARY = re.compile(r"\blib(\w+?)__rosidl_\w+\.so\b")
 def class_of(package: str, kind: str, name: str) -> Any:
     """A generated class; ModuleNotFoundError, AttributeError.
 
-    `pkg.action` has `Fold`, but not what the topics and services of an action use, such as
+    `pkg.action` has `Fold`, but not all that the topics and services of an action use, such as
     `Fold_FeedbackMessage`: these are in the module of `Fold`.
     """
     module = importlib.import_module(f"{package}.{kind}")
     if not hasattr(module, name) and "_" in name:
         module = sys.modules[getattr(module, name.partition("_")[0]).__module__]
     return getattr(module, name)
+
+
+def parts_of(package: str, kind: str, name: str) -> list[str]:
+    """The names of the classes of which a service or action is made; none if it is not there."""
+    whole = name.partition("_")[0]
+    try:
+        module = sys.modules[class_of(package, kind, whole).__module__]
+    except (ModuleNotFoundError, AttributeError, ValueError):
+        return []
+    return sorted(one for one in vars(module) if one.startswith(f"{whole}_"))
 
 
 def missing_package(full: str, package: str) -> VerbError:

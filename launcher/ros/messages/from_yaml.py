@@ -85,6 +85,8 @@ def _set_time(message: Any, now: Any) -> None:
 
 
 def _sequence(values: Any, kind: Any, path: str, stamps: list[Stamp]) -> list[Any]:
+    if isinstance(values, bytes):
+        values = _bytes(values, kind.value_type, path)
     if not isinstance(values, list | tuple):
         raise _misfit(path, "a list", values)
     if isinstance(kind, definition.Array) and len(values) != kind.size:
@@ -95,6 +97,18 @@ def _sequence(values: Any, kind: Any, path: str, stamps: list[Stamp]) -> list[An
         _convert(value, kind.value_type, f"{path}[{index}]", stamps)
         for index, value in enumerate(values)
     ]
+
+
+def _bytes(values: bytes, kind: Any, path: str) -> list[Any]:
+    """The items of an array of bytes that is written as `!!binary`."""
+    name = getattr(kind, "typename", "")
+    if name == "octet":
+        return [bytes([value]) for value in values]
+    if name == "int8":
+        return [value - 256 if value > 127 else value for value in values]
+    if name == "uint8":
+        return list(values)
+    raise _misfit(path, "a list", values)
 
 
 def _string(value: Any, kind: Any, path: str) -> str:
@@ -172,7 +186,14 @@ def _unknown(message: Any, name: Any, fields: list[str]) -> VerbError:
     )
 
 
-_WORDS = {bool: "boolean", int: "number", float: "number", str: "string", dict: "mapping"}
+_WORDS = {
+    bool: "boolean",
+    int: "number",
+    float: "number",
+    str: "string",
+    bytes: "!!binary",
+    dict: "mapping",
+}
 
 
 def _named(value: Any) -> str:

@@ -14,11 +14,16 @@ from typing import Any
 from launcher.packages import unbuilt
 from launcher.program import program
 from launcher.ros.errors import VerbError
-from launcher.ros.messages.classes import check_fields, class_of, missing_package
+from launcher.ros.messages.classes import check_fields, class_of, missing_package, parts_of
 from launcher.ros.verb import warn
 from launcher.text import suggest
 
 KINDS = ("msg", "srv", "action")
+# Kind -> the other kinds of which such types are made: a service has a message for its events, an
+# action has messages and services.
+_MADE_OF = {"msg": ("srv", "action"), "srv": ("action",), "action": ()}
+# What only the classes of this kind have.
+_MARKS = {"msg": "get_fields_and_field_types", "srv": "Request", "action": "Goal"}
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
 
 
@@ -58,18 +63,20 @@ def load(type_name: str, kind: str, message: str) -> Any:
     or with the package that its fields need.
     """
     package, _, rest = type_name.partition("/")
-    name = rest.removeprefix(f"{kind}/")
-    if name.startswith("action/") and kind != "action":  # a topic or service of an action
-        kind, name = "action", name.removeprefix("action/")
+    name, folder = rest.removeprefix(f"{kind}/"), kind
+    for part in _MADE_OF[kind]:
+        if name.startswith(f"{part}/"):
+            folder, name = part, name.removeprefix(f"{part}/")
     if package.isidentifier() and name.isidentifier():
         try:
-            found = class_of(package, kind, name)
+            found = class_of(package, folder, name)
         except (ModuleNotFoundError, AttributeError):
             pass
         else:
-            check_fields(found)
-            return found
-    raise VerbError(message, hint=_hint(type_name, package, name, kind))
+            if hasattr(found, _MARKS[kind]):
+                check_fields(found)
+                return found
+    raise VerbError(message, hint=_hint(type_name, package, name, folder, kind))
 
 
 def load_message(type_name: str) -> Any:
@@ -77,10 +84,13 @@ def load_message(type_name: str) -> Any:
     return load(type_name, "msg", "The passed message type is invalid")
 
 
-def _hint(type_name: str, package: str, name: str, kind: str) -> str | None:
+def _hint(type_name: str, package: str, name: str, kind: str, wanted: str) -> str | None:
     not_built = unbuilt.hint(package, os.environ)
     if not_built is not None:
         return not_built
+    if kind != wanted and (parts := parts_of(package, kind, name)):
+        whole = name.partition("_")[0]
+        return f"{package}/{kind}/{whole} is made of: {', '.join(parts)}"
     near = near_miss(type_name, [kind])
     if near is None:
         return f"no such type is installed: {type_name}"
@@ -105,14 +115,15 @@ def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
 
 def full_type(name: str, kind: str = "msg") -> str:
     """`std_msgs/msg/String` for `std_msgs/String`; a name without a package is left as it is."""
-    if "/" not in name or "/action/" in name:  # the latter: of a topic or service of an action
+    if "/" not in name or any(f"/{part}/" in name for part in _MADE_OF[kind]):
         return name
     return f"{name.partition('/')[0]}/{kind}/{name.rpartition('/')[2]}"
 
 
 def warn_if_unknown(full: str) -> None:
     """Warn if no such type is installed; others may use it all the same."""
-    if full not in all_interfaces():
+    package, _, last = full.rpartition("/")
+    if f"{package}/{last.partition('_')[0]}" not in all_interfaces():  # `X_Event` belongs to X
         not_built = unbuilt.hint(full.partition("/")[0], os.environ)
         if not_built is not None:
             warn(f"hint: {not_built}")

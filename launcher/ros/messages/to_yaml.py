@@ -76,7 +76,15 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
+def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode:
+    """As in rosidl_runtime_py, a block in flow style, too, unless it is in a list."""
+    node = dumper.represent_dict(mapping)
+    node.flow_style = None
+    return node
+
+
 _Dumper.add_representer(str, _text)
+_Dumper.add_representer(dict, _block)
 _Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
 
 

@@ -19,6 +19,7 @@ INFINITE_NS = 2**63 - 1
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # as in rclpy
 UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
 TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
+_STATE_TYPE = "lifecycle_msgs/srv/GetState"
 _FEEDBACK, _FEEDBACK_TYPE = "/_action/feedback", "_FeedbackMessage"
 
 NamesAndTypes = list[tuple[str, list[str]]]
@@ -50,6 +51,15 @@ class Endpoint:
     @property
     def is_publisher(self) -> bool:
         return self.direction == Direction.PUBLISHER.value
+
+    @property
+    def has_name(self) -> bool:
+        return not self.node.endswith(UNKNOWN_NODE)
+
+    @property
+    def shown_node(self) -> str:
+        """The name of its node for a sentence."""
+        return self.node if self.has_name else "a node whose name is not known yet"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,6 +201,34 @@ class GraphSnapshot:
     def service_types(self) -> dict[str, list[str]]:
         """Every service and its types, including those that have clients only."""
         return _types_by_name(self.infos, (REQUEST, REPLY))
+
+    def servers(self, service: str) -> list[EndpointInfo]:
+        """What reads the requests of a service."""
+        return self._reading(f"{REQUEST}{service}Request")
+
+    def clients(self, service: str) -> list[EndpointInfo]:
+        """What reads the replies of a service."""
+        return self._reading(f"{REPLY}{service}Reply")
+
+    def _reading(self, mangled: str) -> list[EndpointInfo]:
+        direction = Direction.SUBSCRIPTION.value
+        return [i for i in self.infos if i.topic == mangled and i.direction == direction]
+
+    def is_lifecycle(self, node: str) -> bool:
+        """Whether a node is there and tells its state."""
+        servers = self.servers(f"{node}/get_state")
+        # a participant announces its services before its nodes
+        return node in self.nodes and any(
+            ros_type(one.type, REQUEST) == _STATE_TYPE for one in servers
+        )
+
+    def lifecycle_nodes(self) -> list[str]:
+        """Full names, sorted."""
+        return [node for node in sorted(set(self.nodes)) if self.is_lifecycle(node)]
+
+    def action_types(self) -> dict[str, list[str]]:
+        """Every action and its types, including those that have clients only."""
+        return dict(_actions(self.topic_types()))
 
     def on(self, topic: str, direction: Direction) -> list[EndpointInfo]:
         mangled = f"{TOPIC}{topic}"

@@ -154,8 +154,8 @@ def _match(pairs: int) -> str:
 
 def _sentences(found: list[Mismatch]) -> Iterator[str]:
     for mismatch in found:
-        names = ", ".join(e.node for e in mismatch.publishers)
-        yield f"  {mismatch.subscription.node} receives nothing from {names}"
+        names = ", ".join(e.shown_node for e in mismatch.publishers)
+        yield f"  {mismatch.subscription.shown_node} receives nothing from {names}"
         for fault in mismatch.faults:
             yield (
                 f"    {fault.policy}: the publisher offers {fault.offered}, "

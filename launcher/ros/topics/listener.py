@@ -7,6 +7,7 @@ second.
 
 from __future__ import annotations
 
+import functools
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,8 +21,10 @@ from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
-from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
+from launcher.ros.topics.history import History
+from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import spin_time_s, warn
 
 if TYPE_CHECKING:
@@ -37,11 +40,15 @@ _AWAIT_PERIOD_S = 0.1  # after it, all endpoints of a participant are known
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds."""
+    """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds.
+
+    `is_history`: it was published before the subscription.
+    """
 
     topic: str
     message: Any
     info: dict[str, Any]
+    is_history: bool = False
 
     @property
     def received_ns(self) -> int:
@@ -141,12 +148,17 @@ class Listener:
         self._observer = observer
         self._raw = raw
         self._subscriptions: list[tuple[Target, Any]] = []
-        self._explained: set[str] = set()
-        self._received: set[str] = set()
+        self._unmatched: dict[str, Unmatched] = {}
+        self._histories: dict[str, History] = {}
 
     def subscribe(self, target: Target, profile: Any) -> None:
+        from rclpy.qos import DurabilityPolicy
+
+        message_type = with_library(load_message(target.type))
+        if profile.durability != DurabilityPolicy.VOLATILE:
+            self._histories[target.name] = History(time.time_ns())
         subscription = self._observer.node.create_subscription(
-            with_library(load_message(target.type)),
+            message_type,
             target.name,
             _ignore,
             profile,
@@ -163,10 +175,15 @@ class Listener:
                 for _ in range(_BURST):
                     if (taken := take(kind, self._raw)) is None:
                         break
-                    message, info = taken
-                    found.append(Sample(topic=target.name, message=message, info=info))
-        self._received.update(sample.topic for sample in found)
+                    found.append(self._sample(target.name, *taken))
         return found
+
+    def _sample(self, topic: str, message: Any, info: dict[str, Any]) -> Sample:
+        history = self._histories.get(topic)
+        is_history = history is not None and history.has(
+            info["source_timestamp"], info["received_timestamp"]
+        )
+        return Sample(topic=topic, message=message, info=info, is_history=is_history)
 
     def close(self) -> None:
         subscriptions, self._subscriptions = self._subscriptions, []
@@ -176,7 +193,7 @@ class Listener:
     def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
         """All messages until `tick`, which is called after each burst, returns False.
 
-        Warns, once for each reason, why a topic is silent.
+        Warns, once for each reason, of publishers from which nothing will come.
         """
         next_check = time.monotonic()
         while True:
@@ -185,32 +202,32 @@ class Listener:
             if not tick():
                 return
             if time.monotonic() >= next_check:
-                self._explain_silence()
+                self._warn_of_unmatched()
                 next_check = time.monotonic() + _EXPLAIN_PERIOD_S
             if not samples:
                 time.sleep(_PERIOD_S)
 
-    def _explain_silence(self) -> None:
+    def _warn_of_unmatched(self) -> None:
         for target, subscription in self._subscriptions:
-            if target.name in self._received:
-                continue
-            text = self._why_silent(target, subscription)
-            if text and text not in self._explained:
-                self._explained.add(text)
+            own = qos.endpoint_of(
+                subscription.qos_profile,
+                Direction.SUBSCRIPTION,
+                target.name,
+                target.type,
+                node="this command",
+            )
+            publishers = [e for e in self._observer.endpoints(target.name) if e.is_publisher]
+            unmatched = self._unmatched.setdefault(target.name, Unmatched())
+            text_of = functools.partial(_nothing_received, target.name, len(publishers))
+            if text := unmatched.news([*publishers, own], text_of):
                 warn(text)
 
-    def _why_silent(self, target: Target, subscription: Any) -> str | None:
-        own = qos.endpoint_of(
-            subscription.qos_profile,
-            Direction.SUBSCRIPTION,
-            target.name,
-            target.type,
-            node="this command",
-        )
-        known = [*(e for e in self._observer.endpoints(target.name) if e.is_publisher), own]
-        if not mismatches(known):
-            return None
-        return f"nothing will be received on {target.name}:\n{explain(known)}"
+
+def _nothing_received(topic: str, publishers: int, found: list[Mismatch], reasons: str) -> str:
+    silent = [publisher for one in found for publisher in one.publishers]
+    names = ", ".join(publisher.shown_node for publisher in silent)
+    source = f" from {names}" if len(silent) < publishers else ""
+    return f"nothing will be received on {topic}{source}:\n{reasons}"
 
 
 def _ignore(message: Any) -> None:

@@ -2,44 +2,83 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
+import os
 import sys
 import time
+from collections.abc import Iterator
 from typing import Any
 
 from launcher.command_line import Parsed
-from launcher.errors import ExitCode
+from launcher.errors import ExitCode, UsageError
+from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint
-from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
+from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.streams import until_interrupted
+from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import observing, warn
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
+_PROFILE = os.path.join(os.path.dirname(__file__), "publisher.xml")
 
 
 def publish(options: Parsed) -> int:
     from rclpy.qos import QoSProfile
 
+    if options.max_wait_time_secs is not None and not _wanted(options):
+        raise UsageError(
+            "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, "
+            "--once or --times"
+        )
     message = with_library(load_message(options.message_type))()
     stamps = fill(message, parse(sys.stdin.read() if options.stdin else options.values))
     name = full_topic(options.topic_name)
     profile = qos.from_options(options, QoSProfile(depth=10))
-    with until_interrupted(), observing(options) as observer:
-        publisher = observer.node.create_publisher(type(message), name, profile)
+    clock = clock_of(simulated=options.use_sim_time)
+    with (
+        until_interrupted(),
+        observing(options, profile=_PROFILE) as observer,
+        _node(observer, options) as node,
+    ):
+        clock.start(observer)
+        publisher = node.create_publisher(type(message), name, profile)
         own = qos.endpoint_of(
             profile, Direction.PUBLISHER, name, options.message_type, node="this command"
         )
-        _await_subscriptions(observer, publisher, _wanted(options), own)
-        _loop(observer, publisher, message, stamps, options)
+        _await_subscriptions(observer, publisher, options, own)
+        _loop(clock, publisher, message, stamps, options)
         if options.once or options.times:
             _await_delivery(publisher, options.keep_alive)
     return ExitCode.OK
+
+
+@contextlib.contextmanager
+def _node(observer: Observer, options: Parsed) -> Iterator[Any]:
+    """The node that publishes: a hidden one, or one of the name of the options."""
+    from rclpy.exceptions import InvalidNodeNameException
+
+    if options.node_name is None:
+        yield observer.node
+        return
+    try:
+        node = observer.companion(options.node_name)
+    except InvalidNodeNameException as error:
+        raise UsageError(f"--node-name: {str(error).splitlines()[0].rstrip(':')}") from None
+    try:
+        yield node
+    finally:
+        with limited_clean_up():
+            node.destroy_node()
 
 
 def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
@@ -62,45 +101,55 @@ def _wanted(options: Parsed) -> int:
     return 1 if options.once or options.times else 0
 
 
-def _await_subscriptions(observer: Observer, publisher: Any, wanted: int, own: Endpoint) -> None:
-    printed_s = explained = None
-    while publisher.get_subscription_count() < wanted:
+def _await_subscriptions(
+    observer: Observer, publisher: Any, options: Parsed, own: Endpoint
+) -> None:
+    """Return when there are as many as wanted; VerbError if that takes too long."""
+    wanted, limit_s = _wanted(options), options.max_wait_time_secs
+    printed_s, unmatched = None, Unmatched()
+    end = math.inf if limit_s is None else time.monotonic() + limit_s
+    while (there := publisher.get_subscription_count()) < wanted:
         now = time.monotonic()
         if printed_s is None or now - printed_s >= 1.0:
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
             printed_s = now
-            there = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
-            text = _why_unmatched([*there, own])
-            if text and text != explained:
+            others = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
+            if text := unmatched.news([*others, own], _with_options):
                 warn(text)
-                explained = text
+        if now >= end:
+            raise VerbError(
+                f"Timed out waiting for subscribers: Expected {wanted} subscribers but only got "
+                f"{there} subscribers"
+            )
         time.sleep(_POLL_S)
 
 
-def _why_unmatched(endpoints: list[Endpoint]) -> str | None:
-    """The mismatches, with the options of ours that repair them; None if there are none."""
-    found = mismatches(endpoints)
-    if not found:
-        return None
+def _with_options(found: list[Mismatch], reasons: str) -> str:
+    """The mismatches, with the options of ours that repair them."""
     options = qos.publisher_options(found)
-    hint = f"\nhint: {' '.join(options)}" if options else ""
-    return explain(endpoints) + hint
+    return f"{reasons}\nhint: {' '.join(options)}" if options else reasons
 
 
 def _loop(
-    observer: Observer, publisher: Any, message: Any, stamps: list[Stamp], options: Parsed
+    clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: Parsed
 ) -> None:
     print("publisher: beginning loop", flush=True)
     limit = 1 if options.once else options.times
-    count, due = 0, time.monotonic()
+    count, due = 0, clock.elapsed_s()
     while limit is None or count < limit:
-        time.sleep(max(0.0, due - time.monotonic()))
-        due = max(due + 1.0 / options.rate, time.monotonic() - 1.0)  # do not catch up for ever
+        clock.sleep_until(due)
+        due = max(due + 1.0 / options.rate, clock.elapsed_s() - 1.0)  # do not catch up for ever
         count += 1
         if stamps:
-            now = observer.node.get_clock().now().to_msg()
+            now = _message(clock.now_ns() or 0)
             for stamp in stamps:
                 stamp(now)
         publisher.publish(message)
         if count % options.print == 0:
             print(f"publishing #{count}: {message!r}\n", flush=True)
+
+
+def _message(now_ns: int) -> Any:
+    from builtin_interfaces.msg import Time
+
+    return Time(sec=now_ns // 1_000_000_000, nanosec=now_ns % 1_000_000_000)

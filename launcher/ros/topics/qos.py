@@ -63,9 +63,9 @@ def from_options(options: Parsed, base: QoSProfile) -> QoSProfile:
         ReliabilityPolicy,
     )
 
-    profile = _copy(base)
+    profile = copied(base)
     if options.qos_profile:
-        profile = _copy(QoSPresetProfiles[options.qos_profile.upper()].value)
+        profile = copied(QoSPresetProfiles[options.qos_profile.upper()].value)
     if options.qos_depth is not None:
         profile.depth = options.qos_depth
     for name, policies in (
@@ -151,7 +151,7 @@ def endpoint_of(
     )
 
 
-def _copy(profile: QoSProfile) -> QoSProfile:
+def copied(profile: QoSProfile) -> QoSProfile:
     from rclpy.qos import QoSProfile
 
     names = [name.removeprefix("_") for name in QoSProfile.__slots__]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -13,6 +14,7 @@ from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.ros.errors import VerbError
 from launcher.ros.topics import statistics
+from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter
 from launcher.ros.topics.listener import (
     AwaitedTopics,
@@ -47,10 +49,10 @@ def echo(options: Parsed) -> int:
         listener = Listener(observer, raw=options.raw)
         for name in options.topic_names:
             subscribe_now(observer, listener, name, options)
-        silence = _Silence(options.timeout)
+        limit = _Limit(options.timeout)
         write = sys.stdout.write
-        for sample in listener.samples(silence.tick):
-            silence.message()
+        for sample in listener.samples(limit.tick):
+            limit.is_fresh = True
             value = writer.value(sample)
             if accepts and not options.raw and not accepts(value):
                 continue
@@ -61,23 +63,18 @@ def echo(options: Parsed) -> int:
     return ExitCode.OK
 
 
-class _Silence:
-    """Ends listening after `timeout_s` without a message; flushes after each burst."""
+class _Limit:
+    """Ends listening after `timeout_s`; flushes after each burst."""
 
     def __init__(self, timeout_s: float | None) -> None:
-        self._timeout_s = timeout_s
-        self._last = time.monotonic()
-        self._fresh = False
-
-    def message(self) -> None:
-        self._last = time.monotonic()
-        self._fresh = True
+        self._end = math.inf if timeout_s is None else time.monotonic() + timeout_s
+        self.is_fresh = False
 
     def tick(self) -> bool:
-        if self._fresh:
+        if self.is_fresh:
             sys.stdout.flush()
-            self._fresh = False
-        return self._timeout_s is None or time.monotonic() - self._last < self._timeout_s
+            self.is_fresh = False
+        return time.monotonic() < self._end
 
 
 class _Clock:
@@ -123,18 +120,26 @@ class _Quiet:
 def _measure(
     options: Parsed,
     names: list[str],
+    clock: WallClock,
     found: Callable[[Target], None],
-    take: Callable[[Sample], None],
+    take: Callable[[Sample, int], None],
     report: Callable[[], None],
     *,
     raw: bool,
 ) -> None:
-    """Call `found` for each topic, `take` for each message, and `report` once a second."""
+    """Call `found` for each topic, `take` for each message, and `report` once a second.
+
+    `take` gets the time of arrival by the clock, and no message before that is known.
+    """
     with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
+        clock.start(observer)
         listener = Listener(observer, raw=raw)
         awaited = AwaitedTopics(observer, listener, names, options, found)
         for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
-            take(sample)
+            received_ns = clock.received_ns(sample)
+            if received_ns is not None:
+                take(sample, received_ns)
+        clock.stop()
 
 
 def hz(options: Parsed) -> int:
@@ -143,22 +148,25 @@ def hz(options: Parsed) -> int:
     names = ["/" + name.removeprefix("/") for name in options.topic_names]
     arrivals = {name: statistics.Arrivals(options.window) for name in names}
     quiet: dict[str, _Quiet] = {}
+    clock = clock_of(simulated=options.use_sim_time)
 
     def found(target: Target) -> None:
         quiet[target.name] = _Quiet(target.name)
 
-    def take(sample: Sample) -> None:
+    def take(sample: Sample, received_ns: int) -> None:
+        if sample.is_history:
+            return
         quiet[sample.topic].message()
         if accepts is None or accepts(sample.message):
-            arrivals[sample.topic].add(sample.received_ns)
+            arrivals[sample.topic].add(received_ns)
 
     def report() -> None:
         _report_rates(arrivals, quiet, options)
 
-    _measure(options, options.topic_names, found, take, report, raw=accepts is None)
+    _measure(options, options.topic_names, clock, found, take, report, raw=accepts is None)
     if options.for_s is None:
         return ExitCode.OK
-    return _verdict(arrivals, options)
+    return _verdict(arrivals, options, clock.now_ns() or 0)
 
 
 def _report_rates(
@@ -192,8 +200,8 @@ def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
     }
 
 
-def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed) -> int:
-    now_ns, code = time.time_ns(), ExitCode.OK
+def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: int) -> int:
+    code = ExitCode.OK
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
         line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
@@ -211,19 +219,21 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed) -> int:
 
 def bw(options: Parsed) -> int:
     sizes = statistics.Bandwidth(options.window)
+    clock = clock_of(simulated=options.use_sim_time)
 
     def report() -> None:
-        if found := sizes.due(time.time_ns()):
+        if found := sizes.due(clock.now_ns() or 0):
             print(_bandwidth_line(*found, as_json=options.json))
 
     def found(target: Target) -> None:
         if not options.json:
             print(f"Subscribed to [{target.name}]", flush=True)
 
-    def take(sample: Sample) -> None:
-        sizes.add(sample.received_ns, len(sample.message))
+    def take(sample: Sample, received_ns: int) -> None:
+        if not sample.is_history:
+            sizes.add(received_ns, len(sample.message))
 
-    _measure(options, [options.topic_name], found, take, report, raw=True)
+    _measure(options, [options.topic_name], clock, found, take, report, raw=True)
     return ExitCode.OK
 
 
@@ -241,10 +251,14 @@ def delay(options: Parsed) -> int:
         if due := delays.due():
             print(_delay_line(*due, as_json=options.json))
 
-    def take(sample: Sample) -> None:
-        delays.add(sample.received_ns - _stamp_ns(sample.message))
+    def found(target: Target) -> None:
+        """There is nothing to say."""
 
-    _measure(options, [options.topic_name], lambda target: None, take, report, raw=False)
+    def take(sample: Sample, received_ns: int) -> None:
+        delays.add(received_ns - _stamp_ns(sample.message))
+
+    clock = clock_of(simulated=options.use_sim_time)
+    _measure(options, [options.topic_name], clock, found, take, report, raw=False)
     return ExitCode.OK
 
 

@@ -358,14 +358,6 @@ def test_an_unknown_dependency_is_a_warning_with_a_near_name(workspace):
     assert "python3-numpy" not in answer.out
 
 
-@pytest.mark.parametrize("verb", ["list", "executables", "prefix", "xml"])
-def test_the_other_verbs_of_ros2_pkg_have_an_alternative(verb):
-    answer = in_process("pkg", verb, "demo")
-
-    assert answer.code == 2
-    assert answer.err.startswith(f"error: ros2cli's verb 'pkg {verb}' does not exist here\nhint: ")
-
-
 # ---- the disk
 
 

@@ -235,20 +235,36 @@ def test_words_that_no_launch_takes(line):
         ("p e -- -x", ["/e", "-x"]),
         ("p e a -- b", ["/e", "a", "--", "b"]),
         ("p e -- -- b", ["/e", "--", "b"]),
+        ("--prefix 'gdb -ex run --args' p e a", ["gdb", "-ex", "run", "--args", "/e", "a"]),
+        ("p e --prefix nice", ["/e", "--prefix", "nice"]),
     ],
 )
 def test_words_of_run(monkeypatch, line, expected):
     seen: list[Any] = []
     monkeypatch.setattr(run, "find_executable", lambda package, name, env: Path(f"/{name}"))
     monkeypatch.setattr(run, "_become", seen.append)
-    run.main(line.split())
+    run.main(shlex.split(line))
     assert seen == [expected]
 
 
-@pytest.mark.parametrize("line", ["", "--bogus p e", "/p e", "../p e", "p ../e", "p /e"])
-def test_words_that_run_does_not_take(line):
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "--bogus p e",
+        "/p e",
+        "../p e",
+        "p ../e",
+        "p /e",
+        "--prefix '' p e",
+        "--prefix '\"' p e",
+        "--prefix /no/such/command p e",
+    ],
+)
+def test_words_that_run_does_not_take(monkeypatch, line):
+    monkeypatch.setattr(run, "find_executable", lambda package, name, env: Path(f"/{name}"))
     with pytest.raises(LauncherError) as caught:
-        run.main(line.split())
+        run.main(shlex.split(line))
     assert caught.value.exit_code == 2
 
 

@@ -62,6 +62,15 @@ def test_a_first_word_is_a_verb_a_launch_file_or_a_path(complete: Complete):
     ("line", "expected"),
     [
         ("launcher topic ec", ["echo "]),
+        ("launcher -d 83 top", ["topic "]),
+        ("launcher -d 83 topic ec", ["echo "]),
+        ("launcher topic --spin-time 2 ec", ["echo "]),
+        ("launcher --json topic echo --on", ["--once "]),
+        ("launcher param del", ["delete "]),
+        ("launcher multicast re", ["receive "]),
+        ("launcher pkg exec", ["executables "]),
+        ("launcher pkg prefix std_ms", ["std_msgs "]),
+        ("launcher wtf --fi", ["--fix "]),
         ("launcher plan --le", ["--lenient "]),
         ("launcher demo --time", ["--timeout "]),
         ("launcher plan -- --le", []),
@@ -133,6 +142,31 @@ def test_names_of_the_graph_are_what_the_verbs_list(complete: Complete, monkeypa
     assert complete("launcher topic echo ") == ["/topic/list "]
     assert complete("launcher node info ") == ["/node/list "]
     assert complete("launcher param get /a ") == ["/param/list//a "]
+    assert complete("launcher action info ") == ["/action/list "]
+    assert complete("launcher action send_goal /a ") == ["/action/type//a "]
+    assert complete("launcher service echo ") == ["/service/list "]
+    assert complete("launcher service call /a ") == ["/service/type//a "]
+    assert complete("launcher lifecycle get ") == ["/lifecycle/nodes "]
+    assert complete("launcher topic pub /a ") == ["/interface/list "]
+
+
+def test_types_are_those_of_the_kind_and_transitions_those_of_the_node(
+    complete: Complete, monkeypatch
+):
+    lists = {
+        ("action", "type", "/new"): [],
+        ("interface", "list", "--only-actions"): ["Actions:", "pkg/action/Fold"],
+        ("lifecycle", "list", "/pump"): [
+            "- configure [1]",
+            "Start: unconfigured",
+            "- shutdown [5]",
+        ],
+    }
+    monkeypatch.setattr(sources, "_lines", lambda *words: [(one, "") for one in lists[words]])
+    assert complete("launcher action send_goal /new ") == ["pkg/action/Fold "]
+    assert complete("launcher action find ") == ["pkg/action/Fold "]
+    assert complete("launcher lifecycle set /pump ") == ["configure ", "shutdown "]
+    assert complete("launcher lifecycle set /pump s") == ["shutdown "]
 
 
 def test_words_are_split_as_by_a_shell():

@@ -9,14 +9,20 @@ from typing import Any
 import pytest
 
 from launcher import cli
+from launcher.command_line import Command
 from launcher.commands import module_of
+from launcher.commands.ros.front import verb_first
 from launcher.errors import UsageError
+
+
+def command(verb: str) -> Command:
+    made: Command = importlib.import_module(module_of(verb)).COMMAND
+    return made
 
 
 def understood(verb: str, words: list[str]) -> tuple[str, dict[str, Any]]:
     """(the verb below, its options) that a ROS verb makes of its words."""
-    module = importlib.import_module(module_of(verb))
-    options = vars(module.COMMAND.parse(words))
+    options = vars(command(verb).parse(words))
     return options["command"].name.rpartition(" ")[2], options
 
 
@@ -49,6 +55,7 @@ ECHO = {
     "include_message_info": False,
 }
 HZ = {**BASE, **QOS, "window": 10000, "filter": None, "for_s": None, "min_hz": None}
+HZ["use_sim_time"] = False
 BW = {**BASE, **QOS, "window": 100, "for_s": None}
 PUB = {
     **BASE,
@@ -60,7 +67,10 @@ PUB = {
     "once": False,
     "times": None,
     "wait_matching_subscriptions": None,
+    "max_wait_time_secs": None,
     "keep_alive": 0.1,
+    "node_name": None,
+    "use_sim_time": False,
 }
 GRAPH = {
     **BASE,
@@ -80,11 +90,26 @@ GRAPH = {
 LISTED = {**BASE, "show_types": False, "include_hidden_topics": False, "count_topics": False}
 LISTED["verbose"] = False
 INFO = {**BASE, "verbose": False, "explain": False}
-NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False}
-PARAMS = {**NODE, "param_prefixes": (), "param_type": False}
+NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False, "timeout": None}
+PARAMS = {**NODE, "param_prefixes": (), "param_type": False, "filter": None}
 CALL = {**BASE, "values": "", "stdin": False, "rate": None, "timeout": None}
 SERVICES = {**BASE, "show_types": False, "count_services": False}
 SERVICES["include_hidden_services"] = False
+EVENTS = {
+    **BASE,
+    **QOS,
+    "service_type": None,
+    "timeout": None,
+    "csv": False,
+    "full_length": False,
+    "truncate_length": 128,
+    "no_arr": False,
+    "no_str": False,
+    "flow_style": False,
+}
+GOAL = {**BASE, "goal": "", "stdin": False, "feedback": False, "timeout": None}
+LIFECYCLE = {**BASE, "node_name": "/n", "timeout": None}
+STATES = {**LIFECYCLE, "transitions": False}
 TYPES = {**BASE, "only_msgs": False, "only_srvs": False, "only_actions": False}
 SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
 
@@ -211,6 +236,19 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
                 "keep_alive": 0.0,
             },
         ),
+        (
+            "topic pub /a T -1 --max-wait-time-secs 2 -n talker -s",
+            PUB,
+            {
+                "topic_name": "/a",
+                "message_type": "T",
+                "once": True,
+                "max_wait_time_secs": 2.0,
+                "node_name": "talker",
+                "use_sim_time": True,
+            },
+        ),
+        ("topic hz /a -s", HZ, {"topic_names": ["/a"], "use_sim_time": True}),
         ("topic type /a", BASE, {"topic_name": "/a"}),
         (
             "topic find T -c --include-hidden-topics",
@@ -234,6 +272,7 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
         ("param list --param-prefixes=a /n", PARAMS, {"param_prefixes": ["a"]}),
         ("param get /n p --hide-type", NODE, {"parameter_name": "p", "hide_type": True}),
         ("param set /n p 1 q 2 --atomic", NODE, {"pairs": ["p", "1", "q", "2"], "atomic": True}),
+        ("param delete /n p --timeout 2", NODE, {"parameter_name": "p", "timeout": 2.0}),
         ("param set /n p -5", NODE, {"pairs": ["p", "-5"], "atomic": False}),
         ("param set /n p -1.5", NODE, {"pairs": ["p", "-1.5"], "atomic": False}),
         ("param set /n p -- -x", NODE, {"pairs": ["p", "-x"], "atomic": False}),
@@ -244,9 +283,9 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
         ),
         ("param dump /n", NODE, {}),
         (
-            "param load /n f.yaml --use-wildcard",
+            "param load /n f.yaml --no-use-wildcard --timeout 3",
             NODE,
-            {"parameter_file": "f.yaml", "use_wildcard": True},
+            {"parameter_file": "f.yaml", "no_use_wildcard": True, "timeout": 3.0},
         ),
         ("service list -t -c", SERVICES, {"show_types": True, "count_services": True}),
         ("service type /s", BASE, {"service_name": "/s"}),
@@ -272,8 +311,48 @@ SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
             CALL,
             {"service_name": "/s", "service_type": "T", "stdin": True},
         ),
+        ("service info /s", BASE, {"service_name": "/s"}),
+        ("service echo /s", EVENTS, {"service_name": "/s"}),
+        (
+            "service echo /s T --csv --no-arr --no-str -l 5 --timeout 2",
+            EVENTS,
+            {
+                "service_type": "T",
+                "csv": True,
+                "no_arr": True,
+                "no_str": True,
+                "truncate_length": 5,
+                "timeout": 2.0,
+            },
+        ),
+        (
+            "service echo -f --flow-style /s --qos-depth 3",
+            EVENTS,
+            {"full_length": True, "flow_style": True, "qos_depth": 3},
+        ),
+        ("action list -t -c", BASE, {"show_types": True, "count_actions": True}),
+        ("action list --count", BASE, {"show_types": False, "count_actions": True}),
+        ("action info /a -tc", BASE, {"action_name": "/a", "show_types": True, "count": True}),
+        ("action type /a", BASE, {"action_name": "/a"}),
+        ("action find T -c", BASE, {"action_type": "T", "count_actions": True}),
+        ("action send_goal /a T", GOAL, {"action_name": "/a", "action_type": "T"}),
+        ("action send_goal /a T '{a: 1}' -f", GOAL, {"goal": "{a: 1}", "feedback": True}),
+        ("action send_goal -f --stdin /a T", GOAL, {"stdin": True, "feedback": True}),
+        ("action send_goal /a T --timeout 3 --json", GOAL, {"timeout": 3.0, "json": True}),
+        ("lifecycle nodes", BASE, {"include_hidden_nodes": False, "count_nodes": False}),
+        ("lifecycle nodes -a -c", BASE, {"include_hidden_nodes": True, "count_nodes": True}),
+        ("lifecycle nodes --all --spin-time 1", BASE, {"spin_time": 1.0}),
+        ("lifecycle list /n", LIFECYCLE, {"all": False}),
+        ("lifecycle list /n -a --include-hidden-nodes", LIFECYCLE, {"all": True}),
+        ("lifecycle get", STATES, {"node_name": None}),
+        ("lifecycle get /n --timeout 2 -t", STATES, {"timeout": 2.0, "transitions": True}),
+        ("lifecycle get --include-hidden-nodes", STATES, {"node_name": None}),
+        ("lifecycle set /n configure", LIFECYCLE, {"transition": "configure"}),
+        ("lifecycle set /n 3 --timeout 9", LIFECYCLE, {"transition": "3", "timeout": 9.0}),
         ("interface list -m -s", TYPES, {"only_msgs": True, "only_srvs": True}),
         ("interface list -a", TYPES, {"only_actions": True}),
+        ("interface package p -m", TYPES, {"package": "p", "only_msgs": True}),
+        ("interface packages -s -a", TYPES, {"only_srvs": True, "only_actions": True}),
         ("interface show T --all-comments", SHOW, {"all_comments": True}),
         ("interface show -", SHOW, {"type": "-"}),
         ("interface show T --no-comments", SHOW, {"no_comments": True}),
@@ -329,12 +408,38 @@ def test_words_of_a_ros_verb(line, base, changes):
         "param get /n",
         "param set /n",
         "service call /s",
+        "service info",
+        "service info /s /t",
+        "service echo",
+        "service echo /s T U",
+        "service echo /s -l x",
+        "service echo /s --timeout -1",
+        "action list x",
+        "action info",
+        "action type",
+        "action find",
+        "action send_goal /a",
+        "action send_goal /a T x y",
+        "action send_goal /a T --timeout nan",
+        "action echo /a",
+        "lifecycle list",
+        "lifecycle get a b",
+        "lifecycle set /n",
+        "lifecycle set /n a b",
+        "lifecycle set /n a --timeout x",
+        "lifecycle nodes x",
         "interface show T --all-comments --no-comments",
+        "interface package",
+        "interface packages p",
+        "multicast send --ttl 256",
+        "multicast receive --timeout 0",
+        "daemon restart",
         "graph x",
         "graph --dot --svg f",
         "graph --mode some",
         "graph --svg",
         "topic echo /a -l ²",
+        "topic pub /a T --max-wait-time-secs 0",
     ],
 )
 def test_words_that_no_ros_verb_takes(line):
@@ -343,7 +448,76 @@ def test_words_that_no_ros_verb_takes(line):
         importlib.import_module(module_of(verb)).main(words)
 
 
-@pytest.mark.parametrize("verb", ["topic", "node", "param", "service", "interface"])
+@pytest.mark.parametrize(
+    ("line", "plain"),
+    [
+        ("-d 83 topic list", "topic -d 83 list"),
+        ("-d83 topic list", "topic -d 83 list"),
+        ("--domain=83 graph --dot", "graph --domain=83 --dot"),
+        ("--spin-time 2 --json node info /n", "node --spin-time 2 --json info /n"),
+        ("--workspace /ws -d 3 topic list", "topic --workspace /ws -d 3 list"),
+        ("-d 83 bag play x -d 2", "bag play --domain 83 x -d 2"),
+        ("--debug plan system", "plan --debug system"),
+        ("--json ps", "ps --json"),
+        ("-d x topic list", "topic -d x list"),
+        ("-d system", "-d system"),
+        ("--debug run p e -d topic", "run --debug p e -d topic"),
+        ("--debug system", "--debug system"),
+        ("--mute robot_1 system", "--mute robot_1 system"),
+    ],
+)
+def test_options_of_ros_verbs_may_stand_in_front_of_the_verb(line, plain):
+    assert verb_first(line.split()) == plain.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("-d 83 topc list", "unknown verb 'topc' behind -d", "did you mean 'topic'?"),
+        ("-d 83", "the verb behind -d is missing", "it is an option of topic, "),
+        ("-d topic list", "-d needs a value: ID", "for example: "),
+        ("--spin-time", "--spin-time needs a value: S", None),
+        (
+            "-d 83 multicast send",
+            "-d is not an option of 'multicast'",
+            "it is an option of topic, ",
+        ),
+        ("-d 83 plan system", "-d is not an option of 'plan'", "it is an option of topic, "),
+        ("-d 83 --bogus topic list", "unknown option '--bogus' in front of the verb", "it is"),
+    ],
+)
+def test_mistakes_in_front_of_a_ros_verb(line, message, hint):
+    with pytest.raises(UsageError) as raised:
+        verb_first(line.split())
+    assert raised.value.message == message
+    assert hint is None or raised.value.hint.startswith(hint)
+
+
+@pytest.mark.parametrize(
+    ("line", "changes"),
+    [
+        ("topic --include-hidden-topics list -t", {"include_hidden_topics": True}),
+        ("topic -d 83 --json list", {"domain": "83", "json": True}),
+        ("topic --spin-time=2 info /t", {"spin_time": 2.0, "topic_name": "/t"}),
+        ("topic --include-hidden-topics info /t", {"topic_name": "/t"}),
+        ("service --include-hidden-services find T", {"include_hidden_services": True}),
+        ("node -s --no-daemon list -a", {"all": True}),
+    ],
+)
+def test_options_between_a_ros_verb_and_its_own(line, changes):
+    verb, *words = line.split()
+    options = vars(command(verb).parse(words))
+    assert {name: options[name] for name in changes} == changes
+
+
+def test_a_wrong_option_between_a_ros_verb_and_its_own_is_named():
+    with pytest.raises(UsageError, match=r"^unknown option '--once' in front of the verb$"):
+        command("topic").parse(["--once", "echo", "/t"])
+
+
+@pytest.mark.parametrize(
+    "verb", ["topic", "node", "param", "service", "action", "lifecycle", "interface", "bag"]
+)
 def test_a_ros_verb_alone_prints_its_help(verb, capsys):
     assert cli.main([verb]) == 2
     assert capsys.readouterr().out.startswith(f"usage: python -m launcher {verb}")

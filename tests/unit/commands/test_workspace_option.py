@@ -28,6 +28,7 @@ def unset(monkeypatch: pytest.MonkeyPatch) -> None:
         ("--workspace=/ws topic list", "topic list"),
         ("topic --workspace /ws list", "topic list"),
         ("topic list --workspace /ws -t", "topic list -t"),
+        ("topic -d 83 --workspace /ws list -t", "topic list -d 83 -t"),
         ("topic echo /a --once --workspace=/ws", "topic echo /a --once"),
         (
             "my_pkg a.launch.py x:=1 --workspace /ws --timeout 3",

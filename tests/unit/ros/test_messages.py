@@ -12,7 +12,7 @@ pytest.importorskip("rclpy")
 
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.from_yaml import fill, parse
-from launcher.ros.messages.interfaces import all_interfaces, load, load_message
+from launcher.ros.messages.interfaces import all_interfaces, full_type, load, load_message
 from launcher.ros.messages.to_yaml import Style, to_csv, to_plain, to_yaml
 from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
@@ -97,6 +97,30 @@ def test_a_value_that_does_not_fit_is_named(name, text, complaint):
     assert complaint in caught.value.message
 
 
+def test_the_message_of_service_events_is_found():
+    event = load_message("std_srvs/srv/SetBool_Event")()
+    fill(event, parse("{info: {event_type: 2}, response: [{success: true}]}"))
+    assert (event.info.event_type, event.response[0].success) == (2, True)
+    assert full_type("std_srvs/srv/SetBool_Event") == "std_srvs/srv/SetBool_Event"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "hint"),
+    [
+        ("std_srvs/srv/SetBool", "msg", "std_srvs/srv/SetBool is made of: SetBool_Event, SetBool_"),
+        ("std_srvs/srv/SetBool_Evnt", "msg", "std_srvs/srv/SetBool is made of: SetBool_Event, "),
+        ("std_srvs/srv/SetBol", "msg", "did you mean SetBool?"),
+        ("std_srvs/srv/SetBool_Event", "srv", "did you mean SetBool?"),
+        ("std_srvs/srv/SetBool", "action", "no such type is installed"),
+        ("std_msgs/msg/String", "srv", "no such type is installed"),
+    ],
+)
+def test_a_type_of_another_kind_is_refused_with_what_there_is(name, kind, hint):
+    with pytest.raises(VerbError, match="wrong") as caught:
+        load(name, kind, "wrong")
+    assert caught.value.hint.startswith(hint)
+
+
 def test_an_unknown_field_has_a_near_miss():
     with pytest.raises(VerbError) as caught:
         fill(load_message("std_msgs/msg/String")(), {"dta": "x"})
@@ -154,6 +178,12 @@ def test_arrays_and_strings_can_be_left_out():
     assert "orientation_covariance: '<array type: double[9]>'" in to_yaml(IMU, Style(no_arr=True))
 
 
-def test_flow_style_is_one_line():
-    text = to_yaml(load_message("geometry_msgs/msg/Point")(x=1.0), Style(flow=True))
-    assert text == "{x: 1.0, y: 0.0, z: 0.0}\n"
+def test_flow_style_has_lists_on_one_line_and_blocks_around_them():
+    text = to_yaml(SHAPES, Style(flow=True))
+    assert text.startswith("header:\n  stamp:\n    sec: 0\n")
+    assert "\nname: [left, right]\n" in text
+    point = load_message("geometry_msgs/msg/Point32")
+    polygon = load_message("geometry_msgs/msg/Polygon")(points=[point(x=1.0), point()])
+    assert to_yaml(polygon, Style(flow=True)) == (
+        "points: [{x: 1.0, y: 0.0, z: 0.0}, {x: 0.0, y: 0.0, z: 0.0}]\n"
+    )

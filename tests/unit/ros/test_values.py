@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 import yaml
-from std_msgs.msg import Int32, String
+from std_msgs.msg import (
+    ByteMultiArray,
+    Int8MultiArray,
+    Int32,
+    Int32MultiArray,
+    String,
+    UInt8MultiArray,
+)
 
 from launcher.ros import parameters
 from launcher.ros.errors import VerbError
@@ -73,6 +80,34 @@ def test_a_number_that_is_too_large_does_not_become_a_string():
         parameters.typed_parameter("p", str(HUGE), parameters.NOT_SET)
     assert parameters.typed_parameter("p", str(HUGE), parameters.STRING).value.string_value
     assert parameters.typed_parameter("p", str(HUGE), parameters.DOUBLE).value.double_value == 1e20
+
+
+@pytest.mark.parametrize(
+    ("text", "held"),
+    [
+        ("!!binary AP8=", [b"\x00", b"\xff"]),
+        ("[!!binary AA==, !!binary /w==]", [b"\x00", b"\xff"]),
+        ("!!binary ''", []),
+    ],
+)
+def test_binary_is_an_array_of_bytes(text, held):
+    value = parameters.typed_parameter("p", text, parameters.NOT_SET).value
+    assert (value.type, list(value.byte_array_value)) == (parameters.BYTES, held)
+
+
+@pytest.mark.parametrize(
+    ("message", "values"),
+    [(UInt8MultiArray, [0, 255]), (ByteMultiArray, [b"\x00", b"\xff"]), (Int8MultiArray, [0, -1])],
+)
+def test_binary_fills_an_array_of_bytes(message, values):
+    made = message()
+    fill(made, parse("data: !!binary AP8="))
+    assert list(made.data) == values
+
+
+def test_binary_is_refused_where_there_are_no_bytes():
+    with pytest.raises(VerbError, match=r"'data' takes a list, got .* \(!!binary\)"):
+        fill(Int32MultiArray(), parse("data: !!binary AP8="))
 
 
 def test_a_section_of_a_parameter_file_that_holds_itself(tmp_path):

@@ -1,0 +1,195 @@
+"""`bag check`: is a bag whole, and makes it so."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag.errors import BagError
+from launcher.bag.mcap_file import topics_of
+from launcher.bag.mcap_scan import Fault, scan
+from launcher.bag.metadata import File, Metadata
+from launcher.bag.model import Extent, Span, Topic
+from launcher.bag.reader import open_storage, storage_files
+
+MCAP, COMPRESSED = ".mcap", ".zstd"
+
+
+@dataclass(slots=True)
+class FileReport:
+    """What a storage file has, and what is wrong with it."""
+
+    path: str
+    topics: list[Topic]
+    extent: Extent
+    faults: list[Fault]
+
+    @property
+    def name(self) -> str:
+        return os.path.basename(self.path)
+
+    @property
+    def loses(self) -> bool:
+        """Whether data are damaged, as opposed to an end that is missing."""
+        return any(fault.lost for fault in self.faults)
+
+    @property
+    def is_whole(self) -> bool:
+        return not self.faults
+
+
+@dataclass(slots=True)
+class Report:
+    """What `check` found. `problems` are those of `metadata.yaml`."""
+
+    path: str
+    files: list[FileReport]
+    problems: list[str]
+
+    @property
+    def is_whole(self) -> bool:
+        return not self.problems and all(file.is_whole for file in self.files)
+
+    @property
+    def extent(self) -> Extent:
+        return _sum(file.extent for file in self.files)
+
+
+def _sum(extents: Iterable[Extent]) -> Extent:
+    whole = Extent()
+    for extent in extents:
+        whole.merge(extent)
+    return whole
+
+
+def check(path: str) -> Report:
+    """Read every byte of a bag. BagError if there is none, OSError."""
+    if not os.path.isdir(path):
+        if not os.path.exists(path):
+            raise BagError(f"there is no bag at {path}")
+        return Report(path, [_check_file(path)], [])
+    names = storage_files(path)
+    if not names:
+        raise BagError(f"there is no bag in {path}", hint="it has no .mcap and no .db3 file")
+    files = [_check_file(os.path.join(path, name)) for name in names]
+    return Report(path, files, list(_check_metadata(path, files)))
+
+
+def _check_file(path: str) -> FileReport:
+    if path.endswith(MCAP):
+        with open(path, "rb") as stream:
+            found = scan(stream)
+        topics = topics_of(found.channels, found.schemas)
+        return FileReport(path, topics, found.extent, found.faults)
+    try:
+        file = open_storage(path)
+    except BagError as error:
+        return FileReport(path, [], Extent(), [Fault(0, error.message)])
+    try:
+        faults = [Fault(0, file.unfinished, lost=False)] if file.unfinished else []
+        return FileReport(path, file.topics, file.extent, faults)
+    finally:
+        file.close()
+
+
+def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
+    try:
+        told = metadata.read(folder)
+    except BagError as error:
+        yield error.message
+        return
+    if told is None:
+        yield f"{metadata.FILE} is missing: the recorder did not finish the bag"
+        return
+    there = {file.name for file in files}
+    listed = {os.path.basename(file.path) for file in told.files}
+    for name in sorted(listed - there):
+        yield f"{metadata.FILE} lists {name}, which is missing"
+    for name in sorted(there - listed):
+        yield f"{metadata.FILE} does not list {name}"
+    counted = _sum(file.extent for file in files).total
+    if listed == there and told.extent.total != counted:
+        yield f"{metadata.FILE} counts {told.extent.total} messages, the files have {counted}"
+
+
+def repair(report: Report, ros_distro: str) -> list[str]:
+    """Make a bag whole as far as it can be; what was done, a sentence for each.
+
+    BagError for what cannot be repaired, OSError.
+    """
+    done = []
+    for file in report.files:
+        if not file.is_whole:
+            done.append(_repair_file(file))
+    if os.path.isdir(report.path):
+        _write_metadata(report, ros_distro)
+        done.append(f"{metadata.FILE}: written anew, {report.extent.total} messages")
+    return done
+
+
+def _repair_file(file: FileReport) -> str:
+    if not file.path.endswith(MCAP):
+        raise BagError(f"{file.name} cannot be repaired: {file.faults[0].text}")
+    size = os.path.getsize(file.path)
+    if not file.loses:
+        file.extent = mcap_repair.append_summary(file.path)
+        return (
+            f"{file.name}: finished, {file.extent.total} messages "
+            f"({size} bytes before, {os.path.getsize(file.path)} after)"
+        )
+    damaged = _unused(f"{file.path}.damaged")
+    file.extent = mcap_repair.rewrite(file.path, damaged)
+    kept = os.path.basename(damaged)
+    return f"{file.name}: {file.extent.total} messages are whole; the damaged file is {kept}"
+
+
+def _unused(path: str) -> str:
+    number, found = 1, path
+    while os.path.exists(found):
+        number += 1
+        found = f"{path}.{number}"
+    return found
+
+
+def _write_metadata(report: Report, ros_distro: str) -> None:
+    try:
+        old = metadata.read(report.path)
+    except BagError:
+        old = None
+    topics = {topic.name: topic for file in report.files for topic in file.topics}
+    if old is not None:
+        for topic in old.topics:
+            if topic.name in topics and topic.qos:
+                topics[topic.name] = replace(topics[topic.name], qos=topic.qos)
+    mode = _mode(report, old)
+    metadata.write(
+        report.path,
+        Metadata(
+            storage="mcap" if MCAP in report.files[0].name else "sqlite3",
+            topics=list(topics.values()),
+            files=[File(path=file.name, extent=file.extent) for file in report.files],
+            extent=report.extent,
+            compression_format="zstd" if mode else "",
+            compression_mode=mode,
+            ros_distro=old.ros_distro if old is not None else ros_distro,
+            custom_data=old.custom_data if old is not None else {},
+        ),
+    )
+
+
+def _mode(report: Report, old: Metadata | None) -> str:
+    """How rosbag2 compressed: of a killed recorder only the files show it."""
+    if report.files[0].name.endswith(COMPRESSED):
+        return "file"
+    if old is not None:
+        return old.compression_mode
+    for file in report.files:
+        opened = open_storage(file.path)
+        try:
+            for message in opened.messages(None, Span()):
+                return "message" if compression.is_compressed(message.data) else ""
+        finally:
+            opened.close()
+    return ""

@@ -1,0 +1,9 @@
+"""The error of bags."""
+
+from __future__ import annotations
+
+from launcher.errors import LauncherError
+
+
+class BagError(LauncherError):
+    """A bag cannot be read or written; exit code 1."""

@@ -1,0 +1,132 @@
+"""An MCAP file of a bag, for reading."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import IO, Any
+
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Channel, Schema
+from mcap.records import Message as Record
+
+from launcher.bag import metadata
+from launcher.bag.errors import BagError
+from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, records_of, scan
+from launcher.bag.model import Definition, Extent, Message, Span, Topic
+
+
+class McapFile:
+    """Messages of a file with a summary, or, without one, of the chunks that are whole.
+
+    `unfinished` says why there is no summary; None for a whole file. BagError if it is no MCAP
+    file; OSError.
+    """
+
+    def __init__(self, stream: IO[bytes], path: str) -> None:
+        self._stream = stream
+        self._path = path
+        self.unfinished: str | None = None
+        self._scan: Scan | None = None
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise BagError(f"{path} is not an MCAP file")
+        stream.seek(0)
+        try:
+            self._reader = SeekingReader(stream)
+            summary = self._reader.get_summary()
+        except Exception:  # the library reads a footer wherever it would be
+            summary = None
+        if summary is None or summary.statistics is None:
+            found = self._scan = scan(stream)
+            self._channels, self._schemas = found.channels, found.schemas
+            self.extent = found.extent
+            if not found.finished:
+                self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
+        else:
+            self._channels, self._schemas = summary.channels, summary.schemas
+            told = summary.statistics
+            self.extent = Extent(
+                _by_topic(told.channel_message_counts, self._channels),
+                told.message_start_time,
+                told.message_end_time,
+            )
+        self.topics = topics_of(self._channels, self._schemas)
+
+    def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
+        """In the order of their times; BagError at a damaged record."""
+        try:
+            records = self._indexed(topics, span) if self._scan is None else self._scanned(span)
+            for channel, record in records:
+                if topics is None or channel.topic in topics:
+                    yield Message(
+                        channel.topic,
+                        record.log_time,
+                        record.publish_time,
+                        record.sequence,
+                        record.data,
+                    )
+        except (McapError, ValueError, AssertionError) as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise BagError(
+                f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
+            ) from None
+
+    def _indexed(
+        self, topics: frozenset[str] | None, span: Span
+    ) -> Iterator[tuple[Channel, Record]]:
+        found = self._reader.iter_messages(
+            topics, starting_at=span.start_ns, ending_before=span.end_ns
+        )
+        for _, channel, record in found:
+            yield channel, record
+
+    def _scanned(self, span: Span) -> Iterator[tuple[Channel, Record]]:
+        """From the whole chunks of a file without a summary, each sorted by time."""
+        assert self._scan is not None
+        chunks = sorted(self._scan.chunks, key=lambda one: one.message_start_time)
+        if not chunks and self._scan.loose:
+            raise ValueError("its messages are not in chunks")
+        for index in chunks:
+            self._stream.seek(index.chunk_start_offset)
+            contents = self._stream.read(index.chunk_length)
+            records = [one for one in records_of(chunk_of(contents)) if isinstance(one, Record)]
+            records.sort(key=lambda one: one.log_time)
+            for one in records:
+                after = span.start_ns is None or one.log_time >= span.start_ns
+                if after and (span.end_ns is None or one.log_time < span.end_ns):
+                    yield self._channels[one.channel_id], one
+
+    def close(self) -> None:
+        self._stream.close()
+
+
+def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for channel_id, count in counts.items():
+        topic = channels[channel_id].topic
+        found[topic] = found.get(topic, 0) + count
+    return found
+
+
+def topics_of(channels: Mapping[int, Channel], schemas: Mapping[int, Schema]) -> list[Topic]:
+    """The topics, in the order of their first channels."""
+    found: dict[str, Topic] = {}
+    for channel in channels.values():
+        if channel.topic not in found:
+            found[channel.topic] = _topic(channel, schemas.get(channel.schema_id))
+    return list(found.values())
+
+
+def _topic(channel: Channel, schema: Any) -> Topic:
+    definition = None
+    if schema is not None and schema.data:
+        text = schema.data.decode("utf-8", "replace")
+        definition = Definition(text=text, encoding=schema.encoding)
+    return Topic(
+        name=channel.topic,
+        type=schema.name if schema is not None else "",
+        serialization=channel.message_encoding,
+        qos=metadata.qos_from(channel.metadata.get("offered_qos_profiles")),
+        type_hash=channel.metadata.get("topic_type_hash", ""),
+        definition=definition,
+    )

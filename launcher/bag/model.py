@@ -1,0 +1,103 @@
+"""What a bag consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+CDR = "cdr"
+ROS2_MSG = "ros2msg"
+
+# A QoS profile as in `metadata.yaml`: policies in lower case, times as {"sec": .., "nsec": ..}.
+Qos = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Definition:
+    """The text of a message type with all that it needs, in the language `encoding`."""
+
+    text: str
+    encoding: str = ROS2_MSG
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    """A topic of a bag; `type_hash` (RIHS01) and `definition` may be unknown."""
+
+    name: str
+    type: str
+    serialization: str = CDR
+    qos: Sequence[Qos] = ()
+    type_hash: str = ""
+    definition: Definition | None = field(default=None, compare=False)
+
+
+class Message(NamedTuple):
+    """A serialized message; times are nanoseconds since the epoch.
+
+    `sequence` counts the messages of its publisher; 0 if unknown.
+    """
+
+    topic: str
+    log_ns: int
+    publish_ns: int
+    sequence: int
+    data: bytes
+
+
+@dataclass(slots=True)
+class Extent:
+    """How many messages there are of each topic, and the times of the first and the last."""
+
+    counts: dict[str, int] = field(default_factory=dict)
+    start_ns: int = 0
+    end_ns: int = 0
+
+    @property
+    def total(self) -> int:
+        return sum(self.counts.values())
+
+    @property
+    def duration_ns(self) -> int:
+        return self.end_ns - self.start_ns
+
+    def add(self, topic: str, log_ns: int) -> None:
+        if not self.counts:
+            self.start_ns = self.end_ns = log_ns
+        elif log_ns > self.end_ns:
+            self.end_ns = log_ns
+        elif log_ns < self.start_ns:
+            self.start_ns = log_ns
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+
+    def merge(self, other: Extent) -> None:
+        if not other.counts:
+            return
+        if self.counts:
+            self.start_ns = min(self.start_ns, other.start_ns)
+            self.end_ns = max(self.end_ns, other.end_ns)
+        else:
+            self.start_ns, self.end_ns = other.start_ns, other.end_ns
+        for topic, count in other.counts.items():
+            self.counts[topic] = self.counts.get(topic, 0) + count
+
+
+class Span(NamedTuple):
+    """Times of messages from `start_ns` on and before `end_ns`; None is open."""
+
+    start_ns: int | None = None
+    end_ns: int | None = None
+
+
+class Messages(Protocol):
+    """A storage file that is open for reading."""
+
+    topics: list[Topic]
+    extent: Extent
+    unfinished: str | None
+
+    def messages(self, topics: frozenset[str] | None, span: Span) -> Any:
+        """An iterator of messages of these topics (None: all) in the order of their times."""
+
+    def close(self) -> None: ...

@@ -1,0 +1,220 @@
+"""Opens bags: folders of rosbag2 and of the launcher, or single storage files."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import heapq
+import itertools
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from launcher.bag import compression, metadata
+from launcher.bag.errors import BagError
+from launcher.bag.model import Extent, Message, Messages, Span, Topic
+
+_ENDINGS = (".mcap", ".db3")
+_SUFFIX = ".zstd"
+_EVERYTHING = Span()
+
+
+class Bag:
+    """A bag, for reading. `notes` say what is unusual about it.
+
+    BagError if there is no bag at `path`, or one of its files cannot be read. Files are opened when
+    they are needed.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        self.metadata = metadata.read(path) if os.path.isdir(path) else None
+        self.files = self._find_files()
+        if self.metadata is not None:
+            compression.check_format(self.metadata.compression_format)
+        self._known: dict[str, tuple[list[Topic], Extent]] = {}
+        self.topics = self._topics()
+        self.extent = self._extent()
+
+    def _find_files(self) -> list[str]:
+        if not os.path.isdir(self.path):
+            return [_storage_file(self.path)]
+        if self.metadata is not None:
+            return [self._listed(file.path) for file in self.metadata.files]
+        found = storage_files(self.path)
+        if not found:
+            raise BagError(
+                f"there is no bag in {self.path}",
+                hint="a bag is a folder with metadata.yaml and .mcap or .db3 files, or such a file",
+            )
+        self.notes.append(
+            f"it has no {metadata.FILE}: its recorder did not finish it "
+            f"(bag check --repair {self.path} writes one)"
+        )
+        return [os.path.join(self.path, name) for name in found]
+
+    def _listed(self, path: str) -> str:
+        """A file of the metadata, which in early versions is relative to the folder's parent."""
+        for name in (path, os.path.basename(path)):
+            if os.path.exists(full := os.path.join(self.path, name)):
+                return full
+        raise BagError(
+            f"{os.path.join(self.path, path)} is missing, which {metadata.FILE} lists",
+            hint=f"to list only the files that are there: bag check --repair {self.path}",
+        )
+
+    @property
+    def size_bytes(self) -> int:
+        return sum(os.path.getsize(path) for path in self.files)
+
+    @property
+    def storage(self) -> str:
+        return "sqlite3" if ".db3" in os.path.basename(self.files[0]) else "mcap"
+
+    @functools.cached_property
+    def compresses_messages(self) -> bool:
+        """Whether each message is compressed; without metadata, as the first one shows."""
+        if self.metadata is not None:
+            return self.metadata.compression_mode == "message"
+        for path in self.files:
+            with self._opened(path) as file:
+                for message in file.messages(None, Span()):
+                    return compression.is_compressed(message.data)
+        return False
+
+    def topic(self, name: str) -> Topic | None:
+        return next((topic for topic in self.topics if topic.name == name), None)
+
+    def _topics(self) -> list[Topic]:
+        """Of all files, with the definitions that they have; QoS as the metadata say."""
+        found: dict[str, Topic] = {}
+        if self.metadata is not None:
+            found = {topic.name: topic for topic in self.metadata.topics}
+        for path in self.files:
+            for topic in self.summary_of(path)[0]:
+                known = found.get(topic.name)
+                if known is None:
+                    found[topic.name] = topic
+                elif known.definition is None:
+                    found[topic.name] = replace(
+                        known,
+                        definition=topic.definition,
+                        type_hash=known.type_hash or topic.type_hash,
+                        qos=known.qos or topic.qos,
+                    )
+        return list(found.values())
+
+    def _extent(self) -> Extent:
+        whole = Extent()
+        for path in self.files:
+            whole.merge(self.summary_of(path)[1])
+        return whole
+
+    def summary_of(self, path: str) -> tuple[list[Topic], Extent]:
+        """The topics and the extent of one of the files."""
+        if path not in self._known:
+            with self._opened(path) as file:
+                self._known[path] = file.topics, file.extent
+                if file.unfinished:
+                    self.notes.append(
+                        f"{os.path.basename(path)}: {file.unfinished} "
+                        f"(bag check --repair {self.path} makes it whole)"
+                    )
+        return self._known[path]
+
+    @contextlib.contextmanager
+    def _opened(self, path: str) -> Iterator[Messages]:
+        try:
+            file = open_storage(path)
+        except OSError as error:
+            raise BagError(f"cannot read {path}: {error.strerror or error}") from None
+        try:
+            yield file
+        finally:
+            file.close()
+
+    def messages(
+        self, topics: Iterable[str] | None = None, span: Span = _EVERYTHING
+    ) -> Iterator[Message]:
+        """The messages of these topics (None: of all) in the order of their times. BagError."""
+        chosen = None if topics is None else frozenset(topics)
+        parts = [(self.summary_of(path)[1], path) for path in self.files]
+        parts = [part for part in parts if part[0].counts and _overlaps(part[0], span)]
+        parts.sort(key=lambda part: part[0].start_ns)
+        streams = [self._of_file(path, chosen, span) for _, path in parts]
+        if any(a[0].end_ns > b[0].start_ns for a, b in itertools.pairwise(parts)):
+            yield from heapq.merge(*streams, key=lambda message: message.log_ns)
+            return
+        for stream in streams:
+            yield from stream
+
+    def _of_file(self, path: str, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
+        with self._opened(path) as file:
+            if not self.compresses_messages:
+                yield from file.messages(topics, span)
+                return
+            decompress = compression.message_decompressor()
+            for message in file.messages(topics, span):
+                try:
+                    yield message._replace(data=decompress(message.data))
+                except ValueError as error:
+                    raise BagError(f"{path}: {error}") from None
+
+
+def open_storage(path: str) -> Messages:
+    """A storage file, decompressed if it has to be. BagError, OSError."""
+    name = os.path.basename(path)
+    is_compressed = name.endswith(_SUFFIX)
+    with contextlib.ExitStack() as stack:
+        if is_compressed:
+            stream = stack.enter_context(compression.decompressed(path))
+        else:
+            stream = stack.enter_context(open(path, "rb"))
+        if name.removesuffix(_SUFFIX).endswith(".db3"):
+            from launcher.bag.sqlite_file import SqliteFile
+
+            return SqliteFile(stream.name, path)
+        from launcher.bag.mcap_file import McapFile
+
+        file = McapFile(stream, path)
+        stack.pop_all()
+    return file
+
+
+def _storage_file(path: str) -> str:
+    if not os.path.exists(path):
+        raise BagError(f"there is no bag at {path}")
+    if os.path.basename(path) == metadata.FILE:
+        raise BagError(
+            f"{path} is only the metadata of a bag",
+            hint=f"name its folder: {os.path.dirname(path) or '.'}",
+        )
+    if not _is_storage(path):
+        raise BagError(
+            f"{path} is not a bag", hint="a bag is a folder, or a file that ends in .mcap or .db3"
+        )
+    return path
+
+
+def storage_files(folder: str) -> list[str]:
+    """The names of the storage files in a folder, in the order of their numbers."""
+    names = {name for name in os.listdir(folder) if _is_storage(name)}
+    # Where the compression of a file was interrupted, the uncompressed one is still there.
+    names = {name for name in names if name.removesuffix(_SUFFIX) not in names - {name}}
+    return sorted(names, key=_natural)
+
+
+def _is_storage(name: str) -> bool:
+    return name.removesuffix(_SUFFIX).endswith(_ENDINGS)
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Sorts `x_10.mcap` behind `x_9.mcap`."""
+    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", name)]
+
+
+def _overlaps(extent: Extent, span: Span) -> bool:
+    begins = span.end_ns is None or extent.start_ns < span.end_ns
+    return begins and (span.start_ns is None or extent.end_ns >= span.start_ns)

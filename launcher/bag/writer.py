@@ -1,0 +1,249 @@
+"""Writes bags: a folder with MCAP files, as rosbag2's storage plugin for MCAP does."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from mcap.writer import CompressionType, IndexType, Writer
+
+from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag.errors import BagError
+from launcher.bag.metadata import File, Metadata
+from launcher.bag.model import ROS2_MSG, Extent, Message, Qos, Topic
+
+CHUNK_BYTES = 1024 * 1024
+PROFILE = "ros2"
+_METADATA_NAME = "rosbag2"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Storage:
+    """How files are written. `mode` compresses by rosbag2's means, besides the chunks.
+
+    A new file begins after `max_bytes`, or `max_duration_ns`; 0 is never.
+    """
+
+    chunk_compression: str = "zstd"
+    mode: str = "none"
+    format: str = "zstd"
+    max_bytes: int = 0
+    max_duration_ns: int = 0
+
+
+class BagWriter:
+    """A new bag. BagError if `folder` exists; OSError if writing fails.
+
+    `on_split` is called with the path of each further file.
+    """
+
+    def __init__(
+        self,
+        folder: str,
+        storage: Storage | None = None,
+        *,
+        ros_distro: str = "",
+        custom_data: Mapping[str, str] | None = None,
+        on_split: Callable[[str], None] = lambda path: None,
+    ) -> None:
+        self.folder = folder
+        self._storage = storage or Storage()
+        self._ros_distro = ros_distro
+        self._custom_data = dict(custom_data or {})
+        self._on_split = on_split
+        self._topics: dict[str, Topic] = {}
+        self._files: list[File] = []
+        self._compress = (
+            compression.message_compressor() if self._storage.mode == "message" else None
+        )
+        try:
+            os.makedirs(folder)
+        except FileExistsError:
+            raise BagError(
+                f"{folder} exists already", hint="name another folder with -o, or remove this one"
+            ) from None
+        self._file = self._new_file()
+
+    def _new_file(self) -> McapOutput:
+        name = os.path.basename(os.path.abspath(self.folder))
+        path = os.path.join(self.folder, f"{name}_{len(self._files)}.mcap")
+        file = McapOutput(path, self._storage)
+        for topic in self._topics.values():
+            file.add_topic(topic)
+        return file
+
+    @property
+    def path(self) -> str:
+        """The file that is being written."""
+        return self._file.path
+
+    @property
+    def size_bytes(self) -> int:
+        """What the files take, without what is not written yet."""
+        finished = [os.path.join(self.folder, file.path) for file in self._files]
+        begun = 0 if self._file.closed else self._file.size_bytes
+        return begun + sum(map(os.path.getsize, finished))
+
+    @property
+    def total(self) -> int:
+        """The number of messages."""
+        begun = 0 if self._file.closed else self._file.extent.total
+        return begun + sum(file.extent.total for file in self._files)
+
+    def add_topic(self, topic: Topic) -> None:
+        if topic.name not in self._topics:
+            self._topics[topic.name] = topic
+            self._file.add_topic(topic)
+
+    def set_qos(self, topic: str, profiles: Sequence[Qos]) -> None:
+        """What its publishers offer by now; files that are begun keep what they have."""
+        self._topics[topic] = replace(self._topics[topic], qos=profiles)
+
+    def write(self, message: Message) -> None:
+        """Add a message of a topic that was added. OSError."""
+        if self._is_full(message.log_ns):
+            self.split()
+        if self._compress is not None:
+            message = message._replace(data=self._compress(message.data))
+        self._file.write(message)
+
+    def _is_full(self, log_ns: int) -> bool:
+        storage, extent = self._storage, self._file.extent
+        if not extent.counts:
+            return False
+        too_long = 0 < storage.max_duration_ns <= log_ns - extent.start_ns
+        return too_long or 0 < storage.max_bytes <= self._file.size_bytes
+
+    def split(self) -> None:
+        """Finish the file and begin the next one."""
+        self._finish_file()
+        self._file = self._new_file()
+        self._on_split(self._file.path)
+
+    def flush(self) -> None:
+        """Write what has been added, so that it can be read if this process is killed. OSError."""
+        self._file.flush()
+
+    def _finish_file(self) -> None:
+        file = self._file
+        file.finish(metadata.to_yaml(self._metadata([*self._files, file.entry]), root=False))
+        path = file.path
+        if self._storage.mode == "file":
+            path = compression.compress_file(path, self._storage.format)
+        self._files.append(File(path=os.path.basename(path), extent=file.extent))
+
+    def _metadata(self, files: Iterable[File]) -> Metadata:
+        whole, files = Extent(), list(files)
+        for file in files:
+            whole.merge(file.extent)
+        compressed = self._storage.mode != "none"
+        return Metadata(
+            storage="mcap",
+            topics=list(self._topics.values()),
+            files=files,
+            extent=whole,
+            compression_format=self._storage.format if compressed else "",
+            compression_mode=self._storage.mode if compressed else "",
+            ros_distro=self._ros_distro,
+            custom_data=self._custom_data,
+        )
+
+    def close(self) -> Metadata:
+        """Finish the last file and write `metadata.yaml`. OSError."""
+        self._finish_file()
+        found = self._metadata(self._files)
+        metadata.write(self.folder, found)
+        return found
+
+    def rescue(self) -> None:
+        """After an OSError: make a whole bag of what was written; OSError if that fails, too."""
+        self._file.abandon()
+        extent = mcap_repair.append_summary(self._file.path)
+        self._files.append(File(path=os.path.basename(self._file.path), extent=extent))
+        metadata.write(self.folder, self._metadata(self._files))
+
+
+class McapOutput:
+    """One MCAP file being written."""
+
+    def __init__(self, path: str, storage: Storage) -> None:
+        self.path = path
+        self.extent = Extent()
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._stream = io.BufferedWriter(io.FileIO(path, "wb"))
+        chunk_bytes = CHUNK_BYTES
+        if storage.max_bytes:
+            chunk_bytes = min(chunk_bytes, max(storage.max_bytes // 8, 1024))
+        compressions = {
+            "zstd": CompressionType.ZSTD,
+            "lz4": CompressionType.LZ4,
+            "none": CompressionType.NONE,
+        }
+        self._writer = Writer(
+            self._stream,
+            chunk_size=chunk_bytes,
+            compression=compressions[storage.chunk_compression],
+            index_types=IndexType.ALL,
+        )
+        self._writer.start(profile=PROFILE, library="launcher")
+
+    @property
+    def closed(self) -> bool:
+        return self._stream.closed
+
+    @property
+    def size_bytes(self) -> int:
+        return self._stream.tell()
+
+    @property
+    def entry(self) -> File:
+        return File(path=os.path.basename(self.path), extent=self.extent)
+
+    def add_topic(self, topic: Topic) -> None:
+        schema = self._schemas.get(topic.type)
+        if schema is None:
+            definition = topic.definition
+            schema = self._schemas[topic.type] = self._writer.register_schema(
+                topic.type,
+                definition.encoding if definition else ROS2_MSG,
+                definition.text.encode() if definition else b"",
+            )
+        self._channels[topic.name] = self._writer.register_channel(
+            topic.name,
+            topic.serialization,
+            schema,
+            {
+                "offered_qos_profiles": metadata.qos_text(topic.qos) if topic.qos else "",
+                "topic_type_hash": topic.type_hash,
+            },
+        )
+
+    def write(self, message: Message) -> None:
+        self.extent.add(message.topic, message.log_ns)
+        self._writer.add_message(
+            self._channels[message.topic],
+            message.log_ns,
+            message.data,
+            message.publish_ns,
+            message.sequence & 0xFFFFFFFF,
+        )
+
+    def flush(self) -> None:
+        self._writer.flush()
+
+    def finish(self, metadata_text: str) -> None:
+        self._writer.flush()
+        self._writer.add_metadata(_METADATA_NAME, {"serialized_metadata": metadata_text})
+        self._writer.finish()
+        self._stream.flush()
+        os.fsync(self._stream.fileno())
+        self._stream.close()
+
+    def abandon(self) -> None:
+        """Close the file with whatever has reached it."""
+        with contextlib.suppress(OSError):  # what is still in the buffer
+            self._stream.close()

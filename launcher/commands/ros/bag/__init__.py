@@ -1,0 +1,14 @@
+"""`bag VERB ...`: record topics, play and look at recordings."""
+
+from __future__ import annotations
+
+import functools
+
+from launcher.command_line import Command
+from launcher.commands import VERBS
+from launcher.commands.ros.bag import check, play, record
+from launcher.ros.verb import dispatch
+
+COMMAND = Command("bag", VERBS["bag"], commands=(record.COMMAND, play.COMMAND, check.COMMAND))
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,0 +1,110 @@
+"""Keys of a person while a bag is recorded or played, and a line of status below the output."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import select
+import shutil
+import signal
+import sys
+import termios
+import time
+import tty
+from collections.abc import Callable, Iterator
+
+_READ_BYTES = 1024
+_REDRAW_S = 0.2
+_SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
+_NAMES = {
+    " ": "space",
+    "\x1b[A": "up",
+    "\x1bOA": "up",
+    "\x1b[B": "down",
+    "\x1bOB": "down",
+    "\x1b[C": "right",
+    "\x1bOC": "right",
+    "\x1b[D": "left",
+    "\x1bOD": "left",
+}
+
+
+class Keys:
+    """The keys that were pressed since the last look; none where stdin is no terminal of ours."""
+
+    def __init__(self, *, enabled: bool = True) -> None:
+        self.enabled = enabled and sys.stdin.isatty() and _is_in_foreground()
+        self._settings: list[object] = []
+
+    def __enter__(self) -> Keys:
+        if self.enabled:
+            self._settings = termios.tcgetattr(0)
+            self._set_mode()
+            signal.signal(signal.SIGCONT, self._set_mode)  # the shell has restored its settings
+        return self
+
+    def __exit__(self, *exit_info: object) -> None:
+        if self.enabled:
+            signal.signal(signal.SIGCONT, signal.SIG_DFL)
+            with contextlib.suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(0, termios.TCSANOW, self._settings)  # type: ignore[arg-type]
+
+    def _set_mode(self, *_: object) -> None:
+        if _is_in_foreground():
+            with contextlib.suppress(termios.error):
+                tty.setcbreak(0, termios.TCSANOW)
+
+    def pressed(self) -> Iterator[str]:
+        """Names of the keys (`space`, `up`), or their characters."""
+        while self.enabled and _is_in_foreground() and select.select([0], [], [], 0)[0]:
+            try:
+                data = os.read(0, _READ_BYTES)
+            except OSError:
+                data = b""
+            if not data:
+                self.enabled = False
+                return
+            for sequence in _SEQUENCE.findall(data.decode(errors="replace")):
+                yield _NAMES.get(sequence, sequence)
+
+
+def _is_in_foreground() -> bool:
+    try:
+        return os.tcgetpgrp(0) == os.getpgrp()
+    except OSError:
+        return False
+
+
+class StatusLine:
+    """One line on the terminal that is drawn again and again; nothing without a terminal."""
+
+    def __init__(self, render: Callable[[int], str]) -> None:
+        self._render = render
+        self.enabled = sys.stderr.isatty()
+        self._next_s = 0.0
+        self._drawn = False
+
+    def draw(self, *, now: bool = False) -> None:
+        """Draw it if it is time."""
+        if not self.enabled or (not now and time.monotonic() < self._next_s):
+            return
+        self._next_s = time.monotonic() + _REDRAW_S
+        width = shutil.get_terminal_size().columns
+        self._write(f"\r{self._render(width - 1)[: width - 1]}\x1b[K")
+        self._drawn = True
+
+    def print(self, text: str) -> None:
+        """A line that stays, above the status."""
+        self.clear()
+        self._write(f"{text}\n")
+        self.draw(now=True)
+
+    def clear(self) -> None:
+        if self._drawn:
+            self._write("\r\x1b[K")
+            self._drawn = False
+
+    def _write(self, text: str) -> None:
+        sys.stderr.write(text)
+        sys.stderr.flush()

@@ -1,0 +1,160 @@
+"""Publishes what a bag has: messages, requests of services, and `/clock`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.bag.model import Message, Qos, Topic
+from launcher.ros.bag import qos as bag_qos
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.interfaces import load, load_message
+from launcher.ros.snapshot.graph import Direction, GraphSnapshot
+from launcher.ros.snapshot.qos_matching import mismatches
+from launcher.ros.topics import qos
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+SERVICE_EVENT = "/_service_event"
+_DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow to take
+_PERIOD_S = 0.01
+_SLICE_NS = 100_000_000
+_REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
+
+
+class Publishers:
+    """A publisher for each topic that can be played; `notes` gets a sentence for the others.
+
+    `remap` maps names of the bag to those that are published.
+    """
+
+    def __init__(
+        self,
+        observer: Observer,
+        overrides: Mapping[str, Qos],
+        remap: Mapping[str, str],
+        notes: Callable[[str], None],
+        *,
+        requests: str | None = None,
+    ) -> None:
+        self._observer = observer
+        self._overrides = overrides
+        self._remap = remap
+        self._notes = notes
+        self._requests = requests
+        self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, _Requester] = {}
+        self._clock: Any = None
+
+    def add(self, topic: Topic) -> bool:
+        """Whether the topic can be played."""
+        name = self._remap.get(topic.name, topic.name)
+        try:
+            if self._requests is not None and topic.name.endswith(SERVICE_EVENT):
+                service = name.removesuffix(SERVICE_EVENT)
+                node, kind = self._observer.node, topic.type.removesuffix("_Event")
+                self._clients[topic.name] = _Requester(node, service, kind, self._requests)
+            else:
+                self._publishers[topic.name] = self._observer.node.create_publisher(
+                    with_library(load_message(topic.type)), name, self._profile(topic)
+                )
+        except VerbError as error:
+            note = f"{topic.name} is not played: {topic.type}: {error.message}"
+            self._notes(f"{note}\nhint: {error.hint}" if error.hint else note)
+            return False
+        return True
+
+    def _profile(self, topic: Topic) -> Any:
+        from rclpy.qos import DurabilityPolicy
+
+        profile = bag_qos.to_play(topic.qos)
+        if profile.durability == DurabilityPolicy.VOLATILE:
+            profile.depth = max(profile.depth, _DEPTH)
+        override = self._overrides.get(topic.name)
+        return profile if override is None else bag_qos.changed(profile, override)
+
+    def add_clock(self) -> None:
+        from rosgraph_msgs.msg import Clock
+
+        self._clock = self._observer.node.create_publisher(Clock, "/clock", 10)
+
+    def publish(self, message: Message) -> None:
+        if (publisher := self._publishers.get(message.topic)) is not None:
+            publisher.publish(message.data)
+        elif (client := self._clients.get(message.topic)) is not None:
+            client.send(message.data)
+
+    def publish_clock(self, bag_ns: int) -> None:
+        from builtin_interfaces.msg import Time
+        from rosgraph_msgs.msg import Clock
+
+        seconds, nanoseconds = divmod(bag_ns, 10**9)
+        self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+
+    def wait_for_others(self, graph: GraphSnapshot | None, limit_s: float) -> None:
+        """Return when the subscriptions and services of the graph are connected."""
+        if graph is None:
+            return
+        subscriptions = {name: self._matching(graph, name) for name in self._publishers}
+        end = time.monotonic() + limit_s
+        for name, count in subscriptions.items():
+            publisher = self._publishers[name]
+            while publisher.get_subscription_count() < count and time.monotonic() < end:
+                time.sleep(_PERIOD_S)
+        for client in self._clients.values():
+            if not graph.servers(client.service):
+                self._notes(f"the service {client.service} is not there")
+            while graph.servers(client.service) and not client.is_ready():
+                if time.monotonic() >= end:
+                    break
+                time.sleep(_PERIOD_S)
+
+    def _matching(self, graph: GraphSnapshot, name: str) -> int:
+        publisher = self._publishers[name]
+        own = qos.endpoint_of(
+            publisher.qos_profile,
+            Direction.PUBLISHER,
+            publisher.topic_name,
+            "/".join([*publisher.msg_type.__module__.split(".")[:2], publisher.msg_type.__name__]),
+            node="this command",
+        )
+        others = graph.on(publisher.topic_name, Direction.SUBSCRIPTION)
+        return sum(not mismatches([own, other.endpoint()]) for other in others)
+
+    def wait_for_all_acked(self, limit_s: float) -> bool:
+        """Whether all RELIABLE subscriptions have everything within this time."""
+        from rclpy.duration import Duration
+
+        end = time.monotonic() + limit_s
+        for publisher in self._publishers.values():
+            while not publisher.wait_for_all_acked(Duration(nanoseconds=_SLICE_NS)):
+                if time.monotonic() >= end:
+                    return False
+        return True
+
+
+class _Requester:
+    """Sends the requests in the events of a service to the service that is there now.
+
+    `source` is whose events are used, `client` or `service`, since both may have been recorded.
+    """
+
+    def __init__(self, node: Any, service: str, type_name: str, source: str) -> None:
+        kind = load(type_name, "srv", "The passed service type is invalid")
+        with_library(kind)
+        self._event = kind.Event
+        self.service = service
+        self._client = node.create_client(kind, service)
+        self.is_ready = self._client.service_is_ready
+        self._wanted = _REQUEST_SENT if source == "client" else _REQUEST_RECEIVED
+
+    def send(self, data: bytes) -> None:
+        from rclpy.serialization import deserialize_message
+
+        event = deserialize_message(data, self._event)
+        if event.info.event_type == self._wanted and event.request:
+            with self._client.handle:
+                self._client.handle.send_request(event.request[0])

@@ -1,0 +1,241 @@
+"""Subscribes to the selected topics, now and as they appear, and passes on what they receive.
+
+Nothing is deserialized. The middleware stamps each message on arrival, so taking them in bursts
+loses no time.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from launcher.bag.model import CDR, Definition, Message, Qos, Topic
+from launcher.bag.selection import Selection
+from launcher.ros.bag import qos as bag_qos
+from launcher.ros.bag.sinks import Sink
+from launcher.ros.errors import VerbError
+from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.interfaces import load_message
+from launcher.ros.messages.schema import rihs_hash, schema_text
+from launcher.ros.snapshot.graph import Direction, EndpointInfo
+from launcher.ros.topics import qos
+from launcher.ros.topics.raw import RawMessage, RawTaker
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+PERIOD_S = 0.01
+_REFIT_S = 1.0  # from one look at the publishers of a recorded topic to the next
+_BURST = 500  # messages of one topic, then the others have their turn
+_STAMP = struct.Struct("<4xiI")  # of a serialized rosgraph_msgs/msg/Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderOptions:
+    """`overrides` are policies of topics; `poll_s` is the time from one look for new topics to the
+    next, `None` is a single look."""
+
+    selection: Selection
+    overrides: Mapping[str, Qos] = field(default_factory=dict)
+    poll_s: float | None = 0.1
+    use_sim_time: bool = False
+    include_unpublished: bool = False
+
+
+@dataclass(slots=True)
+class Recorded:
+    """A topic that is recorded. `lost` messages were published and never taken."""
+
+    topic: Topic
+    subscription: Any
+    policies: object
+    last: dict[bytes, int] = field(default_factory=dict)
+    offered: dict[str, Qos] = field(default_factory=dict)
+    count: int = 0
+    lost: int = 0
+    dropped: int = 0
+
+
+class Recorder:
+    """Records into a sink; `notes` is called with a sentence for users.
+
+    Call `poll` every `PERIOD_S`.
+    """
+
+    def __init__(
+        self,
+        observer: Observer,
+        options: RecorderOptions,
+        sink: Sink,
+        notes: Callable[[str], None],
+    ) -> None:
+        self.topics: dict[str, Recorded] = {}
+        self.bytes = 0
+        self.paused = False
+        self._observer = observer
+        self._options = options
+        self._sink = sink
+        self._notes = notes
+        self._taker = RawTaker()
+        self._refused: set[tuple[str, str]] = set()
+        self._next_look_s = self._next_refit_s = 0.0
+        self._sim_ns: int | None = None
+        self._clock: Any = None
+        if options.use_sim_time:
+            self._clock = self._subscribe("/clock", "rosgraph_msgs/msg/Clock", qos.listening([])[0])
+
+    @property
+    def count(self) -> int:
+        return sum(one.count for one in self.topics.values())
+
+    @property
+    def lost(self) -> int:
+        return sum(one.lost + one.dropped for one in self.topics.values())
+
+    def poll(self) -> int:
+        """Look for new topics if it is time, and take what has arrived; how many were taken."""
+        now = time.monotonic()
+        if now >= self._next_look_s:
+            self._look()
+            poll_s = self._options.poll_s
+            self._next_look_s = float("inf") if poll_s is None else time.monotonic() + poll_s
+        if now >= self._next_refit_s:
+            for recorded in list(self.topics.values()):
+                self._refit(recorded)
+            self._next_refit_s = time.monotonic() + _REFIT_S
+        return self.take()
+
+    def _look(self) -> None:
+        selection = self._options.selection
+        for name, types in self._observer.topic_types().items():
+            if name in self.topics:
+                continue
+            if len(types) > 1 and any(selection.has(name, one) for one in types):
+                self._refuse(name, f"{name} has several types ({', '.join(types)})", None)
+            elif types and selection.has(name, types[0]):
+                self._begin(name, types[0])
+
+    def _begin(self, name: str, type_name: str) -> None:
+        infos = self._observer.infos(name, Direction.PUBLISHER)
+        if not infos and not self._options.include_unpublished:
+            return
+        if (name, type_name) in self._refused:
+            return
+        try:
+            topic = Topic(
+                name=name,
+                type=type_name,
+                serialization=CDR,
+                qos=[bag_qos.offered_by(info) for info in infos],
+                type_hash=rihs_hash(type_name),
+                definition=Definition(text=schema_text(type_name)),
+            )
+            profile, policies = self._profile(name, infos)
+            subscription = self._subscribe(name, type_name, profile)
+        except VerbError as error:
+            self._refused.add((name, type_name))
+            self._refuse(name, f"{type_name}: {error.message}", error.hint)
+            return
+        self._sink.add_topic(topic)
+        self.topics[name] = Recorded(
+            topic=topic,
+            subscription=subscription,
+            policies=policies,
+            offered={info.gid: bag_qos.offered_by(info) for info in infos},
+        )
+
+    def _refuse(self, name: str, reason: str, hint: str | None) -> None:
+        """Say once why a topic is not recorded."""
+        if (name, reason) not in self._refused:
+            self._refused.add((name, reason))
+            note = f"{name} is not recorded: {reason}"
+            self._notes(f"{note}\nhint: {hint}" if hint else note)
+
+    def _profile(self, name: str, infos: list[EndpointInfo]) -> tuple[Any, object]:
+        """The profile that fits the publishers, and what it depends on."""
+        profile, _ = qos.listening([info.endpoint() for info in infos])
+        if override := self._options.overrides.get(name):
+            return bag_qos.changed(profile, override), None
+        return profile, (profile.reliability, profile.durability)
+
+    def _subscribe(self, name: str, type_name: str, profile: Any) -> Any:
+        return self._observer.node.create_subscription(
+            with_library(load_message(type_name)), name, _ignore, profile, raw=True
+        )
+
+    def _refit(self, recorded: Recorded) -> None:
+        """Subscribe anew where the publishers changed so that another profile fits them."""
+        name = recorded.topic.name
+        infos = self._observer.infos(name, Direction.PUBLISHER)
+        new = {info.gid: bag_qos.offered_by(info) for info in infos}
+        if not new or new.keys() <= recorded.offered.keys():
+            return
+        recorded.offered.update(new)
+        profiles = list(recorded.offered.values())
+        recorded.topic = replace(recorded.topic, qos=profiles)
+        self._sink.set_qos(name, profiles)
+        profile, policies = self._profile(name, infos)
+        if policies is None or policies == recorded.policies:
+            return
+        old, recorded.policies = recorded.subscription, policies
+        recorded.subscription = self._subscribe(name, recorded.topic.type, profile)
+        self._take_from(recorded, old)
+        self._observer.node.destroy_subscription(old)
+
+    def take(self) -> int:
+        """Take what has arrived."""
+        if self._clock is not None:
+            self._read_clock()
+        return sum(
+            self._take_from(recorded, recorded.subscription) for recorded in self.topics.values()
+        )
+
+    def _read_clock(self) -> None:
+        handle = self._clock.handle
+        with handle:
+            while (raw := self._taker.take(handle)) is not None:
+                seconds, nanoseconds = _STAMP.unpack_from(raw.data)
+                self._sim_ns = seconds * 10**9 + nanoseconds
+
+    def _take_from(self, recorded: Recorded, subscription: Any) -> int:
+        taken, take = 0, self._taker.take
+        handle = subscription.handle
+        with handle:
+            while taken < _BURST and (raw := take(handle)) is not None:
+                taken += 1
+                self._pass_on(recorded, raw)
+        return taken
+
+    def _pass_on(self, recorded: Recorded, raw: RawMessage) -> None:
+        last = recorded.last.get(raw.publisher)
+        if last is not None:
+            if raw.sequence <= last:
+                return  # the subscription before this one had it
+            if not self.paused:
+                recorded.lost += raw.sequence - last - 1
+        recorded.last[raw.publisher] = raw.sequence
+        log_ns: int | None = raw.received_ns
+        if self._options.use_sim_time:
+            log_ns = self._sim_ns
+        if self.paused or log_ns is None:  # there is no time before the first /clock
+            return
+        message = Message(recorded.topic.name, log_ns, raw.source_ns, raw.sequence, raw.data)
+        if self._sink.put(message, raw.publisher):
+            recorded.count += 1
+            self.bytes += len(raw.data)
+        else:
+            recorded.dropped += 1
+
+    def close(self) -> None:
+        for recorded in self.topics.values():
+            self._observer.node.destroy_subscription(recorded.subscription)
+        if self._clock is not None:
+            self._observer.node.destroy_subscription(self._clock)
+        self._taker.close()
+
+
+def _ignore(message: Any) -> None:
+    """A callback that no executor ever calls."""

@@ -1,0 +1,185 @@
+"""Where recorded messages go: into files by a thread, or into a ring in memory."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from launcher.bag.model import Message, Qos, Topic
+from launcher.bag.writer import BagWriter
+
+FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
+
+
+class Sink(Protocol):
+    """Takes messages without waiting; `put` is False if there is no room for one."""
+
+    def add_topic(self, topic: Topic) -> None: ...
+
+    def set_qos(self, topic: str, profiles: list[Qos]) -> None: ...
+
+    def put(self, message: Message, publisher: bytes) -> bool: ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Split:
+    """Begin a new file."""
+
+
+class FileSink:
+    """Writes by a thread of its own, so that a slow disk does not hold up the taking.
+
+    At most `max_bytes` wait to be written. `error` is what ended the writing: a full disk.
+    """
+
+    def __init__(self, writer: BagWriter, max_bytes: int) -> None:
+        self._writer = writer
+        self._max_bytes = max_bytes
+        self._queue: deque[Message | Topic | _Split | tuple[str, list[Qos]]] = deque()
+        self._waiting = 0
+        self._changed = threading.Condition()
+        self._closed = False
+        self.error: OSError | None = None
+        self.written_bytes = 0
+        self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
+        self._thread.start()
+
+    def add_topic(self, topic: Topic) -> None:
+        self._queue.append(topic)
+
+    def set_qos(self, topic: str, profiles: list[Qos]) -> None:
+        self._queue.append((topic, profiles))
+
+    def split(self) -> None:
+        self._queue.append(_Split())
+
+    def put(self, message: Message, publisher: bytes) -> bool:
+        size = len(message.data)
+        if self._waiting and self._waiting + size > self._max_bytes:
+            return False
+        with self._changed:
+            self._waiting += size
+            self._queue.append(message)
+        return True
+
+    def wake(self) -> None:
+        """Call after a burst of messages."""
+        with self._changed:
+            self._changed.notify()
+
+    def _run(self) -> None:
+        next_flush_s, fresh = time.monotonic() + FLUSH_S, False
+        try:
+            while True:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._queue or self._closed, FLUSH_S)
+                    if not self._queue and self._closed:
+                        return
+                fresh = self._write_all() or fresh
+                if fresh and time.monotonic() >= next_flush_s:
+                    self._writer.flush()
+                    next_flush_s, fresh = time.monotonic() + FLUSH_S, False
+                    self.written_bytes = self._writer.size_bytes
+        except OSError as error:
+            self.error = error
+
+    def _write_all(self) -> bool:
+        """Write what is in the queue; whether there were messages."""
+        found = False
+        while self._queue:
+            one = self._queue.popleft()
+            match one:
+                case Message():
+                    self._writer.write(one)
+                    found = True
+                    with self._changed:
+                        self._waiting -= len(one.data)
+                case Topic():
+                    self._writer.add_topic(one)
+                case _Split():
+                    self._writer.split()
+                case (topic, profiles):
+                    self._writer.set_qos(topic, profiles)
+        return found
+
+    def close(self) -> None:
+        """Write what waits; the writer is the caller's again."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join()
+
+
+class Ring:
+    """Keeps the last messages in memory, up to `max_bytes` and `keep_s` (None: any age).
+
+    `clock_ns` is the time against which ages are measured.
+    """
+
+    def __init__(
+        self,
+        max_bytes: int,
+        keep_s: float | None = None,
+        clock_ns: Callable[[], int] = time.time_ns,
+    ) -> None:
+        self._max_bytes = max_bytes
+        self._keep_ns = None if keep_s is None else round(keep_s * 1e9)
+        self._clock_ns = clock_ns
+        self._bytes = 0
+        self._messages: deque[tuple[Message, bytes]] = deque()
+        self.topics: dict[str, Topic] = {}
+        self.dropped_ns: int | None = None  # time of the newest message that room was lacking for
+
+    def add_topic(self, topic: Topic) -> None:
+        self.topics[topic.name] = topic
+
+    def set_qos(self, topic: str, profiles: list[Qos]) -> None:
+        from dataclasses import replace
+
+        self.topics[topic] = replace(self.topics[topic], qos=profiles)
+
+    def put(self, message: Message, publisher: bytes) -> bool:
+        self._messages.append((message, publisher))
+        self._bytes += _size(message)
+        while self._bytes > self._max_bytes and self._messages:
+            self.dropped_ns = self._drop().log_ns
+        return True
+
+    def forget_old(self) -> None:
+        """Drop what is older than the time to keep. Call it regularly."""
+        if self._keep_ns is None:
+            return
+        oldest = self._clock_ns() - self._keep_ns
+        while self._messages and self._messages[0][0].log_ns < oldest:
+            self._drop()
+
+    def _drop(self) -> Message:
+        message, _ = self._messages.popleft()
+        self._bytes -= _size(message)
+        return message
+
+    def contents(self) -> list[tuple[Message, bytes]]:
+        """The messages with their publishers, oldest first."""
+        return sorted(self._messages, key=lambda one: one[0].log_ns)
+
+    def clear(self) -> None:
+        self._messages.clear()
+        self._bytes = 0
+
+    @property
+    def size_bytes(self) -> int:
+        return self._bytes
+
+    def __len__(self) -> int:
+        return len(self._messages)
+
+
+_OVERHEAD_BYTES = 250  # of the objects of a message in memory, besides its data
+
+
+def _size(message: Message) -> int:
+    return len(message.data) + _OVERHEAD_BYTES

@@ -1,0 +1,98 @@
+"""`service echo`: prints the events that services and clients with introspection publish."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from launcher.command_line import Parsed
+from launcher.errors import ExitCode
+from launcher.ros.discovery.completeness import settle
+from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.messages.interfaces import load
+from launcher.ros.messages.to_yaml import dump, to_plain
+from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
+from launcher.ros.topics.echo import Writer
+from launcher.ros.topics.listener import Listener, subscribe_now
+from launcher.ros.topics.streams import until_interrupted
+from launcher.ros.verb import observing, spin_time_s
+
+_NAMES = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
+# What `topic echo` has besides.
+_WITHOUT = {"raw": False, "include_message_info": False, "field": None}
+
+
+class _EventWriter(Writer):
+    """Writes the names of events instead of their numbers, but in CSV, as ros2cli does."""
+
+    def _plain(self, value: Any) -> Any:
+        plain = to_plain(value, self.style)
+        number = plain["info"]["event_type"]
+        with contextlib.suppress(IndexError):
+            plain["info"]["event_type"] = _NAMES[number]
+        return plain
+
+    def _body(self, value: Any) -> Iterator[str]:
+        if self.csv:
+            yield from super()._body(value)
+        else:
+            yield dump(self._plain(value), flow=self.style.flow) + "---\n"
+
+
+def echo(options: Parsed) -> int:
+    """Print events until Ctrl-C, or the end of `--timeout`."""
+    service = "/" + options.service_name.lstrip("/")
+    topic = f"{service}/_service_event"
+    vars(options).update(_WITHOUT, topic_names=[topic])
+    writer = _EventWriter.of(options)
+
+    def enough(graph: GraphSnapshot) -> bool:
+        return service in graph.service_types() and bool(graph.on(topic, Direction.PUBLISHER))
+
+    with until_interrupted(), observing(options, enough, listens=True) as observer:
+        graph = observer.prefetched_graph()
+        if graph is None:
+            settle(observer, spin_time_s(options), enough=lambda: enough(observer.graph_snapshot()))
+            graph = observer.graph_snapshot()
+        options.message_type = f"{_type(graph, service, options.service_type)}_Event"
+        listener = Listener(observer, raw=False)
+        subscribe_now(observer, listener, topic, options)
+        if not graph.on(topic, Direction.PUBLISHER):
+            # With --json, standard output has events only.
+            print(
+                f"No publishers on topic '{topic}'; "
+                "is service introspection on the client or server enabled?",
+                file=sys.stderr if options.json else sys.stdout,
+                flush=True,
+            )
+        end = math.inf if options.timeout is None else time.monotonic() + options.timeout
+        for sample in listener.samples(lambda: _goes_on(end)):
+            sys.stdout.writelines(writer.pieces(sample, sample.message))
+    return ExitCode.OK
+
+
+def _goes_on(end: float) -> bool:
+    """Whether to listen on after a burst, which is printed."""
+    sys.stdout.flush()
+    return time.monotonic() < end
+
+
+def _type(graph: GraphSnapshot, service: str, given: str | None) -> str:
+    """The full type of the service; VerbError with the text of ros2cli."""
+    types = graph.service_types().get(service, [])
+    if given is None and not types:
+        known = [name for name in graph.service_types() if not is_hidden(name)]
+        hint = did_you_mean(service, known)
+        raise VerbError("Could not load the type for the passed service", hint=hint)
+    if given is None and len(types) > 1:
+        raise VerbError(
+            f"service '{service}' has more than one type: {', '.join(types)}",
+            hint="name one of them after the service",
+        )
+    name = types[0] if given is None else given
+    kind = load(name, "srv", f"The service type '{name}' is invalid")
+    return "/".join([*kind.__module__.split(".")[:2], kind.__name__])

@@ -1,0 +1,220 @@
+"""`bag play`: subscriptions receive what the bag has, in its order and at its times."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+import statistics
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from launcher.bag.metadata import FILE
+from launcher.bag.writer import BagWriter
+from tests.ros.conftest import ros_domain, talking
+from tests.ros.test_bag_record import contents, recording
+from tests.support.bags import QOS, START_NS, counting, string_cdr, string_topic, write_bag
+from tests.support.verbs import launcher
+from tests.support.waiting import wait_until
+
+STRING = "std_msgs/msg/String"
+PADDED = [string_cdr(f"message {n}") for n in range(1000)]
+PLAY = (sys.executable, "-m", "launcher", "bag", "play")
+PADDED = [one + bytes(-len(one) % 4) for one in PADDED]
+
+
+@pytest.fixture
+def domain(tmp_path: Path) -> Iterator[dict[str, str]]:
+    with ros_domain(tmp_path / "log") as env:
+        yield env
+
+
+def heard(listener: subprocess.Popen[str], count: int) -> list[list]:
+    """The next messages of the listener."""
+    assert listener.stdout is not None
+    return [json.loads(listener.stdout.readline()) for _ in range(count)]
+
+
+def listening(env: dict[str, str], *words: str):
+    return talking(env, "tests.support.bag_listener", *words)
+
+
+def test_everything_is_published_in_order_at_its_times(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 500, 0.004))
+    with listening(domain, f"/chatter={STRING}") as listener:
+        answer = launcher(domain, "bag", "play", str(bag))
+        found = heard(listener, 500)
+    assert (answer.code, answer.out) == (0, ""), answer
+    assert answer.err == "playing 1 topic\nplayed 500 messages\n"
+    assert [bytes.fromhex(data) for _, data, _ in found] == PADDED[:500]
+    times = [ns for *_, ns in found]
+    assert times[-1] - times[0] >= 499 * 3_990_000  # never early
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    assert statistics.median(gaps) > 3_000_000
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+def test_bags_that_another_library_wrote(domain, tmp_path: Path, plugin):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kind = store.types[STRING]
+    with Writer(tmp_path / "bag", version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection("/chatter", STRING, typestore=store)
+        for n in range(100):
+            data = store.serialize_cdr(kind(data=f"message {n}"), STRING)
+            writer.write(connection, START_NS + n * 10**6, data)
+    with listening(domain, f"/chatter={STRING}") as listener:
+        assert launcher(domain, "bag", "play", str(tmp_path / "bag")).code == 0
+        assert [bytes.fromhex(one[1]) for one in heard(listener, 100)] == PADDED[:100]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--start-offset", "0.5", "--rate", "10"], range(50, 100)),
+        (["--playback-duration", "0.2"], range(21)),
+        (["--start-offset", "0.9", "--playback-duration", "0.05"], range(90, 96)),
+        (["--playback-until-sec", "1700000000.1"], range(11)),
+        (["--remap", "/chatter:=/other", "--rate", "20"], range(100)),
+        (["--topics", "chatter", "--rate", "20"], range(100)),
+        (["--regex", "chat", "--exclude-topics", "/b", "--rate", "20"], range(100)),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_options_select(domain, tmp_path: Path, words: list[str], expected: range):
+    bag = write_bag(tmp_path / "bag", [*counting("/chatter", 100, 0.01), *counting("/b", 3)])
+    topic = "/other" if "--remap" in words else "/chatter"
+    with listening(domain, f"{topic}={STRING}") as listener:
+        answer = launcher(domain, "bag", "play", str(bag), *words)
+        assert answer.code == 0, answer
+        found = [bytes.fromhex(data) for _, data, _ in heard(listener, len(expected))]
+    assert found == [PADDED[n] for n in expected]
+
+
+def test_several_bags_are_played_together(domain, tmp_path: Path):
+    first = write_bag(tmp_path / "first", counting("/chatter", 20, 0.01)[::2])
+    second = write_bag(tmp_path / "second", counting("/chatter", 20, 0.01)[1::2])
+    with listening(domain, f"/chatter={STRING}") as listener:
+        assert launcher(domain, "bag", "play", str(first), str(second)).code == 0
+        assert [bytes.fromhex(one[1]) for one in heard(listener, 20)] == PADDED[:20]
+
+
+def test_latched_topics_stay_latched(domain, tmp_path: Path):
+    writer = BagWriter(str(tmp_path / "bag"))
+    topic = string_topic("/map")
+    latched = {**QOS, "durability": "transient_local"}
+    writer.add_topic(topic)
+    writer.set_qos("/map", [latched])
+    writer.write(counting("/map", 1)[0])
+    writer.close()
+    # A topic that is played for as long as it takes a late subscription to discover it
+    writer = BagWriter(str(tmp_path / "long"))
+    writer.add_topic(string_topic("/tick"))
+    for one in counting("/tick", 600, 0.1):
+        writer.write(one)
+    writer.close()
+    player = subprocess.Popen(
+        [*PLAY, str(tmp_path / "bag"), str(tmp_path / "long")],
+        env=domain,
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert player.stderr is not None
+        assert "playing 2 topics" in player.stderr.readline()
+        with listening(domain, "--latched", f"/map={STRING}") as listener:
+            assert bytes.fromhex(heard(listener, 1)[0][1]) == PADDED[0]
+    finally:
+        player.send_signal(2)
+        assert player.wait(timeout=60) == 0
+
+
+def test_the_clock_is_that_of_the_bag(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 100, 0.01))
+    with listening(domain, "/clock=rosgraph_msgs/msg/Clock") as listener:
+        assert launcher(domain, "bag", "play", str(bag), "--clock", "50").code == 0
+        stamps = [_stamp(one[1]) for one in heard(listener, 30)]
+    assert stamps == sorted(stamps)
+    assert stamps[0] >= START_NS
+    assert stamps[-1] <= START_NS + 2 * 10**9
+
+
+def _stamp(data: str) -> int:
+    raw = bytes.fromhex(data)
+    return int.from_bytes(raw[4:8], "little") * 10**9 + int.from_bytes(raw[8:12], "little")
+
+
+def test_loop_until_interrupted(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 10, 0.01))
+    with listening(domain, f"/chatter={STRING}") as listener:
+        player = subprocess.Popen(
+            [*PLAY, str(bag), "--loop"],
+            env=domain,
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        found = [bytes.fromhex(data) for _, data, _ in heard(listener, 35)]
+        player.send_signal(2)
+        error = player.communicate(timeout=60)[1]
+    assert found == [PADDED[n % 10] for n in range(35)]
+    assert player.returncode == 0
+    assert re.search(r"played \d+ messages\n$", error)
+
+
+def test_recorded_calls_become_calls(domain, tmp_path: Path):
+    folder, topic = tmp_path / "bag", "/bag/switch/_service_event"
+    with listening(domain) as server, recording(domain, folder, "--all-services") as recorder:
+        info = ("topic", "info", topic)
+        wait_until(lambda: "Subscription count: 1" in launcher(domain, *info).out, "the recorder")
+        for value in ("true", "false", "true"):
+            words = ("service", "call", "/bag/switch", "std_srvs/srv/SetBool", f"data: {value}")
+            assert launcher(domain, *words).code == 0
+        heard(server, 3)
+        wait_until(lambda: len(contents(folder, topic)) == 6, "events")
+        assert recorder.end() == 0
+    with listening(domain) as server:
+        answer = launcher(domain, "bag", "play", str(folder), "--publish-service-requests")
+        assert answer.code == 0, answer
+        assert heard(server, 3) == [["/bag/switch", value] for value in (True, False, True)]
+
+
+def test_mistakes(domain, tmp_path: Path):
+    bag = str(write_bag(tmp_path / "bag", counting("/chatter", 10)))
+
+    def errors(*words: str) -> tuple[int, str]:
+        answer = launcher(domain, "bag", "play", *words)
+        return answer.code, answer.err
+
+    assert errors(f"{bag}x") == (1, f"error: there is no bag at {bag}x\n")
+    assert errors(bag, "--topics", "/none") == (
+        1,
+        "no topic of the bag is played\nhint: it has /chatter\n",
+    )
+    assert errors(bag, "--start-offset", "5") == (
+        2,
+        "error: --start-offset is behind the end: the bag has 0.900 s\n",
+    )
+    assert errors(bag, "--rate", "-1")[0] == 2
+    assert errors(bag, "--remap", "/a=/b")[0] == 2
+    (tmp_path / "bag" / FILE).unlink()
+    code, text = errors(bag, "--rate", "100")
+    assert code == 0
+    assert f"{bag}: it has no metadata.yaml" in text
+
+
+def test_a_type_that_is_not_installed_is_named_and_the_rest_is_played(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", [*counting("/chatter", 5), *counting("/b", 5)])
+    metadata = (bag / FILE).read_text()
+    first, _, rest = metadata.rpartition("type: std_msgs/msg/String")
+    (bag / FILE).write_text(f"{first}type: no_such_msgs/msg/String{rest}")
+    with listening(domain, f"/chatter={STRING}") as listener:
+        answer = launcher(domain, "bag", "play", str(bag), "--rate", "100")
+        assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
+    assert "/b is not played: no_such_msgs/msg/String" in answer.err

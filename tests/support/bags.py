@@ -1,0 +1,73 @@
+"""Bags for tests, without ROS: string messages in CDR."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+
+from launcher.bag.model import Definition, Message, Topic
+from launcher.bag.writer import BagWriter, Storage
+
+START_NS = 1_700_000_000_000_000_000
+STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+QOS = {
+    "history": "unknown",
+    "depth": 0,
+    "reliability": "reliable",
+    "durability": "volatile",
+    "deadline": {"sec": 9223372036, "nsec": 854775807},
+    "lifespan": {"sec": 9223372036, "nsec": 854775807},
+    "liveliness": "automatic",
+    "liveliness_lease_duration": {"sec": 9223372036, "nsec": 854775807},
+    "avoid_ros_namespace_conventions": False,
+}
+
+
+def string_topic(name: str) -> Topic:
+    return Topic(
+        name=name,
+        type="std_msgs/msg/String",
+        qos=[QOS],
+        type_hash=STRING_HASH,
+        definition=Definition(text="string data\n"),
+    )
+
+
+def string_cdr(text: str) -> bytes:
+    """A serialized `std_msgs/msg/String`."""
+    data = text.encode() + b"\0"
+    return struct.pack("<4sI", b"\0\1\0\0", len(data)) + data
+
+
+def text_of(data: bytes) -> str:
+    return data[8:].rstrip(b"\0").decode()
+
+
+def message(topic: str, at_s: float, text: str, sequence: int = 0) -> Message:
+    """A string, received at this time after `START_NS` and published 1 ms before."""
+    log_ns = START_NS + round(at_s * 1e9)
+    return Message(topic, log_ns, log_ns - 1_000_000, sequence, string_cdr(text))
+
+
+def write_bag(
+    folder: Path,
+    messages: Sequence[Message],
+    *,
+    storage: Storage | None = None,
+    flush_every: int = 10,
+) -> Path:
+    """A bag of string topics; a chunk for each ten messages."""
+    writer = BagWriter(str(folder), storage, ros_distro="jazzy")
+    for topic in dict.fromkeys(one.topic for one in messages):
+        writer.add_topic(string_topic(topic))
+    for number, one in enumerate(messages, 1):
+        writer.write(one)
+        if number % flush_every == 0:
+            writer.flush()
+    writer.close()
+    return folder
+
+
+def counting(topic: str, number: int, period_s: float = 0.1) -> list[Message]:
+    return [message(topic, n * period_s, f"message {n}", n + 1) for n in range(number)]

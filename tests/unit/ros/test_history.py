@@ -1,0 +1,39 @@
+"""Which messages are the history of a topic."""
+
+from __future__ import annotations
+
+import pytest
+
+from launcher.ros.topics.history import History
+
+S = 1_000_000_000
+START = 1_000 * S
+
+
+def judged(times: list[tuple[float, float]]) -> list[bool]:
+    """For messages by the seconds at which they were sent and received; subscribed at 0."""
+    history = History(START)
+    return [
+        history.has(START + round(sent * S), START + round(received * S))
+        for sent, received in times
+    ]
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        ([(-2.5, 0.1), (-1.5, 0.1), (-0.5, 0.1), (0.5, 0.5), (1.5, 1.5)], [1, 1, 1, 0, 0]),
+        ([(0.2, 0.2), (1.2, 1.2)], [0, 0]),
+        # a second publisher is discovered later, while the first goes on
+        ([(-0.5, 0.1), (0.5, 0.5), (-3.0, 0.9), (-2.0, 0.9), (1.5, 1.5)], [1, 0, 1, 1, 0]),
+        # the clock of the sender is an hour behind, or ahead
+        ([(-3600.5, 0.1), (-3599.5, 1.1), (-3598.5, 2.1)], [1, 0, 0]),
+        ([(3600.5, 1.1), (3601.5, 2.1), (3602.5, 3.1)], [1, 0, 0]),
+        ([(3597.5, 0.1), (3598.5, 0.1), (3599.5, 0.5), (3600.5, 1.5)], [1, 1, 1, 0]),
+        # long after the start everything counts
+        ([(-3600.0, 11.0), (-3605.0, 12.0)], [0, 0]),
+    ],
+    ids=["periodic", "none", "late", "behind", "ahead", "history-ahead", "long-after"],
+)
+def test_history(times, expected):
+    assert judged(times) == [bool(one) for one in expected]
