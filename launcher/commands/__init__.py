@@ -85,6 +85,7 @@ CONTROL_VERBS = (
     "debug",
     "send",
     "events",
+    "snapshot",
     "detach",
     "quit",
     "runs",

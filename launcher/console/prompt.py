@@ -255,6 +255,11 @@ def _keys(host: Host, buffer: Buffer) -> KeyBindings:
     def _(event: KeyPressEvent) -> None:
         host.pick()
 
+    @keys.add("f3", filter=~is_searching & Condition(lambda: not buffer.text))
+    def _(event: KeyPressEvent) -> None:
+        insert("snapshot")
+        buffer.validate_and_handle()
+
     @keys.add(Keys.BracketedPaste)
     def _(event: KeyPressEvent) -> None:
         """Each line is entered as if it were typed; the last one can be edited."""

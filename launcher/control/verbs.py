@@ -131,6 +131,7 @@ NODE_LEVEL = option("[LEVEL]", "debug, info, warn, error or fatal")
 PATTERN = option("PATTERN", "a regular expression")
 TEXT = option("TEXT", "a line for its standard input")
 TOPIC = option("TOPIC", "a verb")
+REASON = option("REASON", "why, for the index of the snapshot")
 # A shell's options may stand between the words of a text.
 _TEXT_IN_SHELL = option(
     "TEXT", f"{TEXT.help}; put -- before words that begin with --", count="text"
@@ -209,6 +210,11 @@ VERBS = (
         "print starts, exits, restarts, signals and resources",
         (FOLLOW, NEW),
         streams=True,
+    ),
+    Verb(
+        "snapshot [REASON]",
+        "write the last messages, logs and events of a run with --record",
+        (REASON,),
     ),
     Verb("plan", "show what the launch file has done so far", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),

@@ -19,6 +19,7 @@ from launcher.model.record import Record
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.core_driver import Core, CoreDriver
+    from launcher.engine.helpers.flight_recorder import FlightRecorder
     from launcher.engine.helpers.logger_levels import LoggerLevels
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
@@ -93,6 +94,7 @@ class RunControl:
         self.filters = ScreenFilters(processes.values(), log)
         self.on_process: Callable[[Process], None] = lambda process: None
         self.housekeeper = housekeeper
+        self.recorder: FlightRecorder | None = None  # with --record
         self._shutdown = shutdown
         self._core_driver = core_driver
         self._options = options

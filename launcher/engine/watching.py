@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.engine.helpers.file_watcher import FileWatcher
-from launcher.engine.helpers.watch_package import check_installed
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
@@ -17,6 +16,7 @@ from launcher.engine.reload import Change, Entry, Reloader, restart_changed
 from launcher.errors import LauncherError
 from launcher.model.ros_arguments import PARAMETER_FILE, ros_options
 from launcher.model.spec import ProcessSpec
+from launcher.packages.extras import require
 from launcher.text import count
 
 TYPE_CHECKING = False
@@ -83,7 +83,7 @@ class Watching:
     def turn(self, processes: Sequence[Process] | None, *, on: bool) -> None:
         """Watch these, or not; None: all, and the launch file. UsageError without watchfiles."""
         if on:
-            check_installed()
+            require("watch", "watchfiles", "watching files")
         if processes is None:
             self._is_general = on
             self._chosen.clear()

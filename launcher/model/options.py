@@ -29,8 +29,9 @@ class RunOptions(Record):
     `format` is the form of lines on the screen (see `engine.output.line_format`). `control`: open
     the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
     file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
-    used. `warm`: start Python programs warm (docs/warm.md), or none; None: nodes, where that is
-    faster. What matches one of `compose` runs in one process.
+    used. `record`: `flight` or `all`, with the bounds `record_keep` (seconds, bytes) and the
+    regular expression `record_topics`. `warm`: start Python programs warm (docs/warm.md), or none;
+    None: nodes, where that is faster. What matches one of `compose` runs in one process.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -49,6 +50,9 @@ class RunOptions(Record):
     control: bool = True
     console: bool = True
     ros: bool = False
+    record: str | None = None
+    record_keep: tuple[float, int] | None = None
+    record_topics: str | None = None
     watch: bool = False
     check_parameters: bool = True
     responsive: bool = False

@@ -12,6 +12,8 @@ from importlib import metadata
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from launcher.errors import UsageError
+
 DISTRIBUTION = "group_gp1"
 _CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
@@ -24,6 +26,18 @@ def install_command(extra: str) -> str:
     else:
         install = ["uv", "pip", "install", "--python", sys.executable]
     return shlex.join([*install, *_requirement(_direct_url(), extra)])
+
+
+def require(extra: str, package: str, what: str) -> None:
+    """UsageError with the command that installs the extra if its package is missing.
+
+    `what` needs it: "watching files".
+    """
+    if importlib.util.find_spec(package) is None:
+        raise UsageError(
+            f"{what} needs the Python package '{package}', which is not installed",
+            hint=install_command(extra),
+        )
 
 
 def _direct_url() -> dict[str, object]:

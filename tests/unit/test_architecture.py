@@ -130,7 +130,7 @@ MAY_IMPORT = {
         "control",
     },
     "api": {"cli", "commands", "model", "workspace"},
-    "absent_modules": {"errors"},
+    "absent_modules": {"errors", "packages"},
     "absent_verbs": {"errors", "commands", "frontends", "packages"},
     "__main__": {"cli"},
     "__init__": set(),

@@ -1,4 +1,4 @@
-"""The control socket, the ROS bridge and the console of a run."""
+"""The control socket, the ROS bridge, the flight recorder and the console of a run."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from launcher.model.options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.helpers.client_process import ClientProcess
     from launcher.engine.helpers.console import ConsoleProcess
-    from launcher.engine.helpers.ros_bridge import BridgeProcess
+    from launcher.engine.helpers.flight_recorder import FlightRecorder
 
+BRIDGE_GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 CONSOLE_DELAY_S = 0.3  # leaves the processor to processes that are starting
 
 
@@ -43,7 +45,8 @@ class Helpers:
         log = supervisor.control.log.log
         self._warn = functools.partial(log, "WARNING", "launch")
         self._server: Server | None = None
-        self._bridge: BridgeProcess | None = None
+        self._bridge: ClientProcess | None = None
+        self._recorder: FlightRecorder | None = None
         self._console: ConsoleProcess | None = None
 
     def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
@@ -61,18 +64,42 @@ class Helpers:
             return
         if self._options.ros:
             self._open_bridge(self._server)
+        if self._options.record is not None:
+            self._open_recorder(self._server)
         if self._options.console and self._screen.is_tty and os.isatty(0):
             self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
 
     def _open_bridge(self, server: Server) -> None:
-        from launcher.engine.helpers.ros_bridge import BridgeProcess
+        from launcher.engine.helpers.client_process import ClientProcess
 
-        environment = dict(self._environment)
         control = self._supervisor.control
-        self._bridge = BridgeProcess(
-            self._reactor, server.path, environment, self._warn, control.housekeeper, control.keep
+        self._bridge = ClientProcess(
+            self._reactor,
+            ("launcher.ros.bridge", str(server.path)),
+            dict(self._environment),
+            self._warn,
+            control.housekeeper,
+            control.keep,
+            name="the ROS bridge",
+            without="this run is not visible in ROS",
+            goodbye_s=BRIDGE_GOODBYE_S,
         )
         self._bridge.start()
+
+    def _open_recorder(self, server: Server) -> None:
+        from launcher.commands.launch.recording import settings_of
+        from launcher.engine.helpers.flight_recorder import FlightRecorder
+
+        control = self._supervisor.control
+        self._recorder = control.recorder = FlightRecorder(
+            self._reactor,
+            settings_of(self._options, control.log_dir, str(server.path)),
+            dict(self._environment),
+            control.log,
+            control.housekeeper,
+            control.keep,
+        )
+        self._recorder.start()
 
     def _open_console(self) -> None:
         from launcher.engine.helpers.console import ConsoleProcess
@@ -87,5 +114,7 @@ class Helpers:
             self._console.close()
         if self._bridge is not None:
             self._bridge.close()
+        if self._recorder is not None:
+            self._recorder.close()
         if self._server is not None:
             self._server.close()

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 
 from launcher.command_line import Option, Parsed, count, option, positive_seconds, seconds
+from launcher.commands.launch import recording
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
@@ -165,6 +166,7 @@ RUN_OPTIONS = (
         "start a node /launcher that publishes /diagnostics and offers services to start, "
         "stop and restart processes, for rqt and Foxglove",
     ),
+    *recording.RECORDING,
     option(
         "--responsive",
         "warn of nodes that do not answer any more, with their stacks (30 MB; `top` does it, too)",
@@ -211,14 +213,15 @@ def run_options(parsed: Parsed) -> RunOptions:
     """The options about the run; UsageError."""
     options = given_options(parsed)
     if options.watch:
-        from launcher.engine.helpers.watch_package import check_installed
+        from launcher.packages.extras import require
 
-        check_installed()
+        require("watch", "watchfiles", "watching files")
     if options.limits and options.hosts is None:
         _refuse_what_is_not_here(parsed)
     refuse_conflicts(options, options.hosts)
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
+    recording.check(options)
     return options
 
 

@@ -73,6 +73,7 @@ class Recorder:
         notes: Callable[[str], None],
     ) -> None:
         self.topics: dict[str, Recorded] = {}
+        self.nodes: dict[bytes, str] = {}  # id of a publisher -> full name of its node
         self.bytes = 0
         self.paused = False
         self._observer = observer
@@ -140,12 +141,18 @@ class Recorder:
             self._refuse(name, f"{type_name}: {error.message}", error.hint)
             return
         self._sink.add_topic(topic)
+        self._learn(infos)
         self.topics[name] = Recorded(
             topic=topic,
             subscription=subscription,
             policies=policies,
             offered={info.gid: bag_qos.offered_by(info) for info in infos},
         )
+
+    def _learn(self, infos: list[EndpointInfo]) -> None:
+        for info in infos:
+            if info.node:
+                self.nodes[bytes.fromhex(info.gid.replace(".", ""))] = info.node
 
     def _refuse(self, name: str, reason: str, hint: str | None) -> None:
         """Say once why a topic is not recorded."""
@@ -170,6 +177,7 @@ class Recorder:
         """Subscribe anew where the publishers changed so that another profile fits them."""
         name = recorded.topic.name
         infos = self._observer.infos(name, Direction.PUBLISHER)
+        self._learn(infos)
         new = {info.gid: bag_qos.offered_by(info) for info in infos}
         if not new or new.keys() <= recorded.offered.keys():
             return

@@ -1,16 +1,16 @@
-"""Starts the process that publishes the state of the run in ROS (launcher.ros.bridge).
+"""Starts helper processes that are clients of the run: the ROS bridge and the flight recorder.
 
-It is not a process of the run: it does not affect the exit code, and the run does not wait for it.
+They are not processes of the run: they do not affect the exit code.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line, wait_or_kill
@@ -19,27 +19,39 @@ from launcher.engine.posix.reactor import Reactor, Timer
 
 MAX_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
-GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
+_READ_BYTES = 64 * 1024
 
 
-class BridgeProcess:
-    """The bridge of the run with this socket, restarted if it exits.
+class ClientProcess:
+    """`python -m` with these words, restarted if it exits. `name` is what it is in messages.
 
-    The housekeeper frees its shared memory if it is killed. `keep` lets it outlive a
-    killed launcher, to exit by itself.
+    `without` says what a run lacks that cannot start it. It gets `goodbye_s` for its exit at the
+    end of its standard input. The housekeeper frees its shared memory if it is killed. `keep` lets
+    it outlive a killed launcher, to exit by itself. `on_line` is called with each line of its
+    output; without, it has none.
     """
 
     def __init__(
         self,
         reactor: Reactor,
-        socket_path: Path,
+        words: Sequence[str],
         env: Mapping[str, str],
         warn: Callable[[str], None],
         housekeeper: Housekeeper,
         keep: Callable[[int], None],
+        *,
+        name: str,
+        without: str,
+        goodbye_s: float,
+        on_line: Callable[[bytes], None] | None = None,
     ) -> None:
         self._reactor = reactor
-        self._socket_path = socket_path
+        self._words = words
+        self._name = name
+        self._without = without
+        self._goodbye_s = goodbye_s
+        self._on_line = on_line
+        self._output = b""
         # Without the run id: it exits by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
         self._warn = warn
@@ -59,24 +71,50 @@ class BridgeProcess:
         self._timer = None
         self._started += 1
         self._started_s = self._reactor.now()
-        self._errors = os.memfd_create("bridge-errors", os.MFD_CLOEXEC)
+        self._errors = os.memfd_create("helper-errors", os.MFD_CLOEXEC)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.ros.bridge", str(self._socket_path)],
+                [sys.executable, "-m", *self._words],
                 stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL if self._on_line is None else subprocess.PIPE,
                 stderr=self._errors,
                 env=self._env,
                 start_new_session=True,
             )
         except OSError as error:
             os.close(self._errors)
-            self._warn(f"this run is not visible in ROS: cannot start its bridge: {error.strerror}")
+            self._warn(f"{self._without}: cannot start {self._name}: {error.strerror}")
             return
         self._keep(self._process.pid)
         self._housekeeper.add_helper(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._exited)
+        if self._process.stdout is not None:
+            self._reactor.add_reader(self._process.stdout.fileno(), self._readable)
+
+    def send(self, line: bytes) -> bool:
+        """Write a line to its standard input; False if it is not running."""
+        if self._process is None or self._process.stdin is None:
+            return False
+        try:
+            self._process.stdin.write(line + b"\n")
+            self._process.stdin.flush()
+        except OSError:
+            return False
+        return True
+
+    def _readable(self) -> None:
+        assert self._process is not None and self._process.stdout is not None
+        data = os.read(self._process.stdout.fileno(), _READ_BYTES)
+        if not data:
+            self._reactor.remove(self._process.stdout.fileno())
+        self._take(data)
+
+    def _take(self, data: bytes) -> None:
+        *lines, self._output = (self._output + data).split(b"\n")
+        for line in lines:
+            if self._on_line is not None:
+                self._on_line(line)
 
     def _exited(self) -> None:
         assert self._process is not None
@@ -89,26 +127,32 @@ class BridgeProcess:
         is_restarted = self._started < MAX_STARTS
         what = "restarting it" if is_restarted else "the run continues without it"
         how = f"exit code {code}" if code >= 0 else f"signal {-code}"
-        self._warn(f"the ROS bridge died ({how}){reason}; {what}")
+        self._warn(f"{self._name} died ({how}){reason}; {what}")
         if is_restarted:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 
     def close(self) -> None:
-        """Let it publish the end of the run, and wait for its exit."""
+        """Let it finish, and wait for its exit."""
         if self._timer is not None:
             self._timer.cancel()
         if self._process is None:
             return
         assert self._process.stdin is not None
-        self._process.stdin.close()
-        if wait_or_kill(self._process, GOODBYE_S) is None:
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+        if wait_or_kill(self._process, self._goodbye_s) is None:
             self._housekeeper.died(-signal.SIGKILL, self._reactor.now() - self._started_s)
         self._release()
 
     def _release(self) -> None:
         assert self._process is not None and self._process.stdin is not None
         self._reactor.remove(self._pidfd)
-        self._process.stdin.close()
+        if (output := self._process.stdout) is not None:
+            self._reactor.remove(output.fileno())
+            self._take(output.read())
+            output.close()
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
         os.close(self._pidfd)
         os.close(self._errors)
         self._pidfd = self._errors = -1

@@ -1,0 +1,89 @@
+"""The flight recorder of a run (launcher.ros.bag.flight), and what it is told."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Mapping
+
+from launcher.engine.helpers.client_process import ClientProcess
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor.housekeeping import Housekeeper
+from launcher.engine.posix.reactor import Reactor
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+GOODBYE_S = 30.0  # to write what it has in memory to a slow disk
+MODULE = "launcher.ros.bag.flight"
+
+Done = Callable[["dict[str, Any]"], None]
+
+
+class FlightRecorder:
+    """Starts it with these settings (`flight.Settings`), and passes on requests and answers."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        settings: Mapping[str, object],
+        env: Mapping[str, str],
+        log: RunLog,
+        housekeeper: Housekeeper,
+        keep: Callable[[int], None],
+    ) -> None:
+        self._log = log
+        self._waiting: deque[Done] = deque()
+        self._process = ClientProcess(
+            reactor,
+            (MODULE, json.dumps(settings)),
+            env,
+            log.warn,
+            housekeeper,
+            keep,
+            name="the flight recorder",
+            without="nothing is recorded",
+            goodbye_s=GOODBYE_S,
+            on_line=self._heard,
+        )
+
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid
+
+    def start(self) -> None:
+        self._process.start()
+
+    def snapshot(self, reason: str, done: Done) -> None:
+        """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`."""
+        if self._process.send(json.dumps({"snapshot": reason}).encode()):
+            self._waiting.append(done)
+        else:
+            done({"error": "the flight recorder is not running"})
+
+    def _heard(self, line: bytes) -> None:
+        try:
+            answer = json.loads(line)
+        except ValueError:
+            return  # what a library prints
+        if "note" in answer:
+            self._log.warn(f"recording: {answer['note']}")
+            return
+        if "snapshot" in answer:
+            text = f"snapshot in {answer['snapshot']}: {answer['reason']}"
+            self._log.log("INFO", "launch", text)
+            self._log.note("snapshot", path=answer["snapshot"], reason=answer["reason"])
+        elif "error" in answer:
+            self._log.warn(f"no snapshot: {answer['error']}")
+        if answer.get("asked"):
+            waiting, self._waiting = self._waiting, deque()
+            for done in waiting:
+                done(answer)
+
+    def close(self) -> None:
+        """Let it write what it is about to write, and wait for its exit."""
+        self._process.send(json.dumps({"end": True}).encode())
+        self._process.close()
+        for done in self._waiting:
+            done({"error": "the run has ended"})

@@ -1,0 +1,288 @@
+"""The flight recorder of a run: `python -m launcher.ros.bag.flight SETTINGS`, by `--record`.
+
+It keeps the last messages of all topics in memory, and writes them with logs and events when a
+process has died unasked or when it is told to. SETTINGS is JSON (see `Settings`). It reads lines of
+JSON on stdin, `{"snapshot": REASON}` and `{"end": true}`, and answers each by a line on stdout,
+`{"snapshot": PATH}` or `{"error": TEXT}`, with `asked` unless it is because of a death;
+`{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is the death of the
+launcher.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import re
+import shutil
+import signal
+import sys
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from launcher.bag import snapshot
+from launcher.bag.model import Message, Qos, Topic
+from launcher.bag.selection import Selection
+from launcher.bag.snapshot import Contents
+from launcher.bag.writer import BagWriter
+from launcher.control.client import Connection
+from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
+from launcher.ros.bag.sinks import FileSink, Ring
+from launcher.ros.discovery.observer import Observer
+from launcher.socket_directory import ControlError
+
+AFTER_S = 1.0  # what follows a death belongs to it
+APART_S = 10.0  # between two automatic snapshots: a process may die again and again
+KEEP_SNAPSHOTS = 10  # automatic ones of a run; older ones are removed
+_FORGET_S = 0.5
+_QUEUE_BYTES = 64 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """`topics` is a regular expression; `everything`: write all messages into `RUN/bag`."""
+
+    run_folder: str
+    socket: str
+    keep_s: float = 60.0
+    keep_bytes: int = 256 * 1024 * 1024
+    topics: str | None = None
+    everything: bool = False
+    domain_id: int | None = None
+
+
+@dataclass(slots=True)
+class _Due:
+    """A snapshot that is to be written at `at_s`, for these reasons."""
+
+    at_s: float
+    reasons: list[str] = field(default_factory=list)
+    automatic: bool = True
+
+
+class _Both:
+    """Passes on what is recorded to the ring and to the files."""
+
+    def __init__(self, ring: Ring, files: FileSink) -> None:
+        self._ring = ring
+        self._files = files
+
+    def add_topic(self, topic: Topic) -> None:
+        self._ring.add_topic(topic)
+        self._files.add_topic(topic)
+
+    def set_qos(self, topic: str, profiles: list[Qos]) -> None:
+        self._ring.set_qos(topic, profiles)
+        self._files.set_qos(topic, profiles)
+
+    def put(self, message: Message, publisher: bytes) -> bool:
+        self._ring.put(message, publisher)
+        return self._files.put(message, publisher)
+
+
+class FlightRecorder:
+    """Records until `end`; `requests` are those of the launcher and of the run's events."""
+
+    def __init__(self, settings: Settings, observer: Observer) -> None:
+        self._settings = settings
+        self._ring = Ring(settings.keep_bytes, settings.keep_s)
+        self._writer: BagWriter | None = None
+        self._files: FileSink | None = None
+        if settings.everything:
+            folder = os.path.join(settings.run_folder, "bag")
+            self._writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
+            self._files = FileSink(self._writer, _QUEUE_BYTES)
+        regex = None if settings.topics is None else re.compile(settings.topics)
+        selection = Selection(
+            all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
+        )
+        sink = self._ring if self._files is None else _Both(self._ring, self._files)
+        self._recorder = Recorder(observer, RecorderOptions(selection=selection), sink, self._note)
+        self._requests: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
+        self._due: _Due | None = None
+        self._last_automatic_s = -APART_S
+        self._writing: threading.Thread | None = None
+        self._is_over = self._was_told = False
+
+    def run(self) -> None:
+        for target in (self._read_orders, self._follow_events):
+            threading.Thread(target=target, daemon=True).start()
+        next_forget_s = 0.0
+        while not self._is_over:
+            if self._recorder.poll() and self._files is not None:
+                self._files.wake()
+            now = time.monotonic()
+            if now >= next_forget_s:
+                next_forget_s = now + _FORGET_S
+                self._ring.forget_old()
+            self._take_requests(now)
+            if self._due is not None and now >= self._due.at_s:
+                self._begin_writing()
+            time.sleep(PERIOD_S)
+        self._finish()
+
+    # ---- requests
+
+    def _read_orders(self) -> None:
+        for line in sys.stdin:
+            order = json.loads(line)
+            if "snapshot" in order:
+                self._requests.put(("snapshot", order["snapshot"]))
+            if order.get("end"):
+                self._requests.put(("end", None))
+                return
+        self._requests.put(("lost", None))
+
+    def _follow_events(self) -> None:
+        silently = contextlib.suppress(ControlError, OSError)  # the launcher is gone
+        with silently, Connection(self._settings.socket) as connection:
+            for event in connection.follow("events"):
+                if _is_death(event):
+                    self._requests.put(("death", _story(event)))
+
+    def _take_requests(self, now: float) -> None:
+        while not self._requests.empty():
+            kind, detail = self._requests.get()
+            match kind:
+                case "death":
+                    at_s = max(now + AFTER_S, self._last_automatic_s + APART_S)
+                    self._plan(detail, at_s, automatic=True)
+                case "snapshot":
+                    self._plan(detail, now, automatic=False)
+                case "lost":
+                    self._plan("the launcher was killed", now, automatic=True)
+                    self._is_over = True
+                case "end":
+                    self._is_over = self._was_told = True
+
+    def _plan(self, reason: str, at_s: float, *, automatic: bool) -> None:
+        if self._due is None:
+            self._due = _Due(at_s, automatic=automatic)
+        self._due.at_s = min(self._due.at_s, at_s)
+        self._due.automatic &= automatic
+        if reason not in self._due.reasons:
+            self._due.reasons.append(reason)
+
+    # ---- writing
+
+    def _begin_writing(self) -> None:
+        """Write in a thread, so that the taking goes on."""
+        if self._writing is not None and self._writing.is_alive():
+            return
+        due, self._due = self._due, None
+        assert due is not None
+        if due.automatic:
+            self._last_automatic_s = time.monotonic()
+        contents = self._contents("; ".join(due.reasons))
+        self._writing = threading.Thread(target=self._write, args=(contents, due.automatic))
+        self._writing.start()
+
+    def _contents(self, reason: str) -> Contents:
+        self._recorder.take()
+        self._ring.forget_old()
+        return Contents(
+            reason=reason,
+            end_ns=time.time_ns(),
+            keep_s=self._settings.keep_s,
+            topics=list(self._ring.topics.values()),
+            messages=self._ring.contents(),
+            nodes=dict(self._recorder.nodes),
+            dropped_ns=self._ring.dropped_ns,
+            run_folder=self._settings.run_folder,
+        )
+
+    def _write(self, contents: Contents, automatic: bool) -> None:
+        parent = os.path.join(self._settings.run_folder, "snapshots")
+        kind = "death" if automatic else "asked"
+        stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(contents.end_ns // 10**9))
+        folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
+        try:
+            os.makedirs(parent, exist_ok=True)
+            snapshot.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
+            _prune(parent)
+        except OSError as error:
+            say(error=f"cannot write {folder}: {error.strerror or error}", asked=not automatic)
+        else:
+            say(
+                snapshot=folder,
+                reason=contents.reason,
+                messages=len(contents.messages),
+                asked=not automatic,
+            )
+
+    def _finish(self) -> None:
+        if self._writing is not None:
+            self._writing.join()
+        if self._due is not None:
+            self._begin_writing()
+            assert self._writing is not None
+            self._writing.join()
+        self._recorder.close()
+        if self._files is not None and self._writer is not None:
+            self._files.wake()
+            self._files.close()
+            try:
+                if self._files.error is not None:
+                    raise self._files.error
+                self._writer.close()
+            except OSError as error:
+                say(note=f"cannot write {self._writer.path}: {error.strerror}")
+                with contextlib.suppress(OSError):
+                    self._writer.rescue()
+
+    def _note(self, text: str) -> None:
+        say(note=text)
+
+
+def _is_death(event: dict[str, Any]) -> bool:
+    """Whether a process died unasked."""
+    if event.get("event") == "not started":
+        return True
+    return event.get("event") == "ended" and event["returncode"] != 0 and not event["asked"]
+
+
+def _story(event: dict[str, Any]) -> str:
+    if event["event"] == "not started":
+        return f"{event['process']} could not be started"
+    code = event["returncode"]
+    how = f"exit code {code}" if code >= 0 else f"signal {-code}"
+    return f"{event['process']} died ({how})"
+
+
+def _unused(path: str) -> str:
+    number, found = 1, path
+    while os.path.exists(found) or os.path.exists(f"{found}.part"):
+        number += 1
+        found = f"{path}-{number}"
+    return found
+
+
+def _prune(parent: str) -> None:
+    """Remove the oldest automatic snapshots."""
+    names = sorted(name for name in os.listdir(parent) if "-death" in name and ".part" not in name)
+    for name in names[:-KEEP_SNAPSHOTS]:
+        shutil.rmtree(os.path.join(parent, name), ignore_errors=True)
+
+
+_saying = threading.Lock()
+
+
+def say(**values: object) -> None:
+    with _saying, contextlib.suppress(OSError):
+        sys.stdout.write(json.dumps(values) + "\n")
+        sys.stdout.flush()
+
+
+def main() -> None:
+    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, signal.SIG_IGN)  # it ends with the launcher
+    settings = Settings(**json.loads(sys.argv[1]))
+    with Observer(settings.domain_id) as observer:
+        FlightRecorder(settings, observer).run()
+
+
+if __name__ == "__main__":
+    main()
