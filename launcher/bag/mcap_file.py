@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+from array import array
 from collections.abc import Iterator, Mapping
 from typing import IO, Any
 
@@ -12,8 +14,8 @@ from mcap.records import Message as Record
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, records_of, scan
-from launcher.bag.model import Definition, Extent, Message, Span, Topic
+from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, index_times, records_of, scan
+from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic
 
 
 class McapFile:
@@ -38,12 +40,14 @@ class McapFile:
             summary = None
         if summary is None or summary.statistics is None:
             found = self._scan = scan(stream)
+            self._chunks = found.chunks
             self._channels, self._schemas = found.channels, found.schemas
             self.extent = found.extent
             if not found.finished:
                 self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
         else:
             self._channels, self._schemas = summary.channels, summary.schemas
+            self._chunks = summary.chunk_indexes
             told = summary.statistics
             self.extent = Extent(
                 _by_topic(told.channel_message_counts, self._channels),
@@ -70,6 +74,28 @@ class McapFile:
             raise BagError(
                 f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
             ) from None
+
+    def times(self) -> Times:
+        """From the indexes behind the chunks, without decompressing these."""
+        try:
+            found = self._index_times()
+        except (OSError, ValueError, LookupError, struct.error):
+            found = {}
+        if sum(map(len, found.values())) == self.extent.total:
+            return found
+        found = {}  # the file has no such indexes, or some are missing
+        for message in self.messages(None, Span()):
+            found.setdefault(message.topic, array("q")).append(message.log_ns)
+        return found
+
+    def _index_times(self) -> Times:
+        found: Times = {}
+        for chunk in self._chunks:
+            self._stream.seek(chunk.chunk_start_offset + chunk.chunk_length)
+            for channel_id, times in index_times(self._stream.read(chunk.message_index_length)):
+                topic = self._channels[channel_id].topic
+                found.setdefault(topic, array("q")).extend(times)
+        return found
 
     def _indexed(
         self, topics: frozenset[str] | None, span: Span

@@ -6,9 +6,9 @@ import functools
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
-from launcher.commands.ros.bag import check, record
+from launcher.commands.ros.bag import check, info, record
 from launcher.ros.verb import dispatch
 
-COMMAND = Command("bag", VERBS["bag"], commands=(record.COMMAND, check.COMMAND))
+COMMAND = Command("bag", VERBS["bag"], commands=(record.COMMAND, info.COMMAND, check.COMMAND))
 
 main = functools.partial(dispatch, COMMAND)
