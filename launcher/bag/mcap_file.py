@@ -7,7 +7,6 @@ from array import array
 from collections.abc import Iterator, Mapping
 from typing import IO, Any
 
-from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Schema
 from mcap.records import Message as Record
@@ -34,7 +33,7 @@ class McapFile:
             raise BagError(f"{path} is not an MCAP file")
         stream.seek(0)
         try:
-            self._reader = SeekingReader(stream)
+            self._reader = SeekingReader(stream, validate_crcs=True)
             summary = self._reader.get_summary()
         except Exception:  # the library reads a footer wherever it would be
             summary = None
@@ -58,10 +57,12 @@ class McapFile:
 
     def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged record."""
+        number = 0
         try:
             records = self._indexed(topics, span) if self._scan is None else self._scanned(span)
             for channel, record in records:
                 if topics is None or channel.topic in topics:
+                    number += 1
                     yield Message(
                         channel.topic,
                         record.log_time,
@@ -69,11 +70,19 @@ class McapFile:
                         record.sequence,
                         record.data,
                     )
-        except (McapError, ValueError, AssertionError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise BagError(
-                f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
-            ) from None
+        except (BagError, OSError):
+            raise
+        except Exception as error:  # of the library, or of what decompresses
+            raise self._damaged(" ".join(str(error).split()) or type(error).__name__) from None
+        counts = self.extent.counts
+        told = sum(count for topic, count in counts.items() if topics is None or topic in topics)
+        if span == Span() and number < told:
+            raise self._damaged(f"its summary counts {told} messages, {number} could be read")
+
+    def _damaged(self, reason: str) -> BagError:
+        return BagError(
+            f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
+        )
 
     def times(self) -> Times:
         """From the indexes behind the chunks, without decompressing these."""

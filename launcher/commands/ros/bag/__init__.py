@@ -6,9 +6,11 @@ import functools
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
-from launcher.commands.ros.bag import check, info, record
+from launcher.commands.ros.bag import check, convert, info, record
 from launcher.ros.verb import dispatch
 
-COMMAND = Command("bag", VERBS["bag"], commands=(record.COMMAND, info.COMMAND, check.COMMAND))
+COMMAND = Command(
+    "bag", VERBS["bag"], commands=(record.COMMAND, info.COMMAND, convert.COMMAND, check.COMMAND)
+)
 
 main = functools.partial(dispatch, COMMAND)
