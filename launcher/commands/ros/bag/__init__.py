@@ -6,11 +6,19 @@ import functools
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
-from launcher.commands.ros.bag import check, convert, info, record
+from launcher.commands.ros.bag import check, compare, convert, info, record
 from launcher.ros.verb import dispatch
 
 COMMAND = Command(
-    "bag", VERBS["bag"], commands=(record.COMMAND, info.COMMAND, convert.COMMAND, check.COMMAND)
+    "bag",
+    VERBS["bag"],
+    commands=(
+        record.COMMAND,
+        info.COMMAND,
+        convert.COMMAND,
+        compare.COMMAND,
+        check.COMMAND,
+    ),
 )
 
 main = functools.partial(dispatch, COMMAND)
