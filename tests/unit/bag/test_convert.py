@@ -20,9 +20,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import metadata
 from launcher.bag.check import check
+from launcher.bag.converting.moments import Moment, moment
 from launcher.bag.errors import BagError
 from launcher.bag.model import Definition, Message, Topic
-from launcher.bag.moments import Moment, moment
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter
 from launcher.commands.ros import bag as bag_verb

@@ -13,9 +13,9 @@ from launcher.ros.verb import aligned, print_json
 from launcher.text import count
 
 if TYPE_CHECKING:
-    from launcher.bag.compare import Comparison, TopicComparison
+    from launcher.bag.comparing.compare import Comparison, TopicComparison
+    from launcher.bag.comparing.traits import Limit, Traits
     from launcher.bag.reader import Bag
-    from launcher.bag.traits import Limit, Traits
 
 _ALIGNMENTS = ("start", "none")
 _HEAD = ("topic", "messages", "rate (Hz)", "longest gap (s)", "latency (ms)", "99 % (ms)")
@@ -36,22 +36,22 @@ def _ratio(word: str) -> float:
 
 
 def _share(word: str) -> Limit:
-    from launcher.bag.traits import Limit
+    from launcher.bag.comparing.traits import Limit
 
     return Limit(relative=_ratio(word))
 
 
 def _number_or_share(word: str) -> Limit:
-    from launcher.bag.traits import Limit
+    from launcher.bag.comparing.traits import Limit
 
     return _share(word) if word.endswith("%") else Limit(absolute=_least_zero(word))
 
 
 def _compare(options: Parsed) -> int:
-    from launcher.bag.compare import Options, compare, document
-    from launcher.bag.fields import Rules
+    from launcher.bag.comparing.compare import Options, compare, document
+    from launcher.bag.comparing.fields import Rules
+    from launcher.bag.comparing.traits import Limit, Tolerances
     from launcher.bag.reader import Bag
-    from launcher.bag.traits import Limit, Tolerances
 
     bags = Bag(options.a), Bag(options.b)
     for bag in bags:
@@ -84,7 +84,7 @@ def _compare(options: Parsed) -> int:
 
 
 def _lines(result: Comparison, bags: tuple[Bag, Bag], align: str) -> Iterator[str]:
-    from launcher.bag.traits import text_of
+    from launcher.bag.comparing.traits import text_of
 
     for letter, bag in zip("AB", bags, strict=True):
         seconds = bag.extent.duration_ns / 1e9

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from launcher.bag.moments import Moment, duration_ns, moment
+from launcher.bag.converting.moments import Moment, duration_ns, moment
 from launcher.bag.selection import full_name
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.commands.ros.bag.files import COMPRESSION, SPLIT, storage_of
@@ -18,7 +18,7 @@ from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
-    from launcher.bag.convert import Output
+    from launcher.bag.converting.convert import Output
     from launcher.bag.model import Topic
 
 _KINDS = ("csv", "jsonl", "mcap")
@@ -38,7 +38,7 @@ def _offset(word: str) -> Moment:
 
 
 def _convert(options: Parsed) -> int:
-    from launcher.bag.convert import STDOUT, convert
+    from launcher.bag.converting.convert import STDOUT, convert
     from launcher.bag.reader import Bag
 
     paths = [*(options.bags or ()), *_inputs(options)]
@@ -67,7 +67,7 @@ def _inputs(options: Parsed) -> Iterator[str]:
 
 
 def _outputs(options: Parsed) -> Iterator[Output]:
-    from launcher.bag import output_options
+    from launcher.bag.converting import output_options
 
     if options.output.endswith((".yaml", ".yml")):
         given = {one.flags[-1] for one, *_ in options.given if one is not None}
@@ -82,7 +82,7 @@ def _outputs(options: Parsed) -> Iterator[Output]:
 
 
 def _output(options: Parsed) -> Output:
-    from launcher.bag import convert
+    from launcher.bag.converting import convert
 
     kind = options.to or convert.kind_of(options.output)
     if options.output == convert.STDOUT and kind == "mcap":

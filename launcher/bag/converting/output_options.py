@@ -10,8 +10,8 @@ from typing import Any
 import yaml
 
 from launcher.bag import compression
-from launcher.bag.convert import Output
-from launcher.bag.moments import Moment
+from launcher.bag.converting.convert import Output
+from launcher.bag.converting.moments import Moment
 from launcher.bag.selection import Selection, full_name
 from launcher.bag.writer import Storage
 from launcher.errors import UsageError

@@ -7,9 +7,9 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol, TextIO
 
+from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
 from launcher.bag.errors import BagError
-from launcher.bag.merged import Merged
 from launcher.bag.model import Message, Span, Topic
 
 

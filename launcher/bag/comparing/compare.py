@@ -7,13 +7,13 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from launcher.bag.comparing.fields import Rules, first_difference
+from launcher.bag.comparing.traits import Difference, Tolerances, Traits, differences, traits_of
 from launcher.bag.decode import Decoder, decoder
 from launcher.bag.errors import BagError
-from launcher.bag.fields import Rules, first_difference
 from launcher.bag.model import Message, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
-from launcher.bag.traits import Difference, Tolerances, Traits, differences, traits_of
 
 ALIGNMENTS = ("start", "none")
 

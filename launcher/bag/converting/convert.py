@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from typing import IO, Any
 
 from launcher.bag import metadata, words
+from launcher.bag.converting.merged import Complete, Merged
+from launcher.bag.converting.moments import Moment
+from launcher.bag.converting.table import Csv, JsonLines, Table
 from launcher.bag.errors import BagError
-from launcher.bag.merged import Complete, Merged
 from launcher.bag.metadata import Metadata
 from launcher.bag.model import Message, Span
-from launcher.bag.moments import Moment
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
-from launcher.bag.table import Csv, JsonLines, Table
 from launcher.bag.writer import BagWriter, McapOutput, Storage
 from launcher.text import count
 
