@@ -108,25 +108,25 @@ def _timing(a: Traits, b: Traits, allowed: Tolerances) -> Iterator[Difference]:
         yield Difference(kind="gap", a=a.gap_s, b=b.gap_s)
 
 
-def text_of(one: Difference) -> str:
-    """What differs, with A and B for the bags."""
+def text_of(one: Difference, a: str = "in A", b: str = "in B") -> str:
+    """What differs, with words for both places."""
     match one.kind:
         case "missing":
-            return f"only in A ({one.a})"
+            return f"only {a} ({one.a})"
         case "extra":
-            return f"only in B ({one.b})"
+            return f"only {b} ({one.b})"
         case "type":
-            return f"{one.a} in A, {one.b} in B"
+            return f"{one.a} {a}, {one.b} {b}"
         case "hash":
-            return f"the type is not defined in the same way ({one.a} in A, {one.b} in B)"
+            return f"the type is not defined in the same way ({one.a} {a}, {one.b} {b})"
         case "count":
-            return f"{one.a} messages in A, {one.b} in B"
+            return f"{one.a} messages {a}, {one.b} {b}"
         case "rate":
-            return f"{one.a:.3g} Hz in A, {one.b:.3g} Hz in B"
+            return f"{one.a:.3g} Hz {a}, {one.b:.3g} Hz {b}"
         case "gap":
-            return f"the longest gap is {one.a:.3g} s in A, {one.b:.3g} s in B"
+            return f"the longest gap is {one.a:.3g} s {a}, {one.b:.3g} s {b}"
         case "field":
-            return f"message {one.index}: {one.path} is {_shown(one.a)} in A, {_shown(one.b)} in B"
+            return f"message {one.index}: {one.path} is {_shown(one.a)} {a}, {_shown(one.b)} {b}"
         case _:
             return f"message {one.index} has other bytes, and {one.note}"
 
