@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+import subprocess
 import sys
 from pathlib import Path
 
@@ -181,3 +182,17 @@ def test_a_slow_topic_is_steady_and_a_single_message_counts():
     assert single.parts_hz == (*[None] * 5, 1.0, *[None] * 4)
     assert statistics.bar(single.parts_hz) == "     █    "
     assert statistics.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
+
+
+@pytest.mark.parametrize(
+    "words", [["info", "B"], ["convert", "B", "-o", "C.csv"], ["compare", "B", "B"]]
+)
+def test_looking_at_bags_needs_no_ros(tmp_path: Path, words: list[str]):
+    write_bag(tmp_path / "B", counting("/a", 5))
+    code = (
+        "import sys\n"
+        "from launcher.commands.ros import bag\n"
+        "bag.main(sys.argv[1:])\n"
+        "sys.exit(any(name.startswith('rclpy') for name in sys.modules))\n"
+    )
+    subprocess.run([sys.executable, "-c", code, *words], cwd=tmp_path, check=True)

@@ -130,7 +130,10 @@ COMMAND = Command(
     about="Compare topics, types, numbers and rates of messages of two bags, and the contents: "
     "message n of a topic with message n of it in the other bag, up to the first difference. Exit "
     "code 1 if something differs.",
-    arguments=(option("A", "folder, or .mcap or .db3 file"), option("B", "the other bag")),
+    arguments=(
+        option("BAG", "A: folder, or .mcap or .db3 file", name="a"),
+        option("OTHER", "B, the other bag", name="b"),
+    ),
     options=(
         *SELECT,
         option("--no-fields", "do not compare contents"),

@@ -14,8 +14,10 @@ from launcher.ros.verb import print_json, warn
 if TYPE_CHECKING:
     from launcher.bag.reader import Bag
 
-STORAGE = option(
-    "-s, --storage ID", "ignored, for compatibility with ros2: the files show their format"
+_STORAGE = option(
+    "-s, --storage ID",
+    "ignored, for compatibility with ros2: the files show their format",
+    choices=("mcap", "sqlite3"),
 )
 _SORTS = ("name", "type", "count")
 
@@ -74,7 +76,7 @@ COMMAND = Command(
         option("-v, --verbose", "QoS, size of each topic, and calls of services"),
         option("--sort KEY", "order of topics (default: name)", choices=_SORTS, default="name"),
         option("--no-rates", "no rates over time"),
-        STORAGE,
+        _STORAGE,
         option("--json", "print JSON"),
         DEBUG,
     ),
