@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import struct
+from array import array
 from collections.abc import Iterator, Mapping
 from typing import IO, Any
 
-from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Schema
 from mcap.records import Message as Record
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, records_of, scan
-from launcher.bag.model import Definition, Extent, Message, Span, Topic
+from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, index_times, records_of, scan
+from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic
 
 
 class McapFile:
@@ -32,18 +33,20 @@ class McapFile:
             raise BagError(f"{path} is not an MCAP file")
         stream.seek(0)
         try:
-            self._reader = SeekingReader(stream)
+            self._reader = SeekingReader(stream, validate_crcs=True)
             summary = self._reader.get_summary()
         except Exception:  # the library reads a footer wherever it would be
             summary = None
         if summary is None or summary.statistics is None:
             found = self._scan = scan(stream)
+            self._chunks = found.chunks
             self._channels, self._schemas = found.channels, found.schemas
             self.extent = found.extent
             if not found.finished:
                 self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
         else:
             self._channels, self._schemas = summary.channels, summary.schemas
+            self._chunks = summary.chunk_indexes
             told = summary.statistics
             self.extent = Extent(
                 _by_topic(told.channel_message_counts, self._channels),
@@ -54,10 +57,12 @@ class McapFile:
 
     def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged record."""
+        number = 0
         try:
             records = self._indexed(topics, span) if self._scan is None else self._scanned(span)
             for channel, record in records:
                 if topics is None or channel.topic in topics:
+                    number += 1
                     yield Message(
                         channel.topic,
                         record.log_time,
@@ -65,11 +70,41 @@ class McapFile:
                         record.sequence,
                         record.data,
                     )
-        except (McapError, ValueError, AssertionError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise BagError(
-                f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
-            ) from None
+        except (BagError, OSError):
+            raise
+        except Exception as error:  # of the library, or of what decompresses
+            raise self._damaged(" ".join(str(error).split()) or type(error).__name__) from None
+        counts = self.extent.counts
+        told = sum(count for topic, count in counts.items() if topics is None or topic in topics)
+        if span == Span() and number < told:
+            raise self._damaged(f"its summary counts {told} messages, {number} could be read")
+
+    def _damaged(self, reason: str) -> BagError:
+        return BagError(
+            f"{self._path} is damaged: {reason}", hint=f"bag check {self._path} says where"
+        )
+
+    def times(self) -> Times:
+        """From the indexes behind the chunks, without decompressing these."""
+        try:
+            found = self._index_times()
+        except (OSError, ValueError, LookupError, struct.error):
+            found = {}
+        if sum(map(len, found.values())) == self.extent.total:
+            return found
+        found = {}  # the file has no such indexes, or some are missing
+        for message in self.messages(None, Span()):
+            found.setdefault(message.topic, array("q")).append(message.log_ns)
+        return found
+
+    def _index_times(self) -> Times:
+        found: Times = {}
+        for chunk in self._chunks:
+            self._stream.seek(chunk.chunk_start_offset + chunk.chunk_length)
+            for channel_id, times in index_times(self._stream.read(chunk.message_index_length)):
+                topic = self._channels[channel_id].topic
+                found.setdefault(topic, array("q")).extend(times)
+        return found
 
     def _indexed(
         self, topics: frozenset[str] | None, span: Span

@@ -10,7 +10,9 @@ import contextlib
 import io
 import os
 import struct
+import sys
 import zlib
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import IO, Any
@@ -38,6 +40,7 @@ from launcher.bag.model import Extent
 
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")  # opcode and length of a record
+_INDEX = struct.Struct("<HI")  # channel of a message index, and its length in bytes
 _AFTER_DATA = (Opcode.DATA_END, Opcode.FOOTER)
 
 
@@ -165,6 +168,23 @@ def _take(found: Scan, offset: int, opcode: int, contents: bytes) -> None:
             length = _HEAD.size + len(contents)
             found.metadata.append(MetadataIndex(offset=offset, length=length, name=one.name))
             found.custom[one.name] = one.metadata
+
+
+def index_times(block: bytes) -> Iterator[tuple[int, array[int]]]:
+    """(channel, times) of the message indexes behind a chunk; struct.error, ValueError."""
+    offset = 0
+    while offset < len(block):
+        opcode, length = _HEAD.unpack_from(block, offset)
+        offset += _HEAD.size
+        if opcode == Opcode.MESSAGE_INDEX:
+            channel_id, size = _INDEX.unpack_from(block, offset)
+            start = offset + _INDEX.size
+            pairs = array("q")  # of a time and a place in the chunk
+            pairs.frombytes(block[start : start + size])
+            if sys.byteorder == "big":
+                pairs.byteswap()
+            yield channel_id, pairs[::2]
+        offset += length
 
 
 def records_of(chunk: Chunk) -> list[Any]:

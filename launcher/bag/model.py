@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
@@ -11,6 +12,9 @@ ROS2_MSG = "ros2msg"
 
 # A QoS profile as in `metadata.yaml`: policies in lower case, times as {"sec": .., "nsec": ..}.
 Qos = Mapping[str, Any]
+
+# The times of the messages of each topic (`log_ns`), in no particular order.
+Times = dict[str, "array[int]"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,5 +103,7 @@ class Messages(Protocol):
 
     def messages(self, topics: frozenset[str] | None, span: Span) -> Any:
         """An iterator of messages of these topics (None: all) in the order of their times."""
+
+    def times(self) -> Times: ...
 
     def close(self) -> None: ...

@@ -150,6 +150,20 @@ class Bag:
         for stream in streams:
             yield from stream
 
+    def times(self) -> dict[str, list[int]]:
+        """The times of the messages of each topic, sorted. BagError.
+
+        It takes no more than the indexes where a file has them.
+        """
+        found: dict[str, list[int]] = {}
+        for path in self.files:
+            with self._opened(path) as file:
+                for topic, times in file.times().items():
+                    found.setdefault(topic, []).extend(times)
+        for times_ns in found.values():
+            times_ns.sort()
+        return found
+
     def _of_file(self, path: str, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
         with self._opened(path) as file:
             if not self.compresses_messages:

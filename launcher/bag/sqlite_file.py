@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
+from array import array
 from collections.abc import Iterator
 from typing import Any
 from urllib.parse import quote
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Extent, Message, Span, Topic
+from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic
 
 
 class SqliteFile:
@@ -88,6 +89,16 @@ class SqliteFile:
                 yield Message(self._ids[topic_id], time_ns, time_ns, 0, data)
         except sqlite3.Error as error:
             raise BagError(f"{self._name} is damaged: {error}") from None
+
+    def times(self) -> Times:
+        """BagError at a damaged page."""
+        found: Times = {}
+        try:
+            for topic_id, time_ns in self._rows("SELECT topic_id, timestamp FROM messages"):
+                found.setdefault(self._ids[topic_id], array("q")).append(time_ns)
+        except sqlite3.Error as error:
+            raise BagError(f"{self._name} is damaged: {error}") from None
+        return found
 
     def close(self) -> None:
         self._database.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -164,6 +165,11 @@ class BagWriter:
         extent = mcap_repair.append_summary(self._file.path)
         self._files.append(File(path=os.path.basename(self._file.path), extent=extent))
         metadata.write(self.folder, self._metadata(self._files))
+
+    def discard(self) -> None:
+        """Remove the bag, whatever it has."""
+        self._file.abandon()
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 class McapOutput:

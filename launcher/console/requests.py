@@ -61,6 +61,7 @@ KEYS = (
     ("Tab", "complete verbs, names, patterns, options and signals"),
     ("Up, Ctrl-R", "previous lines; search in them"),
     ("F2", "the list of processes: arrows, / searches, Enter shows the log, q goes back"),
+    ("F3", "snapshot, of a run with --record"),
     (
         "Ctrl-C",
         "stop everything; again: without waiting. In top, logs -f, the list and while a verb of "

@@ -6,6 +6,11 @@ import struct
 from collections.abc import Sequence
 from pathlib import Path
 
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
 from launcher.bag.model import Definition, Message, Topic
 from launcher.bag.writer import BagWriter, Storage
 
@@ -71,3 +76,37 @@ def write_bag(
 
 def counting(topic: str, number: int, period_s: float = 0.1) -> list[Message]:
     return [message(topic, n * period_s, f"message {n}", n + 1) for n in range(number)]
+
+
+def foreign_bag(
+    folder: Path,
+    messages: Sequence[tuple[str, str, int, object]],
+    *,
+    plugin: StoragePlugin = StoragePlugin.SQLITE3,
+    version: int = 9,
+) -> Path:
+    """A bag by the library `rosbags`; messages are (topic, type, ns, keywords of the message)."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(folder, version=version, storage_plugin=plugin) as writer:
+        connections: dict[str, Connection] = {}
+        for topic, type_name, log_ns, fields in messages:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, type_name, typestore=store)
+            data = store.serialize_cdr(_built(store, type_name, fields), type_name)
+            writer.write(connections[topic], log_ns, data)
+    return folder
+
+
+def _built(store: Typestore, type_name: str, fields: object) -> object:
+    """A message of keywords; {"type": {...}} in them are messages themselves."""
+    if isinstance(fields, dict):
+        values = {name: _value(store, one) for name, one in fields.items()}
+        return store.types[type_name](**values)
+    return fields
+
+
+def _value(store: Typestore, value: object) -> object:
+    if isinstance(value, dict):
+        ((type_name, fields),) = value.items()
+        return _built(store, type_name, fields)
+    return [_value(store, one) for one in value] if isinstance(value, list) else value

@@ -65,6 +65,7 @@ MAY_IMPORT = {
     "watch": {"errors", "model", "packages"},
     "domain_lease": {"errors"},
     "smoke": {
+        "bag",
         "errors",
         "command_line",
         "document",

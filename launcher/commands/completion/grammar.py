@@ -29,6 +29,10 @@ _BY_METAVAR: dict[str, Callable[[str], Iterable[Candidate]]] = {
     "TOPIC": sources.topics,
     "ID": sources.runs,
     "ARG": sources.files,
+    "BAG": sources.files,
+    "OTHER": sources.files,
+    "URI": sources.files,
+    "OUT": sources.files,
 }
 _BY_VERB: dict[str, Callable[[str], Iterable[Candidate]]] = {
     "topic": sources.topics,

@@ -35,6 +35,7 @@ from launcher.smoke.expect.fields import (
     regexes,
     type_name,
 )
+from launcher.smoke.expect.likeness import LIKENESS
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,6 +251,13 @@ KINDS = (
             _FIELDS,
         ),
         WITHIN_10_S,
+        needs_ros=True,
+    ),
+    Kind(
+        "like",
+        LIKENESS,
+        "Topics, types, rates and gaps are like those of a bag.",
+        timed=False,
         needs_ros=True,
     ),
     Kind("start_up", DURATION, "The system is ready in time.", timed=False),

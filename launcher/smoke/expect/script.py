@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from launcher.document.source_location import Origin
 from launcher.smoke.expect.expectation import ALWAYS, READY, START, STOP, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME
+from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.steps import Chaos, Step
 
 MIN_RUN_S = 5.0  # of a run without any times
@@ -67,7 +68,17 @@ class Script:
             if e.within is not None and e.after != STOP
         ]
         steps = [begins[step.name] + STEP_ROOM_S for step in self.steps]
-        return max([MIN_RUN_S, *ends, *steps])
+        return max([MIN_RUN_S, *ends, *steps, *(one.duration_s for one in self.likenesses())])
+
+    def likenesses(self) -> Iterator[Likeness]:
+        """The bags that the run is expected to be like."""
+        for expectation in self.expectations:
+            if isinstance(expectation.subject, Likeness):
+                yield expectation.subject
+
+    def recorded_topics(self) -> tuple[str, ...]:
+        """Those of all these bags; BagError."""
+        return tuple(dict.fromkeys(name for one in self.likenesses() for name in one.reference))
 
     def _step_times(self) -> dict[str, float]:
         """The latest time of each step; a log line to wait for is assumed to come at once."""

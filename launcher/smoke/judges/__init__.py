@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.judges import answers, graph, logs, processes, run, traffic
+from launcher.smoke.judges import answers, graph, likeness, logs, processes, run, traffic
 from launcher.smoke.observe.facts import Facts
 
 JUDGES = {
@@ -23,6 +23,7 @@ JUDGES = {
     "memory": processes.memory,
     "parameter": answers.parameter,
     "service": answers.service,
+    "like": likeness.like,
     "start_up": run.start_up,
     "clean_shutdown": run.clean_shutdown,
     "shared_memory": run.shared_memory,

@@ -10,10 +10,13 @@ import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
+
+if TYPE_CHECKING:
+    from launcher.bag.comparing.traits import Traits
 
 _LEVEL = re.compile(r"(?:^|\[)(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)?\]")
 _COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
@@ -112,7 +115,7 @@ class Facts:
 
     `steps`: time of each step, with `start` and `ready`; `node_names`: nodes of each process, from
     the launch file; `ended_by_steps`: processes that a step has ended;
-    `lost_messages`: received too fast.
+    `lost_messages`: received too fast; `recorded`: topics of the bag that was recorded.
     """
 
     now_s: float = 0.0
@@ -128,6 +131,7 @@ class Facts:
     ended_by_steps: frozenset[str] = frozenset()
     troubles: tuple[str, ...] = ()
     lost_messages: int = 0
+    recorded: Mapping[str, Traits] | None = None
     ending: Ending | None = None
 
     @property

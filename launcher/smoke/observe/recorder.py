@@ -6,7 +6,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from launcher.smoke.expect.expectation import START
 from launcher.smoke.observe.facts import (
@@ -19,6 +19,9 @@ from launcher.smoke.observe.facts import (
     ProcessEvent,
     Sample,
 )
+
+if TYPE_CHECKING:
+    from launcher.bag.comparing.traits import Traits
 
 T = TypeVar("T")
 MIN_WAIT_S = 0.01
@@ -43,6 +46,7 @@ class Recorder:
         self._troubles: list[str] = []
         self._lost_messages = 0
         self._sorted: tuple[LogLine, ...] = ()  # the lines; valid as long as it is as long
+        self._recorded: Mapping[str, Traits] | None = None
         self._ending: Ending | None = None
 
     # ---- the clock
@@ -98,6 +102,11 @@ class Recorder:
         with self._change():
             self._lost_messages += count
 
+    def set_recorded(self, recorded: Mapping[str, Traits]) -> None:
+        """What a bag has that was recorded."""
+        with self._change():
+            self._recorded = recorded
+
     def step(self, name: str) -> None:
         """A step happens now; only its first time counts."""
         at_s = self.now_s
@@ -141,6 +150,7 @@ class Recorder:
                 ended_by_steps=frozenset(self._ended_by_steps),
                 troubles=tuple(self._troubles),
                 lost_messages=self._lost_messages,
+                recorded=self._recorded,
                 ending=self._ending,
             )
 

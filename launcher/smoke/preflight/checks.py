@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.document.fields import near
 from launcher.document.source_location import Origin
 from launcher.errors import LauncherError, UsageError
 from launcher.smoke.expect.expectation import STOP, Expectation
+from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.preflight.interface_types import (
@@ -31,7 +33,7 @@ class Findings:
 def of_script(script: Script) -> Findings:
     types = _Types(script)
     types.check()
-    errors = (*_late(script), *types.errors)
+    errors = (*_late(script), *_unreadable(script), *types.errors)
     return Findings(errors=errors, warnings=tuple(types.warnings))
 
 
@@ -68,6 +70,29 @@ def _late(script: Script) -> Iterator[LauncherError]:
 
 def _longer(at_s: float) -> str:
     return f"use 'for' (or --for) of more than {at_s:g} s, or an earlier time"
+
+
+# ---- bags
+
+
+def _unreadable(script: Script) -> Iterator[LauncherError]:
+    """Bags that cannot be read, or that lack the topics that are named."""
+    for expectation in script.expectations:
+        likeness = expectation.subject
+        if not isinstance(likeness, Likeness):
+            continue
+        try:
+            unknown, known = likeness.unknown(), likeness.known
+            is_empty = not likeness.reference
+        except LauncherError as error:
+            yield expectation.origin.error(error.message, error.hint, "like")
+            continue
+        for topic in unknown:
+            text = f"{likeness} has no topic {topic}"
+            yield expectation.origin.error(text, near(topic, known), "like")
+        if is_empty and not unknown:
+            text = f"{likeness} has no topic to compare"
+            yield expectation.origin.error(text, "'topics' selects those of every node", "like")
 
 
 # ---- types and fields

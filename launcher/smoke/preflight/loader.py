@@ -16,6 +16,7 @@ from launcher.errors import LauncherError, UsageError
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, Kind
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
+from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Command, Step
 from launcher.smoke.preflight import checks
@@ -146,6 +147,8 @@ class _Reader(DocumentReader):
     ) -> Iterator[Expectation]:
         before = len(self.errors)
         subject = self.parsed(kind.subject, entry[kind.name], (*path, kind.name))
+        if isinstance(subject, Likeness):
+            subject = subject.beside(self.path)
         rest = {name: value for name, value in entry.items() if name != kind.name}
         values = self.fields(rest, kind.all_fields(), path, f"'{kind.name}'")
         meant = meant_names(rest, [field.name for field in kind.all_fields()])

@@ -37,7 +37,7 @@ EMPTY_STOP_S = 5.0  # a launcher without processes has nothing to wait for
 PROBE_ANSWER_S = 5.0
 LAST_LINES = 200  # of a launcher that has started nothing: they have the reason
 # Without a time limit, these are decided by the end, whenever that is.
-UNTIL_THE_END = {"no_deaths", "clean_shutdown", "shared_memory"}
+UNTIL_THE_END = {"no_deaths", "like", "clean_shutdown", "shared_memory"}
 UNTIL_THE_END |= {kind.name for kind in KINDS if kind.of_process}
 
 
@@ -101,6 +101,7 @@ class Runner:
             self._words,
             folder=folder,
             probe=self._is_probed,
+            records=self._script.recorded_topics(),
             longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
         )
         self._scenario = Scenario(self._script, self._system, progress, self._is_over)
@@ -218,6 +219,9 @@ class Runner:
         """Whether only the end itself is left to wait for, and no duration is given."""
         script = self._script
         if script.for_s is not None or facts.now_s < MIN_RUN_S or script.chaos is not None:
+            return False
+        recorded_s = facts.now_s - (facts.ready_s or 0.0)
+        if any(recorded_s < likeness.duration_s for likeness in script.likenesses()):
             return False
         is_open = (e for e in script.expectations if e.name not in self._decided)
         return (

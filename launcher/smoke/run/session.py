@@ -14,6 +14,7 @@ from typing import IO, cast
 
 from launcher.errors import ExitCode
 from launcher.smoke.expect.script import Script
+from launcher.smoke.observe import recording
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports import artifacts, github, json_report, junit, measures, text_report
 from launcher.smoke.reports.result import Judged, Result, worst
@@ -55,6 +56,11 @@ class Options:
         )
         if base is not None and is_read:
             measures.read(base)
+
+
+def _remove_recording(folder: Path) -> None:
+    """It is evidence of what was not as expected."""
+    shutil.rmtree(folder / recording.FOLDER, ignore_errors=True)
 
 
 class Session:
@@ -115,6 +121,7 @@ class Session:
         folder.mkdir(parents=True, exist_ok=True)
         for name in artifacts.MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
+        _remove_recording(folder)
         progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
         # The last resort for a command that hangs; the launcher then stops by itself.
@@ -136,6 +143,8 @@ class Session:
             self._unwritten = True
         with self._writing(f"the evidence in {folder}"):
             self._keep(result)
+        if result.exit_code == ExitCode.OK:
+            _remove_recording(folder)
         if result.exit_code == ExitCode.USAGE:
             # There was nothing to judge; the launcher has printed the error.
             print("\n".join(result.last_lines), file=sys.stderr)

@@ -21,6 +21,8 @@ from launcher.smoke.observe.followers import Followers
 from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recording import STOP_S as RECORDING_STOP_S
+from launcher.smoke.observe.recording import Recording, RecordingError
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
@@ -39,7 +41,8 @@ class System(Waits):
     """`words` are a target, its arguments and options, as on the command line.
 
     Logs and other evidence go to `folder`. Without a `probe`, ROS is not observed. Use `with`, or
-    `start()` and `stop()`. After `longest_s` the launcher stops by itself.
+    `start()` and `stop()`. After `longest_s` the launcher stops by itself. The topics `records` are
+    recorded into a bag.
     """
 
     def __init__(
@@ -50,6 +53,7 @@ class System(Waits):
         environment: Mapping[str, str] | None = None,
         probe: bool = True,
         longest_s: float = MAX_RUN_S,
+        records: Sequence[str] = (),
     ) -> None:
         self.words = list(words)
         self.folder = folder
@@ -58,6 +62,8 @@ class System(Waits):
         given = os.environ if environment is None else environment
         self._environment = {k: v for k, v in given.items() if k not in _NOT_INHERITED}
         self._wants_probe = probe
+        self._records = tuple(records)
+        self._recording: Recording | None = None
         self._longest_s = longest_s
         self._stack = contextlib.ExitStack()
         self._subs = itertools.count(1)
@@ -89,6 +95,8 @@ class System(Waits):
             stack.callback(self._memory.free_ports)  # before the lease ends
             if self._wants_probe:
                 self._start_probe(stack)
+            if self._records:
+                self._start_recording(stack)
             self.recorder.begin()
             # The system is not disturbed while it is judged.
             words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
@@ -106,10 +114,31 @@ class System(Waits):
         except ProbeError as error:
             self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
 
+    def _start_recording(self, stack: contextlib.ExitStack) -> None:
+        environment = {**self.environment, **network.of_probe(self.words, self.environment)}
+        recording = Recording(self._records, environment, self.folder)
+        stack.callback(recording.close)
+        try:
+            recording.wait_until_ready()
+            self._recording = recording
+        except RecordingError as error:
+            self.recorder.add_trouble(str(error))
+
+    def _finish_recording(self, grace_s: float) -> None:
+        """Before the system is stopped: what is alike is how it runs."""
+        if self._recording is None:
+            return
+        self._recording.close(min(grace_s, RECORDING_STOP_S))
+        try:
+            self.recorder.set_recorded(self._recording.traits())
+        except RecordingError as error:
+            self.recorder.add_trouble(str(error))
+
     def stop(self, grace_s: float = STOP_S) -> Ending:
         """Stop the system, with SIGTERM after `grace_s`; may be called more than once."""
         if self._ending is not None:
             return self._ending
+        self._finish_recording(grace_s)
         asked_s = None
         if self._launcher.is_alive:
             self._memory.note(self._launcher.pid)

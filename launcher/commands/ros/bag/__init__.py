@@ -6,9 +6,20 @@ import functools
 
 from launcher.command_line import Command
 from launcher.commands import VERBS
-from launcher.commands.ros.bag import check, play, record
+from launcher.commands.ros.bag import check, compare, convert, info, play, record
 from launcher.ros.verb import dispatch
 
-COMMAND = Command("bag", VERBS["bag"], commands=(record.COMMAND, play.COMMAND, check.COMMAND))
+COMMAND = Command(
+    "bag",
+    VERBS["bag"],
+    commands=(
+        record.COMMAND,
+        play.COMMAND,
+        info.COMMAND,
+        convert.COMMAND,
+        compare.COMMAND,
+        check.COMMAND,
+    ),
+)
 
 main = functools.partial(dispatch, COMMAND)

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 import time
 
-from launcher.bag.compression import FORMATS, MODES
 from launcher.bag.selection import Selection, expression
 from launcher.command_line import Parsed, count, option, positive_seconds
+from launcher.commands.ros.bag.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
 from launcher.commands.ros.bag.topics import EXCLUDE, names
 from launcher.errors import UsageError
 from launcher.ros.verb import ros_command
 
-_MAX = 2**63 - 1
 _CACHE_BYTES = 100 * 1024 * 1024
-_PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
-
-
-def _bytes(word: str) -> int:
-    """A number of bytes, with `k`, `M` or `G` behind it (powers of 1024)."""
-    units = {"k": 1024, "K": 1024, "M": 1024**2, "G": 1024**3}
-    number, factor = (word[:-1], units[word[-1]]) if word[-1:] in units else (word, 1)
-    return count(number, 0, _MAX // factor) * factor
 
 
 def _pair(word: str) -> tuple[str, str]:
@@ -31,7 +22,6 @@ def _pair(word: str) -> tuple[str, str]:
 
 
 def _record(options: Parsed) -> int:
-    from launcher.bag.writer import Storage
     from launcher.ros.bag.qos import read_overrides
     from launcher.ros.bag.record import RecordOptions, record
     from launcher.ros.bag.recorder import RecorderOptions
@@ -42,19 +32,12 @@ def _record(options: Parsed) -> int:
             "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
         )
     path = options.qos_profile_overrides_path
-    mode = options.compression_mode
     return record(
         options,
         RecordOptions(
             folder=options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"),
-            storage=Storage(
-                chunk_compression=_PRESETS[options.storage_preset_profile],
-                mode=mode,
-                format=options.compression_format or FORMATS[0],
-                max_bytes=options.max_bag_size,
-                max_duration_ns=round(options.max_bag_duration * 1e9),
-            ),
-            cache_bytes=options.max_cache_size or _MAX,
+            storage=storage_of(options),
+            cache_bytes=options.max_cache_size or MAX,
             start_paused=options.start_paused,
             snapshot=options.snapshot_mode,
             keyboard=not options.disable_keyboard_controls,
@@ -104,39 +87,21 @@ _WHAT = (
     option(
         "--polling-interval MS",
         "time between two looks for new topics",
-        lambda word: count(word, 1, _MAX),
+        lambda word: count(word, 1, MAX),
         100,
     ),
 )
 _FILES = (
     option("-o, --output DIR", "folder to make (default: rosbag2_ and the time)"),
-    option(
-        "-b, --max-bag-size BYTES",
-        "begin a new file after so many bytes (k, M or G may follow)",
-        _bytes,
-        0,
-    ),
-    option("-d, --max-bag-duration S", "begin a new file after S seconds", positive_seconds, 0.0),
+    *SPLIT,
     option(
         "--max-cache-size BYTES",
         "memory for messages that wait to be written, and in --snapshot-mode; 0 is unlimited "
         "(default: 100M)",
-        _bytes,
+        byte_count,
         _CACHE_BYTES,
     ),
-    option(
-        "--compression-mode MODE",
-        "compress each message or whole files, besides the chunks",
-        choices=MODES,
-        default="none",
-    ),
-    option("--compression-format FORMAT", "format of --compression-mode", choices=FORMATS),
-    option(
-        "--storage-preset-profile NAME",
-        "none and fastwrite: no compression of chunks",
-        choices=tuple(_PRESETS),
-        default="zstd_fast",
-    ),
+    *COMPRESSION,
     option("-s, --storage ID", "format of files", choices=("mcap",), default="mcap"),
     option("--custom-data NAME=VALUE", "note it in metadata.yaml", _pair, repeat="all"),
 )

@@ -1,0 +1,1 @@
+"""`bag compare`, and what is typical of a topic."""

@@ -1,0 +1,1 @@
+"""`bag convert`: bags into new ones, and into tables."""

@@ -1,0 +1,103 @@
+"""Messages as text, for other programs: CSV and JSON lines."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol, TextIO
+
+from launcher.bag.converting.merged import Merged
+from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
+from launcher.bag.errors import BagError
+from launcher.bag.model import Message, Span, Topic
+
+
+class Table(Protocol):
+    """Writes messages of topics that were told to it."""
+
+    def write(self, message: Message) -> None: ...
+
+
+class JsonLines:
+    """A line for each message, with all of it, or with `fields`: path to value."""
+
+    def __init__(self, merged: Merged, stream: TextIO, fields: Sequence[str]) -> None:
+        self._decoders = _decoders(merged.topics)
+        self._stream = stream
+        self._fields = fields
+
+    def write(self, message: Message) -> None:
+        decoded = self._decoders[message.topic](message.data)
+        document = {
+            "topic": message.topic,
+            "time_ns": message.log_ns,
+            "publish_ns": message.publish_ns,
+            "message": self._contents(decoded),
+        }
+        self._stream.write(json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+
+    def _contents(self, decoded: Any) -> Any:
+        if not self._fields:
+            return plain(decoded)
+        return {path: plain(field_of(decoded, path)) for path in self._fields}
+
+
+class Csv:
+    """A row for each message: time, topic if there are several, and `fields`, or all fields.
+
+    The cell of a field that a topic does not have is empty.
+    """
+
+    def __init__(self, merged: Merged, span: Span, stream: TextIO, fields: Sequence[str]) -> None:
+        self._decoders = _decoders(merged.topics)
+        self._writer = csv.writer(stream, lineterminator="\n")
+        self._has_topic = len(merged.topics) > 1
+        self._columns, self._own = self._columns_of(merged, span, fields)
+        topic = ["topic"] if self._has_topic else []
+        self._writer.writerow(["time", *topic, *self._columns])
+
+    def _columns_of(
+        self, merged: Merged, span: Span, fields: Sequence[str]
+    ) -> tuple[list[str], dict[str, frozenset[str]]]:
+        """The columns, and those of each topic, as its first message shows."""
+        own: dict[str, list[str]] = {}
+        problems: list[BagError] = []
+        for topic in merged.topics:
+            first = next(iter(merged.messages(span, frozenset({topic.name}))), None)
+            if first is None:
+                continue
+            decoded = self._decoders[topic.name](first.data)
+            own[topic.name] = list(leaves(decoded))
+            if fields:
+                own[topic.name], found = _having(decoded, fields)
+                problems += found
+        columns = list(fields) or list(dict.fromkeys(path for one in own.values() for path in one))
+        for path in fields:
+            if own and not any(path in one for one in own.values()):
+                raise next(one for one in problems if f"'{path}'" in one.message)
+        return columns, {name: frozenset(paths) for name, paths in own.items()}
+
+    def write(self, message: Message) -> None:
+        decoded = self._decoders[message.topic](message.data)
+        own = self._own[message.topic]
+        seconds, rest = divmod(message.log_ns, 10**9)
+        topic = [message.topic] if self._has_topic else []
+        cells = (cell(field_of(decoded, path)) if path in own else "" for path in self._columns)
+        self._writer.writerow([f"{seconds}.{rest:09}", *topic, *cells])
+
+
+def _having(decoded: Any, fields: Iterable[str]) -> tuple[list[str], list[BagError]]:
+    """The fields that a message has, and why it lacks the others."""
+    found, problems = [], []
+    for path in fields:
+        try:
+            field_of(decoded, path)
+            found.append(path)
+        except BagError as error:
+            problems.append(error)
+    return found, problems
+
+
+def _decoders(topics: Iterable[Topic]) -> dict[str, Decoder]:
+    return {topic.name: decoder(topic) for topic in topics}

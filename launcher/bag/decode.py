@@ -1,0 +1,147 @@
+"""Messages as values, by the definitions that bags have: neither ROS nor its types are needed."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import struct
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from launcher.bag.errors import BagError
+from launcher.bag.model import CDR, ROS2_MSG, Topic
+
+Decoder = Callable[[bytes], Any]
+_STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
+_SEPARATOR = "=" * 80
+# The library takes `char` for signed, and both times for unsigned if their definitions are missing.
+_CHAR = re.compile(r"^(\s*)char\b", re.MULTILINE)
+_DURATION = "builtin_interfaces/Duration"
+_DURATION_TEXT = f"\n{_SEPARATOR}\nMSG: {_DURATION}\nint32 sec\nuint32 nanosec\n"
+
+
+def decoder(topic: Topic) -> Decoder:
+    """Turns the bytes of a message into an object with its fields as attributes.
+
+    BagError if the bag says too little about the type; then, or if a message is damaged, also when
+    the decoder is called.
+    """
+    if topic.serialization != CDR:
+        raise BagError(f"{topic.name}: messages in '{topic.serialization}' cannot be decoded")
+    definition = topic.definition
+    if definition is None:
+        raise BagError(
+            f"{topic.name}: the bag has no definition of {topic.type or 'its type'}",
+            hint="with the type installed, bag convert writes a bag that has it",
+        )
+    if definition.encoding != ROS2_MSG:
+        raise BagError(
+            f"{topic.name}: {topic.type} is defined in '{definition.encoding}', "
+            "only .msg definitions can be decoded"
+        )
+    return _guarded(topic, _generated(topic, definition.text))
+
+
+def _generated(topic: Topic, text: str) -> Decoder:
+    from mcap_ros2 import _dynamic
+
+    if f"MSG: {_DURATION}\n" not in text:
+        text += _DURATION_TEXT
+    try:
+        found: Decoder = _dynamic.generate_dynamic(topic.type, _CHAR.sub(r"\1uint8", text))[
+            topic.type
+        ]
+    except Exception as error:  # the parser raises errors of many classes
+        raise BagError(
+            f"{topic.name}: the definition of {topic.type} cannot be read: {_one_line(error)}"
+        ) from None
+    return found
+
+
+def _guarded(topic: Topic, decode: Decoder) -> Decoder:
+    def guarded(data: bytes) -> Any:
+        try:
+            return decode(data)
+        except NotImplementedError as error:
+            kind = "wstring" if "wstring" in str(error) else str(error)
+            raise BagError(
+                f"{topic.name}: {topic.type} has a field of type {kind}, which cannot be decoded"
+            ) from None
+        except (ValueError, LookupError, struct.error, UnicodeError) as error:
+            raise BagError(
+                f"{topic.name}: a message is not a {topic.type}: {_one_line(error)}"
+            ) from None
+
+    return guarded
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def fields_of(message: Any) -> tuple[str, ...]:
+    """The names of the fields of a decoded message; none for other values."""
+    return tuple(getattr(type(message), "__slots__", ())) if is_message(message) else ()
+
+
+def is_message(value: Any) -> bool:
+    return hasattr(type(value), "_full_text")
+
+
+def is_list(value: Any) -> bool:
+    return isinstance(value, list | bytes | bytearray | memoryview)
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON can have it; `nan` and `inf` become strings."""
+    if is_message(value):
+        return {name: plain(getattr(value, name)) for name in fields_of(value)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return list(value) if is_list(value) else value
+
+
+def cell(value: Any) -> str:
+    """The value as a field of a CSV file; of arrays and messages, JSON."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(plain(value), ensure_ascii=False)
+
+
+def field_of(message: Any, path: str) -> Any:
+    """The value at `a.b[2].c`, as with `topic echo --field`; BagError if there is none."""
+    value = message
+    for step in _STEP.findall(path):
+        try:
+            value = value[int(step[1:-1])] if step.startswith("[") else _attribute(value, step)
+        except (AttributeError, IndexError, TypeError, ValueError) as error:
+            reason = _one_line(error)
+            raise BagError(f"Invalid field '{path}': {reason}", hint=_hint(value)) from None
+    return value
+
+
+def _attribute(value: Any, name: str) -> Any:
+    if name not in fields_of(value):
+        raise AttributeError(f"there is no '{name}'")
+    return getattr(value, name)
+
+
+def _hint(value: Any) -> str | None:
+    if is_message(value):
+        return f"fields: {', '.join(fields_of(value)) or 'none'}"
+    return f"it has {len(value)} values: [0] is the first" if is_list(value) else None
+
+
+def leaves(message: Any, prefix: str = "") -> Iterator[str]:
+    """The paths of all fields that are not messages themselves; an array is one of them."""
+    for name in fields_of(message):
+        value = getattr(message, name)
+        if is_message(value):
+            yield from leaves(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}"
