@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from launcher.command_line import Command, Option, Parsed, count, option
 from launcher.commands import VERBS
 from launcher.commands.launch.options import RUN_OPTIONS, run_options
+from launcher.commands.launch.recording import RECORDING
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -60,6 +61,11 @@ OPTIONS = (
         name="ready_within_s",
     ),
     option("--artifacts DIR", "keep logs, events, plan, graph and report in DIR", _path),
+    option(
+        "--bag",
+        "record all topics: if a run fails, its evidence has the messages of the last minute, with "
+        "logs, events and an index",
+    ),
     option("--junit FILE", "write a JUnit report", _path),
     option("--github", "print annotations for GitHub workflows"),
     option(
@@ -87,6 +93,7 @@ OPTIONS = (
     option("--force", "with --record: replace FILE if it exists"),
     option("--schema", "print the JSON Schema of files of expectations"),
 )
+_RUN_OPTIONS = tuple(one for one in RUN_OPTIONS if one not in RECORDING)  # --bag is theirs
 COMMAND = Command(
     "smoke",
     VERBS["smoke"],
@@ -101,7 +108,7 @@ what is left behind. Expectations are described in docs/smoke.md.
     groups=(
         ("expectations", EXPECTATIONS),
         ("options about the launch file", READING_OPTIONS),
-        ("options about the run", RUN_OPTIONS),
+        ("options about the run", _RUN_OPTIONS),
     ),
     epilog="""\
 exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
@@ -109,7 +116,7 @@ exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad comm
 )
 _NOT_RECORDED = (
     *("--expect FILE", "--no-file", "--junit FILE", "--github"),
-    *("--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
+    *("--bag", "--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
 )
 # The words for the launcher, from the command line and from a file.
 LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *RUN_OPTIONS))
@@ -144,7 +151,8 @@ def _session(parsed: Parsed) -> Session:
     script = _script(parsed, request.path)
     more = {n: v for n, v in script.arguments.items() if n not in dict(request.arguments)}
     arguments = [f"{name}:={value}" for name, value in more.items()]
-    words = (*_words_for(parsed, LAUNCH.options), *arguments, *script.options)
+    recorded = ("--record",) if parsed.bag else ()
+    words = (*_words_for(parsed, LAUNCH.options), *arguments, *script.options, *recorded)
     from launcher.smoke.run.session import Options, Session
 
     launch = LAUNCH.parse(words)

@@ -52,3 +52,17 @@ def test_a_bag_that_is_not_there_is_told_before_anything_starts(bench: Bench):
     assert done.returncode == 2
     assert "tested.expect.yaml:5: there is no bag at " in done.stderr
     assert not bench.evidence.exists() or not list(bench.evidence.glob("smoke.log"))
+
+
+def test_the_evidence_of_a_failure_has_what_was_published(bench: Bench):
+    bench.write(talking())
+    bench.expect(EXPECTED.split("  - {name: alike")[0] + "  - {name: never, topic: /none}\n")
+    done = bench.smoke("--bag")
+    assert done.returncode == 124, done.stdout
+    snapshot = bench.evidence / "snapshot"
+    assert Bag(str(snapshot / "bag")).extent.counts["/steady"] > 0
+    assert "last /steady of talker" in (snapshot / "index.txt").read_text()
+
+    bench.expect(EXPECTED.split("  - {name: alike")[0])
+    assert bench.smoke("--bag").returncode == 0
+    assert not snapshot.exists()

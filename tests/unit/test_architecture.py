@@ -157,6 +157,7 @@ ONLY_IN = {
 STARTED_BY = {
     "launcher.console": {"engine"},
     "launcher.ros.agent": {"engine"},
+    "launcher.ros.bag.flight": {"engine"},
     "launcher.ros.bridge": {"engine"},
     "launcher.ros.responsiveness": {"engine"},
     "launcher.ros.parameter_check": {"engine"},

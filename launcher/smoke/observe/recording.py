@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from launcher.bag.comparing.traits import Traits
 
 FOLDER, LOG = "recording", "recording.log"
+SNAPSHOT = "snapshot"  # the folder of what the flight recorder had at the end
 READY_S = 20.0  # importing rclpy on a busy machine
 STOP_S = 20.0  # writing what is in memory
 POLL_S = 0.02

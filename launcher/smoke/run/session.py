@@ -60,7 +60,8 @@ class Options:
 
 def _remove_recording(folder: Path) -> None:
     """It is evidence of what was not as expected."""
-    shutil.rmtree(folder / recording.FOLDER, ignore_errors=True)
+    for name in (recording.FOLDER, recording.SNAPSHOT):
+        shutil.rmtree(folder / name, ignore_errors=True)
 
 
 class Session:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import shutil
 import signal
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -21,8 +22,8 @@ from launcher.smoke.observe.followers import Followers
 from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recording import SNAPSHOT, Recording, RecordingError
 from launcher.smoke.observe.recording import STOP_S as RECORDING_STOP_S
-from launcher.smoke.observe.recording import Recording, RecordingError
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
@@ -134,6 +135,16 @@ class System(Waits):
         except RecordingError as error:
             self.recorder.add_trouble(str(error))
 
+    def _take_snapshot(self) -> None:
+        """Of what the flight recorder has; after a failure it is evidence."""
+        if "--record" not in self.words:
+            return
+        try:
+            found = Path(self._request("snapshot", reason="the end of the test")["path"])
+            shutil.move(found, self.folder / SNAPSHOT)
+        except (ControlError, OSError) as error:
+            self.recorder.add_trouble(f"no snapshot: {error}")
+
     def stop(self, grace_s: float = STOP_S) -> Ending:
         """Stop the system, with SIGTERM after `grace_s`; may be called more than once."""
         if self._ending is not None:
@@ -141,6 +152,7 @@ class System(Waits):
         self._finish_recording(grace_s)
         asked_s = None
         if self._launcher.is_alive:
+            self._take_snapshot()
             self._memory.note(self._launcher.pid)
             self.recorder.step(STOP)
             asked_s = self.recorder.now_s

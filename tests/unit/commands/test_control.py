@@ -24,6 +24,7 @@ WORDS = {
     "debug": "a --port 5678",
     "send": "a some text",
     "events": "--new",
+    "snapshot": "why",
     "show": "",
     "detach": "",
     "quit": "",
