@@ -10,13 +10,18 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from launcher.bag.errors import BagError
-from launcher.bag.model import CDR, ROS2_MSG, Topic
+from launcher.bag.model import CDR, ROS2_MSG, Definition, Topic
 
 Decoder = Callable[[bytes], Any]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
 _SEPARATOR = "=" * 80
 # The library takes `char` for signed, and both times for unsigned if their definitions are missing.
 _CHAR = re.compile(r"^(\s*)char\b", re.MULTILINE)
+_NAME = "DecodedByLauncher"  # since the library refuses names such as AddTwoInts_Event
+# Their definitions are empty texts, which files cannot tell from none.
+_EMPTY = frozenset(
+    {"std_msgs/msg/Empty", "std_srvs/srv/Empty_Request", "std_srvs/srv/Empty_Response"}
+)
 _DURATION = "builtin_interfaces/Duration"
 _DURATION_TEXT = f"\n{_SEPARATOR}\nMSG: {_DURATION}\nint32 sec\nuint32 nanosec\n"
 
@@ -29,7 +34,7 @@ def decoder(topic: Topic) -> Decoder:
     """
     if topic.serialization != CDR:
         raise BagError(f"{topic.name}: messages in '{topic.serialization}' cannot be decoded")
-    definition = topic.definition
+    definition = Definition(text="") if topic.type in _EMPTY else topic.definition
     if definition is None:
         raise BagError(
             f"{topic.name}: the bag has no definition of {topic.type or 'its type'}",
@@ -48,10 +53,9 @@ def _generated(topic: Topic, text: str) -> Decoder:
 
     if f"MSG: {_DURATION}\n" not in text:
         text += _DURATION_TEXT
+    name = f"{topic.type.partition('/')[0]}/msg/{_NAME}"
     try:
-        found: Decoder = _dynamic.generate_dynamic(topic.type, _CHAR.sub(r"\1uint8", text))[
-            topic.type
-        ]
+        found: Decoder = _dynamic.generate_dynamic(name, _CHAR.sub(r"\1uint8", text))[name]
     except Exception as error:  # the parser raises errors of many classes
         raise BagError(
             f"{topic.name}: the definition of {topic.type} cannot be read: {_one_line(error)}"

@@ -492,3 +492,15 @@ def test_the_oldest_text_is_kept(tmp_path: Path):
     folder = write_bag(tmp_path / "b", [Message("/a", 5, 3, 7, string_cdr("ü\n"))])
     convert(folder, "-o", tmp_path / "c")
     assert list(Bag(str(tmp_path / "c")).messages()) == [Message("/a", 5, 3, 7, string_cdr("ü\n"))]
+
+
+def test_messages_without_fields(tmp_path: Path):
+    topic = Topic(name="/e", type="std_msgs/msg/Empty", definition=Definition(text=""))
+    writer = BagWriter(str(tmp_path / "b"))
+    writer.add_topic(topic)
+    writer.write(Message("/e", 10**9, 10**9, 0, b"\0\1\0\0\0"))
+    writer.close()
+    convert(tmp_path / "b", "-o", tmp_path / "x.csv")
+    assert (tmp_path / "x.csv").read_text() == "time\n1.000000000\n"
+    convert(tmp_path / "b", "-o", tmp_path / "x.jsonl")
+    assert json.loads((tmp_path / "x.jsonl").read_text())["message"] == {}
