@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import hosts, hundred, saving, warm
+from benchmarks import bags, hosts, hundred, saving, warm
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -55,6 +55,9 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "warm-memory": warm.memory,
     "warm-none": warm.without_nodes,
     "warm-hundred": hundred.hundred,
+    "bag-record": bags.record,
+    "bag-play": bags.play,
+    "bag-flight": bags.flight,
     "hosts-first": hosts.first_line,
     "hosts-delay": hosts.delay,
     "hosts-flood": hosts.flood,
@@ -65,7 +68,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
 }
 GROUPS = {
     group: [name for name in BENCHMARKS if name.startswith(f"{group}-")]
-    for group in ("hosts", "warm")
+    for group in ("bag", "hosts", "warm")
 }
 GROUPS["warm"] += ["fifty", "first-restart", "terminal", "idle", "crowd"]
 HEAD = ("what", "measured", "limit", "", "details")
