@@ -29,7 +29,8 @@ class McapFile:
         self._path = path
         self.unfinished: str | None = None
         self._scan: Scan | None = None
-        if stream.read(len(MAGIC)) != MAGIC:
+        start = stream.read(len(MAGIC))
+        if start != MAGIC and not (len(start) < len(MAGIC) and MAGIC.startswith(start)):
             raise BagError(f"{path} is not an MCAP file")
         stream.seek(0)
         try:

@@ -11,11 +11,13 @@ from typing import IO, Any
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import DataEnd, Footer, Statistics, SummaryOffset
+from mcap.records import DataEnd, Footer, Header, Statistics, SummaryOffset
 
 from launcher.bag.errors import BagError
 from launcher.bag.mcap_scan import MAGIC, Scan, scan
 from launcher.bag.model import Extent
+
+PROFILE, LIBRARY = "ros2", "launcher"
 
 
 def append_summary(path: str) -> Extent:
@@ -25,6 +27,9 @@ def append_summary(path: str) -> Extent:
     """
     with open(path, "r+b") as stream:
         found = scan(stream)
+        if found.header is None and not any(fault.lost for fault in found.faults):
+            _write_empty(stream)  # the recorder was killed before it wrote anything
+            found = scan(stream)
         if found.header is None:
             raise BagError(f"{path} is not an MCAP file")
         stream.truncate(found.end)
@@ -33,6 +38,15 @@ def append_summary(path: str) -> Extent:
         stream.flush()
         os.fsync(stream.fileno())
     return found.extent
+
+
+def _write_empty(stream: IO[bytes]) -> None:
+    stream.truncate(0)
+    stream.seek(0)
+    head = RecordBuilder()
+    Header(PROFILE, LIBRARY).write(head)
+    stream.write(MAGIC + head.end())
+    stream.flush()
 
 
 def summary_of(found: Scan) -> bytes:

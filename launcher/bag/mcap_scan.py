@@ -88,6 +88,10 @@ def scan(stream: IO[bytes]) -> Scan:
     found = Scan()
     size = stream.seek(0, os.SEEK_END)
     stream.seek(0)
+    if size < len(MAGIC) and MAGIC.startswith(stream.read()):
+        found.faults.append(Fault(0, "it is empty: its recorder was killed", lost=False))
+        return found
+    stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
         found.faults.append(Fault(0, "it is not an MCAP file"))
         return found

@@ -13,11 +13,11 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.errors import BagError
+from launcher.bag.mcap_repair import LIBRARY, PROFILE
 from launcher.bag.metadata import File, Metadata
 from launcher.bag.model import ROS2_MSG, Extent, Message, Qos, Topic
 
 CHUNK_BYTES = 1024 * 1024
-PROFILE = "ros2"
 _METADATA_NAME = "rosbag2"
 
 
@@ -195,7 +195,8 @@ class McapOutput:
             compression=compressions[storage.chunk_compression],
             index_types=IndexType.ALL,
         )
-        self._writer.start(profile=PROFILE, library="launcher")
+        self._writer.start(profile=PROFILE, library=LIBRARY)
+        self._stream.flush()  # from now on it can be read
 
     @property
     def closed(self) -> bool:

@@ -88,6 +88,21 @@ def test_the_summary_of_a_repaired_file_is_as_the_writers(whole: Path, tmp_path:
     assert vars(after) == vars(before)
 
 
+@pytest.mark.parametrize("size", [0, 5, 8, 20])
+def test_killed_before_it_wrote_anything(whole: Path, tmp_path: Path, size: int):
+    folder = Path(shutil.copytree(whole, tmp_path / "good"))
+    file = storage_of(folder)
+    file.write_bytes(file.read_bytes()[:size])
+    (folder / metadata.FILE).unlink()
+    assert texts(folder) == []
+    report = check.check(str(folder))
+    assert not report.is_whole
+    check.repair(report, "jazzy")
+    assert check.check(str(folder)).is_whole
+    with file.open("rb") as stream:
+        assert make_reader(stream).get_header().profile == "ros2"
+
+
 def test_metadata_that_do_not_fit(whole: Path, tmp_path: Path):
     folder = Path(shutil.copytree(whole, tmp_path / "good"))
     text = (folder / metadata.FILE).read_text()
