@@ -318,19 +318,9 @@ class Service:
         answer(self._control, self._chosen(call), call, exchange)
 
     def _do_snapshot(self, call: Call, exchange: Exchange) -> None:
-        recorder = self._control.recorder
-        if recorder is None:
-            hint = "start the run with --record"
-            raise BadCallError("wrong-state", "this run is not recorded", hint)
+        from launcher.control.snapshot import answer
 
-        def done(answer: Mapping[str, Any]) -> None:
-            if "error" in answer:
-                exchange.fail(BadCallError("wrong-state", f"no snapshot: {answer['error']}"))
-            else:
-                path = answer["snapshot"]
-                exchange.reply({"path": path}, [f"snapshot in {path}"])
-
-        recorder.snapshot(call.options.get("reason") or "it was requested", done)
+        answer(self._control, call, exchange)
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""

@@ -13,6 +13,7 @@ import termios
 import time
 import tty
 from collections.abc import Callable, Iterator
+from typing import Any
 
 _READ_BYTES = 1024
 _REDRAW_S = 0.2
@@ -35,7 +36,7 @@ class Keys:
 
     def __init__(self, *, enabled: bool = True) -> None:
         self.enabled = enabled and sys.stdin.isatty() and _is_in_foreground()
-        self._settings: list[object] = []
+        self._settings: Any = None
 
     def __enter__(self) -> Keys:
         if self.enabled:
@@ -48,7 +49,7 @@ class Keys:
         if self.enabled:
             signal.signal(signal.SIGCONT, signal.SIG_DFL)
             with contextlib.suppress(termios.error):  # the terminal is gone
-                termios.tcsetattr(0, termios.TCSANOW, self._settings)  # type: ignore[arg-type]
+                termios.tcsetattr(0, termios.TCSANOW, self._settings)
 
     def _set_mode(self, *_: object) -> None:
         if _is_in_foreground():
