@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pexpect
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
@@ -24,6 +25,7 @@ from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
 STRING = "std_msgs/msg/String"
+RIGHT, UP, DOWN = "\x1b[C", "\x1b[A", "\x1b[B"
 PADDED = [string_cdr(f"message {n}") for n in range(1000)]
 PLAY = (sys.executable, "-m", "launcher", "bag", "play")
 PADDED = [one + bytes(-len(one) % 4) for one in PADDED]
@@ -218,3 +220,56 @@ def test_a_type_that_is_not_installed_is_named_and_the_rest_is_played(domain, tm
         answer = launcher(domain, "bag", "play", str(bag), "--rate", "100")
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
     assert "/b is not played: no_such_msgs/msg/String" in answer.err
+
+
+def test_keys_pause_step_jump_and_change_the_rate(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 300, 0.1))
+    with listening(domain, f"/chatter={STRING}") as listener:
+        terminal = pexpect.spawn(
+            sys.executable,
+            [*PLAY[1:], str(bag), "--start-paused"],
+            env=domain,
+            encoding="utf-8",
+            dimensions=(24, 120),
+            timeout=60,
+        )
+        try:
+            terminal.expect_exact("playing 1 topic (space pauses")
+            terminal.expect_exact("paused")
+            terminal.send(RIGHT)
+            assert bytes.fromhex(heard(listener, 1)[0][1]) == PADDED[0]
+            terminal.send(RIGHT)
+            assert bytes.fromhex(heard(listener, 1)[0][1]) == PADDED[1]
+            terminal.send(UP)
+            terminal.expect_exact("x1.10")
+            terminal.send(DOWN + DOWN)
+            terminal.expect_exact("x0.91")
+            terminal.send(" ")
+            terminal.expect_exact("playing [")
+            assert bytes.fromhex(heard(listener, 1)[0][1]) == PADDED[2]
+            terminal.send(RIGHT)  # 5 s further
+            later = [bytes.fromhex(one[1]) for one in heard(listener, 60)]
+            assert any(b.startswith(PADDED[60][:12]) for b in later)
+            terminal.sendintr()
+            terminal.expect_exact("played ")
+            terminal.expect(pexpect.EOF)
+            terminal.wait()
+            assert terminal.exitstatus == 0
+        finally:
+            terminal.close(force=True)
+
+
+def test_the_terminal_is_as_before(domain, tmp_path: Path):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 300, 0.1))
+    shell = pexpect.spawn("/bin/sh", [], env={**domain, "PS1": "$ "}, encoding="utf-8", timeout=60)
+    try:
+        shell.sendline("stty -a | md5sum")
+        shell.expect(r"([0-9a-f]{32})")
+        before = shell.match[1]
+        shell.sendline(f"{sys.executable} -m launcher bag play {bag}; stty -a | md5sum")
+        shell.expect_exact("playing [")
+        shell.sendintr()
+        shell.expect(r"([0-9a-f]{32})")
+        assert shell.match[1] == before
+    finally:
+        shell.close(force=True)
