@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from launcher.command_line import Command, Option, Parsed, count, option
 from launcher.commands import VERBS
-from launcher.commands.launch.options import RUN_OPTIONS, run_options
-from launcher.commands.launch.recording import RECORDING
+from launcher.commands.launch.options import RECORDING, RUN_OPTIONS, run_options
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,

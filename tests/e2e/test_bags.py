@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from launcher.bag.model import Message
 from launcher.bag.reader import Bag
 from tests.ros.conftest import ros_domain
@@ -43,6 +45,7 @@ def has_worked(folder: Path) -> bool:
     return report is not None and len(messages(folder, REPORT)) > 4 and "_1: 0" not in text(report)
 
 
+@pytest.mark.thorough
 def test_a_monitor_counts_the_same_from_the_bag_of_a_killed_recorder(tmp_path: Path):
     bag, cut, again = tmp_path / "bag", tmp_path / "cut", tmp_path / "again"
     with ros_domain(tmp_path / "log") as env:

@@ -74,6 +74,7 @@ def test_a_verb_streams_while_the_run_is_controlled(terminal: ScreenTerminal):
     end(terminal)
 
 
+@pytest.mark.thorough
 def test_a_second_verb_waits_for_the_first(terminal: ScreenTerminal):
     terminal.enter("topic hz /nothing --for 2")
     terminal.enter("interface show std_msgs/msg/Bool")
@@ -85,6 +86,7 @@ def test_a_second_verb_waits_for_the_first(terminal: ScreenTerminal):
     end(terminal)
 
 
+@pytest.mark.thorough
 def test_ctrl_c_leaves_out_what_waits(terminal: ScreenTerminal, bench: Bench):
     stream(terminal)
     terminal.enter("interface show std_msgs/msg/Bool")
@@ -99,6 +101,7 @@ def test_ctrl_c_leaves_out_what_waits(terminal: ScreenTerminal, bench: Bench):
     end(terminal)
 
 
+@pytest.mark.thorough
 def test_a_mistake_in_a_line_ends_nothing(terminal: ScreenTerminal):
     terminal.enter("topic list 'unfinished")
     terminal.wait_for("error: the line is not finished: No closing quotation")
@@ -141,6 +144,7 @@ def test_a_killed_console_leaves_no_verb(terminal: ScreenTerminal, bench: Bench)
     wait_until(lambda: not bench.survivors(), "nothing is left")
 
 
+@pytest.mark.thorough
 def test_a_killed_launcher_leaves_no_verb(terminal: ScreenTerminal, bench: Bench):
     stream(terminal)
     terminal.kill()
@@ -206,6 +210,7 @@ def test_a_verb_that_does_not_end_is_killed_the_second_time():
         os.close(lifeline)
 
 
+@pytest.mark.thorough
 def test_a_verb_that_does_not_end_is_killed_when_the_console_is_gone():
     with guarded(STUBBORN) as (guard, lifeline):
         pid = first_line(guard)

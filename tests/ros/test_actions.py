@@ -89,6 +89,7 @@ def read_until(program: subprocess.Popen[str], start: str) -> str:
     return next(line for line in program.stdout if line.startswith(start))
 
 
+@pytest.mark.thorough
 def test_actions_are_listed_found_and_typed(site):
     assert site.action("list").lines == ["/execute"]
     assert site.action("list", "-t").lines == [f"/execute [{TYPE}]"]
@@ -104,6 +105,7 @@ def test_actions_are_listed_found_and_typed(site):
     assert (other.out, other.err) == ("", f"hint: did you mean {TYPE}?\n")
 
 
+@pytest.mark.thorough
 def test_info_names_the_nodes(site):
     about = ["Action: /execute", "Action clients: 0", "Action servers: 1"]
     assert site.action("info", "/execute").lines == [*about, "    /task_server"]
@@ -148,6 +150,7 @@ def test_a_goal_that_succeeds_prints_what_ros2_prints(site):
     assert (answer.err, answer.code) == ("", 0)
 
 
+@pytest.mark.thorough
 def test_a_goal_as_json(site):
     answer = site.send_goal(WORK, "--json", "-f")
     accepted, *_, last = map(json.loads, answer.lines)
@@ -187,6 +190,7 @@ def last_status(answer: Answer) -> int:
     return document["status_list"][-1]["status"]
 
 
+@pytest.mark.thorough
 def test_a_goal_that_takes_too_long_is_cancelled(site):
     answer = eventually(
         lambda: site.send_goal(WAIT, "--timeout", "3"),
@@ -196,6 +200,7 @@ def test_a_goal_that_takes_too_long_is_cancelled(site):
     assert (answer.lines[-2:], answer.code) == (["Canceling goal...", "Goal canceled."], 1)
 
 
+@pytest.mark.thorough
 def test_lost_answers_are_concluded_from_the_status(
     fleet_workspace: BuiltWorkspace, domain: dict[str, str]
 ):
@@ -206,6 +211,7 @@ def test_lost_answers_are_concluded_from_the_status(
     assert (answer.lines[-1], answer.code) == ("Goal finished with status: SUCCEEDED", 0)
 
 
+@pytest.mark.thorough
 def test_a_server_that_ends_is_not_waited_for(
     fleet_workspace: BuiltWorkspace, domain: dict[str, str]
 ):
@@ -218,6 +224,7 @@ def test_a_server_that_ends_is_not_waited_for(
     assert (err, program.returncode) == ("the server of action '/execute' is gone\n", 1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "error"),
     [
@@ -257,6 +264,7 @@ def test_an_action_is_used_by_its_topics_and_services(site):
     assert last_status(status(site)) in (1, 2)
 
 
+@pytest.mark.thorough
 def test_the_feedback_of_an_action_can_be_published(site):
     kind = f"{TYPE}_FeedbackMessage"
     values = {"goal_id": {"uuid": [*range(16)]}, "feedback": {"progress": 0.25}}

@@ -61,6 +61,7 @@ def test_everything_is_published_in_order_at_its_times(domain, tmp_path: Path):
     assert statistics.median(gaps) > 3_000_000
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
 def test_bags_that_another_library_wrote(domain, tmp_path: Path, plugin):
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -75,6 +76,7 @@ def test_bags_that_another_library_wrote(domain, tmp_path: Path, plugin):
         assert [bytes.fromhex(one[1]) for one in heard(listener, 100)] == PADDED[:100]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -98,6 +100,7 @@ def test_what_options_select(domain, tmp_path: Path, words: list[str], expected:
     assert found == [PADDED[n] for n in expected]
 
 
+@pytest.mark.thorough
 def test_several_bags_are_played_together(domain, tmp_path: Path):
     first = write_bag(tmp_path / "first", counting("/chatter", 20, 0.01)[::2])
     second = write_bag(tmp_path / "second", counting("/chatter", 20, 0.01)[1::2])
@@ -106,6 +109,7 @@ def test_several_bags_are_played_together(domain, tmp_path: Path):
         assert [bytes.fromhex(one[1]) for one in heard(listener, 20)] == PADDED[:20]
 
 
+@pytest.mark.thorough
 def test_latched_topics_stay_latched(domain, tmp_path: Path):
     writer = BagWriter(str(tmp_path / "bag"))
     topic = string_topic("/map")
@@ -137,6 +141,7 @@ def test_latched_topics_stay_latched(domain, tmp_path: Path):
         assert player.wait(timeout=60) == 0
 
 
+@pytest.mark.thorough
 def test_the_clock_is_that_of_the_bag(domain, tmp_path: Path):
     bag = write_bag(tmp_path / "bag", counting("/chatter", 100, 0.01))
     with listening(domain, "/clock=rosgraph_msgs/msg/Clock") as listener:
@@ -152,6 +157,7 @@ def _stamp(data: str) -> int:
     return int.from_bytes(raw[4:8], "little") * 10**9 + int.from_bytes(raw[8:12], "little")
 
 
+@pytest.mark.thorough
 def test_loop_until_interrupted(domain, tmp_path: Path):
     bag = write_bag(tmp_path / "bag", counting("/chatter", 10, 0.01))
     with listening(domain, f"/chatter={STRING}") as listener:
@@ -211,6 +217,7 @@ def test_mistakes(domain, tmp_path: Path):
     assert f"{bag}: it has no metadata.yaml" in text
 
 
+@pytest.mark.thorough
 def test_a_type_that_is_not_installed_is_named_and_the_rest_is_played(domain, tmp_path: Path):
     bag = write_bag(tmp_path / "bag", [*counting("/chatter", 5), *counting("/b", 5)])
     metadata = (bag / FILE).read_text()
@@ -259,6 +266,7 @@ def test_keys_pause_step_jump_and_change_the_rate(domain, tmp_path: Path):
             terminal.close(force=True)
 
 
+@pytest.mark.thorough
 def test_the_terminal_is_as_before(domain, tmp_path: Path):
     bag = write_bag(tmp_path / "bag", counting("/chatter", 300, 0.1))
     shell = pexpect.spawn("/bin/sh", [], env={**domain, "PS1": "$ "}, encoding="utf-8", timeout=60)

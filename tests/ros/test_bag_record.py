@@ -172,6 +172,7 @@ def _same(ours: object, theirs: object) -> None:
             assert len(one) == len(other), field
 
 
+@pytest.mark.thorough
 def test_a_topic_that_appears_later_and_one_that_changes_its_qos(domain, tmp_path: Path):
     folder = tmp_path / "bag"
     with recording(domain, folder, "/bag/text", "/bag/pose") as recorder:
@@ -184,6 +185,7 @@ def test_a_topic_that_appears_later_and_one_that_changes_its_qos(domain, tmp_pat
     assert decoded(folder, "/bag/pose") == [TOPICS["/bag/pose"][0](k) for k in range(50)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "files"),
     [
@@ -252,6 +254,7 @@ def test_a_full_disk_ends_it_with_a_whole_bag(domain, tmp_path: Path):
     assert os.path.getsize(folder / "bag_0.mcap") <= limit
 
 
+@pytest.mark.thorough
 def test_snapshots_of_what_is_in_memory(domain, tmp_path: Path):
     folder = tmp_path / "bag"
     with (

@@ -128,6 +128,7 @@ def test_a_death_is_recorded_with_what_came_before(tmp_path: Path, domain):
     assert f"/snapshots/{folder.name}: left-1 died (signal 9)" in run.screen
 
 
+@pytest.mark.thorough
 def test_what_is_kept_is_bounded(tmp_path: Path, domain):
     run = Run(tmp_path, domain, "--record", "--record-keep", "60s,1M", size=20_000)
     with run.control:
@@ -157,6 +158,7 @@ def test_a_killed_launcher_leaves_a_snapshot(tmp_path: Path, domain):
     assert index.startswith("why: the launcher was killed\n")
 
 
+@pytest.mark.thorough
 def test_everything_is_written_with_all(tmp_path: Path, domain):
     run = Run(tmp_path, domain, "--record=all", "--record-topics", "^/talk$")
     with run.control:
@@ -171,6 +173,7 @@ def test_everything_is_written_with_all(tmp_path: Path, domain):
     assert len(numbers) > 3
 
 
+@pytest.mark.thorough
 def test_a_recorder_that_is_killed_is_started_again(tmp_path: Path, domain):
     run = Run(tmp_path, domain, "--record")
     with run.control:
@@ -197,6 +200,7 @@ def _children(parent: int, module: str) -> list[int]:
     return found
 
 
+@pytest.mark.thorough
 def test_a_run_without_it_says_so(tmp_path: Path, domain):
     run = Run(tmp_path, domain)
     with run.control:

@@ -104,6 +104,7 @@ def test_the_server_introduces_itself(client: FoxgloveClient, env: dict[str, str
     assert client.info["metadata"]["ROS_DISTRO"] == "jazzy"
 
 
+@pytest.mark.thorough
 def test_older_clients_are_served_and_others_refused(server: Server):
     with connected(server.url, "foxglove.websocket.v1") as client:
         assert client.socket.subprotocol == "foxglove.websocket.v1"
@@ -176,6 +177,7 @@ def test_topics_appear_and_vanish(client: FoxgloveClient, env: dict[str, str]):
     assert received.channel["id"] != number
 
 
+@pytest.mark.thorough
 def test_a_subscription_is_fitted_to_publishers_that_come_later(
     server: Server, env: dict[str, str]
 ):
@@ -282,6 +284,7 @@ def test_failed_calls_are_told(client: FoxgloveClient):
     assert client.call_raw(54321, "cdr", b"") == "there is no service 54321"
 
 
+@pytest.mark.thorough
 def test_a_slow_service_holds_up_nothing(client: FoxgloveClient):
     client.wait(lambda: "/occupy" in client.services, "the service")
     done = threading.Event()
@@ -321,6 +324,7 @@ def test_parameters_are_set_within_their_limits(client: FoxgloveClient):
         client.set_parameters({"name": "/talker.speed", "value": 1.5, "type": "float64"})
 
 
+@pytest.mark.thorough
 def test_changes_of_parameters_are_told_to_those_who_want_them(
     server: Server, client: FoxgloveClient, env: dict[str, str]
 ):
@@ -362,6 +366,7 @@ def test_the_connections_are_told_and_their_changes(client: FoxgloveClient, env:
     )
 
 
+@pytest.mark.thorough
 def test_diagnostics_of_a_run_are_a_topic(tmp_path: Path):
     with (
         tempfile.TemporaryDirectory(prefix="run-", ignore_cleanup_errors=True) as runtime,
@@ -452,6 +457,7 @@ def test_a_client_that_does_not_read_loses_messages_and_holds_up_nobody(tmp_path
         assert "messages were dropped: this client reads too slowly" in notice
 
 
+@pytest.mark.thorough
 def test_it_ends_although_a_client_does_not_read(tmp_path: Path):
     with (
         ros_domain(tmp_path) as env,
@@ -467,6 +473,7 @@ def test_it_ends_although_a_client_does_not_read(tmp_path: Path):
             assert server.process.returncode == 0
 
 
+@pytest.mark.thorough
 def test_topics_are_chosen(env: dict[str, str]):
     words = ("--topics", "chatter|secret|weak", "--exclude", "^/w", "--hidden")
     with serving(env, *words) as server, connected(server.url) as client:
@@ -475,6 +482,7 @@ def test_topics_are_chosen(env: dict[str, str]):
         assert set(client.channels) == {"/chatter", "/_secret"}
 
 
+@pytest.mark.thorough
 def test_a_read_only_server_only_shows(env: dict[str, str]):
     with serving(env, "--read-only") as server, connected(server.url) as client:
         assert "clientPublish" not in client.info["capabilities"]
@@ -491,6 +499,7 @@ def test_a_read_only_server_only_shows(env: dict[str, str]):
         assert not client.services
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_in_order(env: dict[str, str], signum: int):
     with serving(env) as server:
@@ -506,6 +515,7 @@ def test_it_ends_in_order(env: dict[str, str], signum: int):
         client.wait(lambda: client.is_closed, "the end of the connection")
 
 
+@pytest.mark.thorough
 def test_a_port_in_use_is_told(env: dict[str, str], server: Server):
     port = server.url.rpartition(":")[2]
     answer = launcher(env, "foxglove", "--port", port)
@@ -516,6 +526,7 @@ def test_a_port_in_use_is_told(env: dict[str, str], server: Server):
     assert (answer.out, answer.code) == ("", 1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "problem", "code"),
     [

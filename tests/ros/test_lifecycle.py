@@ -73,6 +73,7 @@ def test_a_node_goes_through_its_states(lifecycle):
     }
 
 
+@pytest.mark.thorough
 def test_a_transition_that_the_state_lacks_is_not_requested(lifecycle):
     answer = lifecycle("set", "/pump", "activate")
     lacks = "Unknown transition requested, available ones are:\n- configure [1]\n- shutdown [5]\n"
@@ -81,6 +82,7 @@ def test_a_transition_that_the_state_lacks_is_not_requested(lifecycle):
     assert near.err == f"{lacks}hint: did you mean 'configure'?\n"
 
 
+@pytest.mark.thorough
 def test_a_transition_that_fails(lifecycle):
     assert lifecycle("set", "/site/stuck", "configure").code == 0
     answer = lifecycle("set", "/site/stuck", "activate")
@@ -89,6 +91,7 @@ def test_a_transition_that_fails(lifecycle):
     assert lifecycle("get", "/site/stuck").out == "inactive [2]\n"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "hint"),
     [
@@ -104,6 +107,7 @@ def test_a_node_that_is_not_there(lifecycle, words, name, hint):
     assert answer.err.endswith(f"Node not found\nhint: {hint}\n")
 
 
+@pytest.mark.thorough
 def test_time_limits(lifecycle):
     endless = lifecycle("set", "/slow", "configure", "--timeout", "1")
     assert (endless.out, endless.code) == ("", 1)

@@ -57,6 +57,7 @@ def test_info_counts_the_clients_and_servers(service):
     assert unknown.err == "Unknown service '/tolled'\nhint: did you mean '/told'?\n"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", [["/told"], ["told", "std_srvs/srv/SetBool", "--flow-style"]])
 def test_events_have_names_and_contents(here, words):
     for event in read_events(here, *words):
@@ -70,6 +71,7 @@ def test_events_have_names_and_contents(here, words):
         assert event["response"] == answer
 
 
+@pytest.mark.thorough
 def test_the_styles_of_events(here):
     with going_on(here, "service", "echo", "/told", "--csv", "--no-str") as program:
         assert program.stdout is not None
@@ -86,6 +88,7 @@ def test_the_styles_of_events(here):
     assert event["info"]["client_gid"] == "<array type: uint8[16]>"
 
 
+@pytest.mark.thorough
 def test_a_service_without_introspection_is_told_so(service):
     answer = service("service", "echo", "/untold", "--timeout", "1")
     assert (answer.out, answer.code) == (UNTOLD, 0)

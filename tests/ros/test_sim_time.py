@@ -35,6 +35,7 @@ def last_rate(answer: Answer) -> float:
     return float(json.loads(answer.lines[-1])["mean_rate_hz"]) if answer.lines else 0.0
 
 
+@pytest.mark.thorough
 def test_hz_counts_in_simulated_time(run):
     words = ("topic", "hz", "/texts", "--for", "3", "--json")
     fast = eventually(lambda: run(*words), lambda answer: last_rate(answer) > 4)
@@ -48,6 +49,7 @@ def test_delay_compares_with_simulated_time(run):
     assert json.loads(answer.lines[0])["min_s"] >= AGE_S - 1
 
 
+@pytest.mark.thorough
 def test_bw_takes_simulated_time(run):
     words = ("topic", "bw", "/texts", "--for", "2.5", "--json")
     fast, slow = (
@@ -57,6 +59,7 @@ def test_bw_takes_simulated_time(run):
     assert fast > 2 * slow
 
 
+@pytest.mark.thorough
 def test_pub_stamps_with_simulated_time_and_waits_by_it(run, simulated):
     # 30 s of the simulation are 3 s; without it, the messages would take four minutes
     values = '{"header": "auto"}'
@@ -77,6 +80,7 @@ def lines_of(lines: Iterator[str], most: int) -> list[str]:
     return [line for line, _ in zip(lines, range(most), strict=False)]
 
 
+@pytest.mark.thorough
 def test_without_a_clock_the_verb_says_what_it_waits_for(tmp_path):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         words = ("topic", "hz", "/chatter", "-s", "--for", "5")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 from launcher.bag.reader import Bag
 from tests.smoke.bench import Bench, talking
 from tests.support.bags import message, write_bag
@@ -54,6 +56,7 @@ def test_a_bag_that_is_not_there_is_told_before_anything_starts(bench: Bench):
     assert not bench.evidence.exists() or not list(bench.evidence.glob("smoke.log"))
 
 
+@pytest.mark.thorough
 def test_the_evidence_of_a_failure_has_what_was_published(bench: Bench):
     bench.write(talking())
     bench.expect(EXPECTED.split("  - {name: alike")[0] + "  - {name: never, topic: /none}\n")

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Sequence
 
 from launcher.command_line import Option, Parsed, count, option, positive_seconds, seconds
-from launcher.commands.launch import recording
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
@@ -17,13 +16,13 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def _later(parse: str, **more: Any) -> Callable[[str], Any]:
-    """A parser of `process_options`, which is imported only when one of its options is given."""
+def _later(parse: str, module: str = "process_options", **more: Any) -> Callable[[str], Any]:
+    """A parser of a module that is imported only when one of its options is given."""
 
     def read(word: str) -> Any:
-        from launcher.commands.launch import process_options
+        from importlib import import_module
 
-        return getattr(process_options, parse)(word, **more)
+        return getattr(import_module(f"launcher.commands.launch.{module}"), parse)(word, **more)
 
     return read
 
@@ -97,6 +96,26 @@ NO_SUPERVISE = option(
     value=False,
 )
 # The names are fields of RunOptions; `settings` sets several of them.
+RECORDING = (
+    option(
+        "--record[=all]",
+        "keep the last messages of all topics in memory, and write them with logs and events when "
+        "a process dies, and at `snapshot`; all: write every message into the folder of the run",
+        _later("parse_mode", "recording"),
+        repeat="once",
+    ),
+    option(
+        "--record-keep 60s,256M",
+        "how long --record keeps messages, and how much memory they may take",
+        _later("parse_keep", "recording"),
+        repeat="once",
+    ),
+    option(
+        "--record-topics REGEX",
+        "record only topics whose names it matches",
+        _later("parse_topics", "recording"),
+    ),
+)
 RUN_OPTIONS = (
     option(
         "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
@@ -166,7 +185,7 @@ RUN_OPTIONS = (
         "start a node /launcher that publishes /diagnostics and offers services to start, "
         "stop and restart processes, for rqt and Foxglove",
     ),
-    *recording.RECORDING,
+    *RECORDING,
     option(
         "--responsive",
         "warn of nodes that do not answer any more, with their stacks (30 MB; `top` does it, too)",
@@ -221,7 +240,10 @@ def run_options(parsed: Parsed) -> RunOptions:
     refuse_conflicts(options, options.hosts)
     if options.ros and not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
-    recording.check(options)
+    if (options.record, options.record_keep, options.record_topics) != (None, None, None):
+        from launcher.commands.launch import recording
+
+        recording.check(options)
     return options
 
 

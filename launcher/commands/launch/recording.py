@@ -1,10 +1,9 @@
-"""The options of the flight recorder."""
+"""The values of the options of the flight recorder."""
 
 from __future__ import annotations
 
 import re
 
-from launcher.command_line import option
 from launcher.errors import UsageError
 from launcher.model.options import RunOptions
 
@@ -18,14 +17,15 @@ _PART = re.compile(r"(\d+(?:\.\d+)?)(s|k|M|G)")
 _LEAST_BYTES = 1024**2
 
 
-def _mode(word: str) -> str:
+def parse_mode(word: str) -> str:
+    """`flight`, or `all`; ValueError."""
     if word not in ("", "all"):
         raise ValueError(f"'{word}' is not 'all'")
     return word or "flight"
 
 
-def _keep(word: str) -> tuple[float, int]:
-    """`60s,256M`: seconds and bytes, either of which may be left out."""
+def parse_keep(word: str) -> tuple[float, int]:
+    """`60s,256M`: seconds and bytes, either of which may be left out; ValueError."""
     seconds, size = KEEP_S, KEEP_BYTES
     for part in word.split(","):
         match = _PART.fullmatch(part)
@@ -40,7 +40,8 @@ def _keep(word: str) -> tuple[float, int]:
     return seconds, size
 
 
-def _topics(word: str) -> str:
+def parse_topics(word: str) -> str:
+    """A regular expression; ValueError."""
     try:
         re.compile(word)
     except re.error as error:
@@ -48,30 +49,10 @@ def _topics(word: str) -> str:
     return word
 
 
-RECORDING = (
-    option(
-        "--record[=all]",
-        "keep the last messages of all topics in memory, and write them with logs and events when "
-        "a process dies, and at `snapshot`; all: write every message into the folder of the run",
-        _mode,
-        repeat="once",
-    ),
-    option(
-        "--record-keep 60s,256M",
-        "how long --record keeps messages, and how much memory they may take",
-        _keep,
-        repeat="once",
-    ),
-    option("--record-topics REGEX", "record only topics whose names it matches", _topics),
-)
-
-
 def check(options: RunOptions) -> None:
     """UsageError for options that exclude each other, or where a library is missing."""
     if options.record is None:
-        if options.record_keep is not None or options.record_topics is not None:
-            raise UsageError("--record-keep and --record-topics need --record")
-        return
+        raise UsageError("--record-keep and --record-topics need --record")
     if not options.control or not options.log_files:
         without = "--no-log-files" if options.control else "--no-control"
         raise UsageError(f"--record and {without} exclude each other")
