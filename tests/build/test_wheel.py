@@ -202,6 +202,7 @@ def test_a_package_that_is_not_built(tmp_path):
     assert not (tmp_path / "dist").exists()
 
 
+@pytest.mark.thorough
 def test_sources_that_changed_after_the_build(workspace, tmp_path):
     """`install/` has links to the sources: the wheel would not fit its libraries."""
     copy = tmp_path / "copy"

@@ -170,6 +170,7 @@ def test_nodes_are_loaded_though_answers_are_lost_and_containers_start_late_or_d
     assert ending.left_processes == ()
 
 
+@pytest.mark.thorough
 def test_a_container_that_never_answers_ends_the_waiting(world: World, write, workspace: str):
     """Of this run: when its process has exited. Of another: after a time limit."""
     file = write("""

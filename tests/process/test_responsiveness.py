@@ -83,6 +83,7 @@ def test_a_blocked_callback_is_told_with_its_place_until_it_returns(bench: Contr
         assert {"not responding", "responds"} <= events
 
 
+@pytest.mark.thorough
 def test_the_stack_of_a_node_that_had_to_be_killed_is_in_the_report(bench: ControlBench):
     quick = ", sigterm_timeout='0.3', sigkill_timeout='0.3'"
     with bench.launch(node(bench, "arm", options=quick), "--responsive") as run:
@@ -124,6 +125,7 @@ def test_of_a_node_that_dies_while_it_hangs_the_stack_is_in_the_report(bench: Co
         assert log.read_text().count("had not responded for") == 2
 
 
+@pytest.mark.thorough
 def test_nodes_that_cannot_be_expected_to_answer_are_no_false_alarm(bench: ControlBench):
     names = ("seen", "paused", "debugged", "mute", "late")
     words = {"mute": ["--no-services"], "late": ["--late"]}
@@ -140,6 +142,7 @@ def test_nodes_that_cannot_be_expected_to_answer_are_no_false_alarm(bench: Contr
         assert [silent_s(run, name) for name in names[1:]] == [None] * 4
 
 
+@pytest.mark.thorough
 def test_it_is_watched_while_somebody_looks_only(bench: ControlBench, monkeypatch):
     with bench.launch(node(bench, "arm")) as run:
         run.wait_for("ready")
@@ -184,6 +187,7 @@ def test_a_helper_that_dies_is_told_and_the_run_goes_on(bench: ControlBench):
         assert run.row("arm")["state"] == "RUNNING"
 
 
+@pytest.mark.thorough
 def test_a_process_that_somebody_else_suspends_is_told(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")

@@ -24,6 +24,7 @@ ORDERLY = 'sh("orderly", "echo first; echo second; exec sleep 1000"),'
 RESTLESS = 'sh("restless", "echo again; sleep 0.2; exit 1", respawn=True),'
 
 
+@pytest.mark.thorough
 def test_lines_processes_and_the_run(bench: Bench):
     bench.write(PATIENT, SHORT, DONE, ORDERLY)
     bench.expect(

@@ -30,6 +30,7 @@ def likeness(bench: Bench, period_s: float, entry: str) -> None:
     bench.expect(EXPECTED.replace("LIKE", entry))
 
 
+@pytest.mark.thorough
 def test_a_run_is_like_one_bag_and_unlike_another(bench: Bench):
     bench.write(talking())
     likeness(bench, 0.01, "good.mcap")

@@ -16,13 +16,24 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def _later(parse: str, module: str = "process_options", **more: Any) -> Callable[[str], Any]:
-    """A parser of a module that is imported only when one of its options is given."""
+def _later(parse: str, **more: Any) -> Callable[[str], Any]:
+    """A parser of `process_options`, which is imported only when one of its options is given."""
 
     def read(word: str) -> Any:
-        from importlib import import_module
+        from launcher.commands.launch import process_options
 
-        return getattr(import_module(f"launcher.commands.launch.{module}"), parse)(word, **more)
+        return getattr(process_options, parse)(word, **more)
+
+    return read
+
+
+def _of_recording(parse: str) -> Callable[[str], Any]:
+    """The same of `recording`."""
+
+    def read(word: str) -> Any:
+        from launcher.commands.launch import recording
+
+        return getattr(recording, parse)(word)
 
     return read
 
@@ -101,19 +112,19 @@ RECORDING = (
         "--record[=all]",
         "keep the last messages of all topics in memory, and write them with logs and events when "
         "a process dies, and at `snapshot`; all: write every message into the folder of the run",
-        _later("parse_mode", "recording"),
+        _of_recording("parse_mode"),
         repeat="once",
     ),
     option(
         "--record-keep 60s,256M",
         "how long --record keeps messages, and how much memory they may take",
-        _later("parse_keep", "recording"),
+        _of_recording("parse_keep"),
         repeat="once",
     ),
     option(
         "--record-topics REGEX",
         "record only topics whose names it matches",
-        _later("parse_topics", "recording"),
+        _of_recording("parse_topics"),
     ),
 )
 RUN_OPTIONS = (
