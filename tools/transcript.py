@@ -59,7 +59,7 @@ action info /robot_1/execute_task
 action type /robot_1/execute_task
 interface show fleet_interfaces/action/ExecuteTask
 action send_goal -f /robot_1/execute_task fleet_interfaces/action/ExecuteTask \
-'{assignment: {task: pick_shelf, task_id: 99}}'
+'{assignment: {robot_id: robot_1, task: pick_shelf, task_id: 99}}'
 topic echo /robot_1/execute_task/_action/feedback --once"""
 
 
@@ -115,11 +115,19 @@ def answer(line: str, env: Mapping[str, str], folder: Path) -> str:
     return done.stdout
 
 
+def accepted(line: str, env: Mapping[str, str], folder: Path) -> str:
+    """The answer when the robot, which executes one goal at a time, has room for this one."""
+    deadline = time.monotonic() + WAIT_S
+    while "rejected" in (found := answer(line, env, folder)) and time.monotonic() < deadline:
+        pass
+    return found
+
+
 def session(lines: str, env: Mapping[str, str], folder: Path) -> str:
     """The commands with the beginning of what they print."""
     text = ""
     for line in lines.splitlines():
-        out = answer(line, env, folder).replace(str(folder), "~").rstrip("\n").splitlines()
+        out = accepted(line, env, folder).replace(str(folder), "~").rstrip("\n").splitlines()
         out = [re.sub(r"\S*/snapshots/", "~/.ros/log/latest/snapshots/", one) for one in out]
         more = [f"... ({len(out) - MAX_LINES} more lines)"] if len(out) > MAX_LINES + 1 else []
         shown = out[:MAX_LINES] if more else out

@@ -71,6 +71,7 @@ class Observer:
         see_whole_graph()
         self.context = Context()
         rclpy.init(
+            args=[],  # ours are none of ROS's: --remap /a:=/b of `bag play`
             context=self.context,
             domain_id=self.domain_id,
             signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
