@@ -129,8 +129,9 @@ def session(lines: str, env: Mapping[str, str], folder: Path) -> str:
     for line in lines.splitlines():
         out = accepted(line, env, folder).replace(str(folder), "~").rstrip("\n").splitlines()
         out = [re.sub(r"\S*/snapshots/", "~/.ros/log/latest/snapshots/", one) for one in out]
-        more = [f"... ({len(out) - MAX_LINES} more lines)"] if len(out) > MAX_LINES + 1 else []
-        shown = out[:MAX_LINES] if more else out
+        most = len(out) if "send_goal" in line else MAX_LINES
+        more = [f"... ({len(out) - most} more lines)"] if len(out) > most + 1 else []
+        shown = out[:most] if more else out
         text += "\n".join([f"$ launcher {line}", *shown, *more, ""]).rstrip(" ")
         text += "\n"
     return f"```\n{text.rstrip()}\n```\n"

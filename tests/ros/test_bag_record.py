@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import pexpect
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -23,6 +24,7 @@ from launcher.bag import check, metadata
 from launcher.bag.reader import Bag
 from tests.ros.conftest import ros_domain, talking
 from tests.support.bag_talker import TOPICS
+from tests.support.bags import START_NS, counting, write_bag
 from tests.support.node_process import REPOSITORY
 from tests.support.verbs import TIMEOUT_S, launcher
 from tests.support.waiting import wait_until
@@ -267,6 +269,74 @@ def test_snapshots_of_what_is_in_memory(domain, tmp_path: Path):
         publish(talker, 30)
         assert recorder.end() == 0
     assert contents(folder, "/bag/text") == published("/bag/text", 20)
+
+
+@pytest.mark.thorough
+def test_times_of_a_simulation_and_overrides_of_qos(domain, tmp_path: Path):
+    clock = write_bag(tmp_path / "clock", counting("/tick", 600, 0.1))
+    overrides = tmp_path / "qos.yaml"
+    overrides.write_text("/bag/text: {reliability: best_effort, depth: 7}\n")
+    play = [sys.executable, "-m", "launcher", "bag", "play", str(clock), "--clock", "100"]
+    player = subprocess.Popen(play, env=domain, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    words = ("/bag/text", "--use-sim-time", "--qos-profile-overrides-path", str(overrides))
+    try:
+        with (
+            talking(domain, "tests.support.bag_talker", "/bag/text") as talker,
+            recording(domain, tmp_path / "bag", *words) as recorder,
+        ):
+            publish(talker, 1)  # it subscribes to what is published
+            info = launcher(domain, "topic", "info", "-v", "/bag/text").out
+            publish(talker, 100, 0.01)
+            assert recorder.end() == 0
+    finally:
+        player.send_signal(signal.SIGINT)
+        player.wait(timeout=60)
+    assert "BEST_EFFORT" in info
+    found = list(Bag(str(tmp_path / "bag")).messages())
+    assert found
+    end_ns = START_NS + 60 * 10**9
+    assert all(START_NS <= one.log_ns <= end_ns < one.publish_ns for one in found)
+
+
+@pytest.mark.thorough
+def test_the_space_key_pauses_and_the_status_tells_what_is_going_on(domain, tmp_path: Path):
+    words = ["-m", "launcher", "bag", "record", "-o", str(tmp_path / "bag"), "/bag/text"]
+    with talking(domain, "tests.support.bag_talker", "/bag/text") as talker:
+        terminal = pexpect.spawn(
+            sys.executable,
+            [*words, "--start-paused"],
+            env=domain,
+            encoding="utf-8",
+            dimensions=(24, 140),
+            timeout=60,
+        )
+        try:
+            terminal.expect(r"paused .*1 topic .* 0 lost")
+            publish(talker, 20)
+            terminal.send(" ")
+            terminal.expect("recording ")
+            publish(talker, 30)
+            terminal.expect(r"30 messages .*/s .* written .* 0 lost")
+            terminal.sendintr()
+            terminal.expect_exact("wrote ")
+            terminal.expect(pexpect.EOF)
+        finally:
+            terminal.close(force=True)
+    assert contents(tmp_path / "bag", "/bag/text") == published("/bag/text", 30, first=20)
+
+
+def test_what_is_not_there_is_told(domain, tmp_path: Path):
+    with recording(domain, tmp_path / "none", "-a", "--for", "0.1") as recorder:
+        assert recorder.wait() == 0
+    assert "nothing was recorded: 0 nodes on domain" in recorder.text
+    with (
+        talking(domain, "tests.support.bag_talker", "/bag/text") as talker,
+        recording(domain, tmp_path / "bag", "/bag/test", "/bag/text") as recorder,
+    ):
+        publish(talker, 1)
+        recorder.read_until("/bag/test does not appear to be published yet")
+        assert recorder.end() == 0
+    assert "(did you mean '/bag/text'?)" in recorder.text
 
 
 def test_mistakes(tmp_path: Path, domain):

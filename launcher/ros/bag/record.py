@@ -18,11 +18,14 @@ from launcher.errors import ExitCode
 from launcher.ros.bag.keys import Keys, StatusLine
 from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
 from launcher.ros.bag.sinks import FileSink, Ring
+from launcher.ros.discovery.domains import why_empty
+from launcher.ros.errors import did_you_mean
 from launcher.ros.verb import observing
 from launcher.text import count
 
 _SNAPSHOT_HINT = "s or SIGUSR1 writes what is in memory"
 _RATE_S = 1.0
+_MISSING_S = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +91,8 @@ class _Run:
         stopped: Callable[[], bool],
     ) -> None:
         self._options = options
+        self._observer = observer
+        self._named = sorted(recorder_options.selection.topics)
         self._writer = writer
         self._stopped = stopped
         self._status = StatusLine(self._line)
@@ -109,6 +114,7 @@ class _Run:
                 if self._recorder.poll():
                     self._files.wake()
                 self._rates.update(self._recorder)
+                self._tell_missing()
                 self._status.draw()
                 time.sleep(PERIOD_S)
         self._status.clear()
@@ -122,6 +128,17 @@ class _Run:
         self._status.print(f"recording into {self._options.folder}{keys}")
         if self._ring is not None:
             self._status.print(f"in memory only: {_SNAPSHOT_HINT}")
+
+    def _tell_missing(self) -> None:
+        """Once, which of the topics that were named are not there after a while."""
+        if not self._named or time.monotonic() - self._started_s < _MISSING_S:
+            return
+        named, self._named = self._named, []
+        for name in named:
+            if name not in self._recorder.topics:
+                near = did_you_mean(name, self._observer.topic_types())
+                hint = f" ({near})" if near else ""
+                self._status.print(f"{name} does not appear to be published yet{hint}")
 
     def _is_over(self) -> bool:
         limit = self._options.for_s
@@ -206,6 +223,10 @@ class _Run:
             f"{count(len(recorder.topics), 'topic')}, {size(self._writer.size_bytes)}, "
             f"{recorder.lost} lost"
         )
+        if not recorder.topics:
+            known = self._observer.node_names()
+            why = "no such topic was published" if known else why_empty(self._observer.domain_id)
+            self._status.print(f"nothing was recorded: {why}")
         for name, one in sorted(recorder.topics.items()):
             if one.lost or one.dropped:
                 self._status.print(f"  {name}: {one.count} recorded, {_reasons(one)}")

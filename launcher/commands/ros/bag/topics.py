@@ -6,7 +6,7 @@ from launcher.bag.selection import Selection, expression, full_name
 from launcher.command_line import Parsed, option
 
 EXCLUDE = (
-    option("-x, --exclude-regex REGEX", "not those whose names it matches", expression),
+    option("-x, --exclude, --exclude-regex REGEX", "not those whose names it matches", expression),
     option("--exclude-topics NAME ...", "not these topics"),
 )
 SELECT = (
