@@ -51,7 +51,6 @@ class Settings:
     keep_bytes: int = 256 * 1024 * 1024
     topics: str | None = None
     everything: bool = False
-    domain_id: int | None = None
 
 
 @dataclass(slots=True)
@@ -280,7 +279,7 @@ def main() -> None:
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)  # it ends with the launcher
     settings = Settings(**json.loads(sys.argv[1]))
-    with Observer(settings.domain_id) as observer:
+    with Observer() as observer:
         FlightRecorder(settings, observer).run()
 
 
