@@ -159,7 +159,7 @@ class _Player:
             self._status.clear()
             limit_s = _ACKED_S if self._options.acked_s is None else self._options.acked_s
             if not self._publishers.wait_for_all_acked(limit_s):
-                warn(f"a subscription has not received everything after {limit_s:g} s")
+                warn(f"not everything was received after {limit_s:g} s")
         finally:
             self._status.clear()
             self._source.close()

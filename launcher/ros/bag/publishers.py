@@ -22,6 +22,7 @@ SERVICE_EVENT = "/_service_event"
 _DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow to take
 _PERIOD_S = 0.01
 _SLICE_NS = 100_000_000
+_UNKNOWN_S = 1.0  # for a service that was not in the graph
 _REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
 
 
@@ -106,11 +107,11 @@ class Publishers:
                 time.sleep(_PERIOD_S)
         for client in self._clients.values():
             if not graph.servers(client.service):
-                self._notes(f"the service {client.service} is not there")
-            while graph.servers(client.service) and not client.is_ready():
-                if time.monotonic() >= end:
-                    break
+                end = min(end, time.monotonic() + _UNKNOWN_S)
+            while not client.is_ready() and time.monotonic() < end:
                 time.sleep(_PERIOD_S)
+            if not client.is_ready():
+                self._notes(f"the service {client.service} is not there")
 
     def _matching(self, graph: GraphSnapshot, name: str) -> int:
         publisher = self._publishers[name]
@@ -125,7 +126,7 @@ class Publishers:
         return sum(not mismatches([own, other.endpoint()]) for other in others)
 
     def wait_for_all_acked(self, limit_s: float) -> bool:
-        """Whether all RELIABLE subscriptions have everything within this time."""
+        """Whether all RELIABLE subscriptions and services have everything within this time."""
         from rclpy.duration import Duration
 
         end = time.monotonic() + limit_s
@@ -133,6 +134,11 @@ class Publishers:
             while not publisher.wait_for_all_acked(Duration(nanoseconds=_SLICE_NS)):
                 if time.monotonic() >= end:
                     return False
+        for client in self._clients.values():
+            while client.is_ready() and client.awaits_answers():
+                if time.monotonic() >= end:
+                    return False
+                time.sleep(_PERIOD_S)
         return True
 
 
@@ -145,7 +151,8 @@ class _Requester:
     def __init__(self, node: Any, service: str, type_name: str, source: str) -> None:
         kind = load(type_name, "srv", "The passed service type is invalid")
         with_library(kind)
-        self._event = kind.Event
+        self._event, self._response = kind.Event, kind.Response
+        self._pending: set[int] = set()
         self.service = service
         self._client = node.create_client(kind, service)
         self.is_ready = self._client.service_is_ready
@@ -156,5 +163,16 @@ class _Requester:
 
         event = deserialize_message(data, self._event)
         if event.info.event_type == self._wanted and event.request:
+            self.awaits_answers()  # there is room for a few only
             with self._client.handle:
-                self._client.handle.send_request(event.request[0])
+                self._pending.add(self._client.handle.send_request(event.request[0]))
+
+    def awaits_answers(self) -> bool:
+        """Whether an answer has not come yet; a request that is under way ends with its client."""
+        with self._client.handle:
+            while self._pending:
+                header, _ = self._client.handle.take_response(self._response)
+                if header is None:
+                    break
+                self._pending.discard(header.request_id.sequence_number)
+        return bool(self._pending)
