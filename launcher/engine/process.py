@@ -71,10 +71,11 @@ class Process:
 
     `number` counts from 0 in order of first start; it picks the colour. `filter` chooses the lines
     that are shown (None: all); `on_lines` is called with all of them. `last_end` is its last exit,
-    at `ended_wall_s`. `host` is where it runs (None: on this machine), `words_there` and
-    `folder_there` what it runs there; `is_abandoned`: the run has ended without it. `is_gone`: the
-    launch file does not have it any more. `is_replaced`: it is being stopped for a new version of
-    its files, which the launch file is not told. `user_stops`: how often users have stopped it.
+    at `ended_wall_s`; `begun_wall_s` is when its last start began. `host` is where it runs (None:
+    on this machine), `words_there` and `folder_there` what it runs there; `is_abandoned`: the run
+    has ended without it. `is_gone`: the launch file does not have it any more. `is_replaced`: it is
+    being stopped for a new version of its files, which the launch file is not told. `user_stops`:
+    how often users have stopped it.
     `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
     `answers`: its node is being asked, and has answered; `silence`: it does not any more.
@@ -104,6 +105,7 @@ class Process:
         self.history = History()
         self.last_end: Ended | None = None
         self.ended_wall_s = 0.0
+        self.begun_wall_s = 0.0
         self.timer: Timer | None = None
         self.idle_timer: Timer | None = None
         self.group: GroupOutput | None = None  # of a process with several nodes

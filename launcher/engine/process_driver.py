@@ -219,6 +219,7 @@ class ProcessDriver:
         self._listener.idle()
 
     def _spawn(self, process: Process) -> None:
+        process.begun_wall_s = time.time()
         if self.warm is None or not self.warm.admit(process):
             self.spawn_cold(process)
 

@@ -504,11 +504,11 @@ class Supervisor:
         self._notify_control()
         code = end.outcome.returncode
         if code and process.host is None:
-            lived_s = self._reactor.now() - process.machine.running_since
+            since_s = process.begun_wall_s
             if "_housekeeper" in vars(self):
-                self._housekeeper.died(code, lived_s)
+                self._housekeeper.died(code, since_s)
             else:  # a restart does not wait for its import
-                self._reactor.when_idle(lambda: self._housekeeper.died(code, lived_s))
+                self._reactor.when_idle(lambda: self._housekeeper.died(code, since_s))
         self._shutdown.ended(process, end, is_required=self._options.is_required(process.spec))
         self._core_driver.ended(process, pid, end)
 

@@ -45,6 +45,7 @@ def test_an_exit_is_reported_while_a_grandchild_still_writes_to_the_pipe(bench: 
 WALL_CLOCK_READERS = {
     "cgroup",
     "child",
+    "client_process",
     "core_file",
     "event_log",
     "ledger",

@@ -156,7 +156,7 @@ def test_the_tracker_frees_segments_of_ended_processes_only(nodes: Nodes):
     names_of_dead, names_of_alive = nodes.of(pid_from(dead)), nodes.of(pid_from(alive))
     ledger.note()
     kill(dead.pid, dead)
-    ledger.died(-signal.SIGKILL, 0.0)
+    ledger.died(-signal.SIGKILL, time.time())
     assert ledger.free() > 500_000
     assert not any(exists(name) for name in names_of_dead if "_port" not in name)
     assert nodes.of(alive.pid) == names_of_alive

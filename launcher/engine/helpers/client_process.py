@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
@@ -70,7 +71,7 @@ class ClientProcess:
     def start(self) -> None:
         self._timer = None
         self._started += 1
-        self._started_s = self._reactor.now()
+        self._started_s = time.time()
         self._errors = os.memfd_create("helper-errors", os.MFD_CLOEXEC)
         try:
             self._process = subprocess.Popen(
@@ -120,7 +121,7 @@ class ClientProcess:
         assert self._process is not None
         code = self._process.wait()
         if code:
-            self._housekeeper.died(code, self._reactor.now() - self._started_s)
+            self._housekeeper.died(code, self._started_s)
         line = last_line(self._errors)
         reason = f": {line}" if line else ""
         self._release()
@@ -141,7 +142,7 @@ class ClientProcess:
         with contextlib.suppress(OSError):
             self._process.stdin.close()
         if wait_or_kill(self._process, self._goodbye_s) is None:
-            self._housekeeper.died(-signal.SIGKILL, self._reactor.now() - self._started_s)
+            self._housekeeper.died(-signal.SIGKILL, self._started_s)
         self._release()
 
     def _release(self) -> None:

@@ -77,9 +77,9 @@ class Housekeeper:
         """Free the shared memory of this helper process, too."""
         self._ledger.helper_pids.add(pid)
 
-    def died(self, returncode: int, lived_s: float) -> None:
+    def died(self, returncode: int, since_s: float) -> None:
         """A process exited by a signal or with an error: free what it left of shared memory."""
-        self._ledger.died(returncode, lived_s)
+        self._ledger.died(returncode, since_s)
 
     def close(self) -> None:
         for timer in (self._timer, self._collecting):

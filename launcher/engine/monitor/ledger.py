@@ -89,14 +89,14 @@ class Ledger:
     def _is_ours(self, pid: int) -> bool:
         return pid in self.helper_pids or run_id_of(pid) == self._run_id
 
-    def died(self, returncode: int, lived_s: float) -> None:
-        """A process has exited, and may have left files; it had started `lived_s` ago.
+    def died(self, returncode: int, since_s: float) -> None:
+        """A process has exited, and may have left files; its start began at this wall time.
 
         It may not have been recorded, so segments that were made meanwhile are looked at.
         """
         now = time.time()
         # The first processes were started a little before the ledger was made.
-        since_s = max(now - lived_s, self._begun_s - shared_memory.SETTLING_S)
+        since_s = max(since_s, self._begun_s - shared_memory.SETTLING_S)
         self._lives_s.append((since_s - CLOCK_TICK_S, now + CLOCK_TICK_S))
         if not 0 <= returncode <= 128:  # a shell adds the number of the signal to 128
             self._was_killed = self._are_ports_due = True

@@ -243,7 +243,7 @@ def test_the_tracker_frees_what_its_run_held_and_nothing_else(shelf: Shelf):
     shelf.close()  # both die
     assert ledger.free() == 0  # nothing has been said of it
     wait_a_moment()  # that of the other run is not from the life of ours
-    ledger.died(-9, 0.0)
+    ledger.died(-9, time.time())
     assert ledger.free() >= 5000
     assert (ledger.names, shelf.left) == (set(), {OTHER, f"{OTHER}_el"})
 
@@ -269,7 +269,7 @@ def unrecorded(shelf: Shelf) -> Ledger:
     """SEGMENT was made by a process that has died since."""
     ledger = Ledger("1-a", folder=shelf.folder)
     shelf.put(SEGMENT, f"{SEGMENT}_el")
-    ledger.died(1, 60.0)
+    ledger.died(1, time.time() - 60.0)
     return ledger
 
 
@@ -300,14 +300,14 @@ def test_ports_are_freed_after_a_death_by_a_signal_also_without_a_segment(shelf:
     ledger = Ledger("1-a", folder=shelf.folder)
     ledger.note()
     shelf.close()
-    ledger.died(code, 60.0)
+    ledger.died(code, time.time() - 60.0)
     assert (ledger.free() > 0) == (code != 1)
 
 
 @pytest.mark.parametrize("is_older", [True, False])
 def test_a_segment_that_is_not_from_the_life_of_a_dead_process_stays(shelf: Shelf, is_older: bool):
     ledger = Ledger("1-a", folder=shelf.folder)
-    steps = [lambda: shelf.put(SEGMENT, f"{SEGMENT}_el"), lambda: ledger.died(1, 0.0)]
+    steps = [lambda: shelf.put(SEGMENT, f"{SEGMENT}_el"), lambda: ledger.died(1, time.time())]
     first, second = steps if is_older else reversed(steps)
     first()
     wait_a_moment()
