@@ -214,6 +214,71 @@ def test_a_required_node_ends_the_run_and_another_does_not(bench: ControlBench):
     assert "[INFO] [composed-1]: process has finished cleanly" in run.screen
 
 
+DESTRUCTOR = """
+import time
+class Slow:
+    def __del__(self):
+        print("ready", flush=True)
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            pass
+try:
+    Slow()
+    while True:
+        time.sleep(0.01)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+# Its import takes until the signal has come, and holds the lock that other imports need.
+IMPORT = """
+import time
+print("ready", flush=True)
+end = time.monotonic() + 1.0
+while time.monotonic() < end:
+    pass
+"""
+IMPORTING = """
+import sys
+sys.path.insert(0, {folder!r})
+try:
+    import slow_to_import
+    import time
+    while True:
+        time.sleep(0.01)
+except KeyboardInterrupt:
+    print("interrupted", "slow_to_import" in sys.modules, flush=True)
+"""
+
+
+def script(path: Path, text: str) -> str:
+    """The action that runs a Python program."""
+    path.write_text(text, encoding="utf-8")
+    name = path.stem
+    return (
+        f"{NODE}(executable=sys.executable, arguments=[{str(path)!r}], exec_name={name!r}, "
+        "output='screen')"
+    )
+
+
+def test_an_interrupt_that_a_destructor_drops_comes_again(bench: ControlBench, tmp_path: Path):
+    action = script(tmp_path / "slow.py", DESTRUCTOR)
+    with bench.launch(f"{action}, {plain('careful')}", "--compose", "*") as run:
+        run.wait_for("[slow-1] ready")
+        end(run)
+    assert "[slow-1] interrupted" in run.screen
+    assert "escalating" not in run.screen
+
+
+def test_an_interrupt_waits_for_the_end_of_an_import(bench: ControlBench, tmp_path: Path):
+    (tmp_path / "slow_to_import.py").write_text(IMPORT, encoding="utf-8")
+    action = script(tmp_path / "importing.py", IMPORTING.format(folder=str(tmp_path)))
+    with bench.launch(f"{action}, {plain('careful')}", "--compose", "*") as run:
+        run.wait_for("[importing-1] ready")
+        end(run)
+    assert "[importing-1] interrupted True" in run.screen
+    assert "escalating" not in run.screen
+
+
 def test_a_launch_file_stops_one_node_and_the_others_go_on(bench: ControlBench):
     stop = (
         "TimerAction(period=2.0, actions=[__import__('launch').actions.EmitEvent(event="

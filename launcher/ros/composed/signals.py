@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +19,9 @@ from launcher.ros.composed.member import Member
 
 _own_signal, _own_getsignal = signal.signal, signal.getsignal
 _TIMERS = ("setitimer", "alarm", "pause", "sigwait", "sigtimedwait", "set_wakeup_fd")
+
+_AGAIN_S = 0.02
+_IMPORTING_S = 3.0  # a program may do all its work while it is imported
 
 Forward = Callable[[int], None]
 
@@ -45,6 +49,23 @@ def install(forward: Forward) -> None:
     signal.signal, signal.getsignal = set_handler, get_handler  # type: ignore[assignment]
     for name in _TIMERS:
         setattr(signal, name, _refusing(name, getattr(signal, name)))
+    sys.unraisablehook = _repeating(sys.unraisablehook)
+
+
+def _repeating(report: Callable[[Any], Any]) -> Callable[[Any], None]:
+    """Interrupt a member again if the exception came in a destructor, which drops it.
+
+    Not at once: it would be raised here, and dropped once more.
+    """
+
+    def hook(unraisable: Any) -> None:
+        one, kind = current.member(), unraisable.exc_type
+        if one is None or kind not in (KeyboardInterrupt, SystemExit):
+            report(unraisable)
+        else:
+            _later(one, kind, _IMPORTING_S)
+
+    return hook
 
 
 def _refusing(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -85,10 +106,32 @@ def deliver(one: Member, signum: int) -> None:
     one.wake()
 
 
-def interrupt(one: Member, kind: type[BaseException]) -> None:
-    """Raise it in the thread of the member, as soon as that executes Python."""
+def interrupt(one: Member, kind: type[BaseException], patience_s: float = _IMPORTING_S) -> None:
+    """Raise it in the thread of the member, as soon as that executes Python.
+
+    After an import, if it is within one: the lock of imports could stay taken, on which the imports
+    of all other members wait.
+    """
+    if patience_s > 0 and _is_importing(one):
+        _later(one, kind, patience_s - _AGAIN_S)
+        return
     with one.lock:
         if not one.has_ended:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(
                 ctypes.c_ulong(one.ident), ctypes.py_object(kind)
             )
+
+
+def _later(one: Member, kind: type[BaseException], patience_s: float) -> None:
+    timer = threading.Timer(_AGAIN_S, interrupt, (one, kind, patience_s))
+    timer.daemon = True
+    timer.start()
+
+
+def _is_importing(one: Member) -> bool:
+    frame = sys._current_frames().get(one.ident)
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
