@@ -14,6 +14,7 @@ from launcher.commands import (
     ALIASES,
     CONSOLE_VERBS,
     CONTROL_VERBS,
+    ROS_VERBS,
     VERBS,
     module_of,
 )
@@ -189,20 +190,7 @@ def _help_words(words: list[str]) -> list[str]:
 
 
 # Those that have verbs of their own.
-_WITH_VERBS = (
-    "topic",
-    "node",
-    "param",
-    "service",
-    "action",
-    "lifecycle",
-    "interface",
-    "bag",
-    "pkg",
-    "hosts",
-    "multicast",
-    "daemon",
-)
+_WITH_VERBS = (*(verb for verb in ROS_VERBS if verb not in ("graph", "foxglove")), "pkg", "hosts")
 
 
 def _suggest_verb(word: str, error: LauncherError) -> None:

@@ -47,9 +47,6 @@ SHELL_VERBS = (
     "smoke",
     "graph",
     "foxglove",
-    "hosts",
-    "export",
-    "agent",
     "completion",
     "runs",
 )

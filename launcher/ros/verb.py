@@ -8,7 +8,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from launcher import command_line
@@ -237,6 +237,16 @@ def show(options: Parsed, document: Any, lines: Iterable[object]) -> None:
         return
     for line in lines:
         print(line)
+
+
+def show_typed(options: Parsed, found: Mapping[str, Sequence[str]], *, only_count: bool) -> None:
+    """Print names with their types (`-t`), or how many there are."""
+    lines: Iterable[object] = found
+    if only_count:
+        lines = [len(found)]
+    elif options.show_types:
+        lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
+    show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
 
 
 def to_json_plain(value: Any) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import json
 import sys
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Command, Parsed, option
@@ -18,6 +17,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    show_typed,
     spin_time_s,
     to_json_plain,
     warn,
@@ -43,12 +43,7 @@ def _full(name: str) -> str:
 
 def _list(options: Parsed) -> int:
     found = graph_snapshot(options).action_types()
-    lines: Iterable[object] = found
-    if options.count_actions:
-        lines = [len(found)]
-    elif options.show_types:
-        lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
-    show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
+    show_typed(options, found, only_count=options.count_actions)
     return ExitCode.OK
 
 

@@ -7,7 +7,6 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Command, Parsed, count, number, option
@@ -22,6 +21,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    show_typed,
     spin_time_s,
     to_json_plain,
 )
@@ -50,12 +50,7 @@ def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
 
 def _list(options: Parsed) -> int:
     found = _services(options, hidden=options.include_hidden_services)
-    lines: Iterable[object] = found
-    if options.count_services:
-        lines = [len(found)]
-    elif options.show_types:
-        lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
-    show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
+    show_typed(options, found, only_count=options.count_services)
     return ExitCode.OK
 
 
