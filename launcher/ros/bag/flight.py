@@ -88,12 +88,11 @@ class FlightRecorder:
     def __init__(self, settings: Settings, observer: Observer) -> None:
         self._settings = settings
         self._ring = Ring(settings.keep_bytes, settings.keep_s)
-        self._writer: BagWriter | None = None
         self._files: FileSink | None = None
         if settings.everything:
             folder = os.path.join(settings.run_folder, "bag")
-            self._writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
-            self._files = FileSink(self._writer, _QUEUE_BYTES)
+            writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
+            self._files = FileSink(writer, _QUEUE_BYTES)
         regex = None if settings.topics is None else re.compile(settings.topics)
         selection = Selection(
             all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
@@ -220,17 +219,8 @@ class FlightRecorder:
             assert self._writing is not None
             self._writing.join()
         self._recorder.close()
-        if self._files is not None and self._writer is not None:
-            self._files.wake()
-            self._files.close()
-            try:
-                if self._files.error is not None:
-                    raise self._files.error
-                self._writer.close()
-            except OSError as error:
-                say(note=f"cannot write {self._writer.path}: {error.strerror}")
-                with contextlib.suppress(OSError):
-                    self._writer.rescue()
+        if self._files is not None and (error := self._files.finish()) is not None:
+            say(note=f"not everything was written: {error.strerror}")
 
     def _note(self, text: str) -> None:
         say(note=text)

@@ -191,28 +191,20 @@ class _Run:
     def _finish(self) -> int:
         self._recorder.take()
         self._recorder.close()
-        self._files.wake()
-        self._files.close()
-        try:
-            if self._files.error is not None:
-                raise self._files.error
-            self._writer.close()
-        except OSError as error:
-            return self._rescue(error)
+        error = self._files.finish()
+        if error is not None:
+            return self._failed(error)
         self._report()
         return ExitCode.OK
 
-    def _rescue(self, error: OSError) -> int:
-        """What was written until the disk was full becomes a whole bag."""
+    def _failed(self, error: OSError) -> int:
         self._status.print(f"error: cannot write {self._writer.path}: {error.strerror}")
-        try:
-            self._writer.rescue()
-        except (OSError, BagError):
+        if self._files.is_whole:
+            self._status.print("what was written before is a whole bag")
+        else:
             self._status.print(
                 f"hint: when there is room again: bag check --repair {self._options.folder}"
             )
-        else:
-            self._status.print("what was written before is a whole bag")
         return ExitCode.PROCESS_FAILED
 
     def _report(self) -> None:

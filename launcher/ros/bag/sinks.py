@@ -6,9 +6,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
+from launcher.bag.errors import BagError
 from launcher.bag.model import Message, Qos, Topic
 from launcher.bag.writer import BagWriter
 
@@ -44,6 +45,7 @@ class FileSink:
         self._changed = threading.Condition()
         self._closed = False
         self.error: OSError | None = None
+        self.is_whole = True
         self.written_bytes = 0
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
         self._thread.start()
@@ -106,12 +108,26 @@ class FileSink:
                     self._writer.set_qos(topic, profiles)
         return found
 
-    def close(self) -> None:
-        """Write what waits; the writer is the caller's again."""
+    def finish(self) -> OSError | None:
+        """Write what waits and finish the bag; what ended the writing, if anything did.
+
+        Then `is_whole` says whether a whole bag could be made of what had been written.
+        """
         with self._changed:
             self._closed = True
             self._changed.notify()
         self._thread.join()
+        if self.error is None:
+            try:
+                self._writer.close()
+            except OSError as error:
+                self.error = error
+        if self.error is not None:
+            try:
+                self._writer.rescue()
+            except (OSError, BagError):
+                self.is_whole = False
+        return self.error
 
 
 class Ring:
@@ -138,8 +154,6 @@ class Ring:
         self.topics[topic.name] = topic
 
     def set_qos(self, topic: str, profiles: list[Qos]) -> None:
-        from dataclasses import replace
-
         self.topics[topic] = replace(self.topics[topic], qos=profiles)
 
     def put(self, message: Message, publisher: bytes) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.bag.model import Span
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter
 from launcher.errors import UsageError
@@ -16,6 +17,7 @@ from launcher.ros.bag.clock import PlayClock
 from launcher.ros.bag.read_ahead import ReadAhead
 from launcher.ros.bag.sinks import FileSink, Ring
 from tests.support.bags import QOS, START_NS, counting, message, string_topic, text_of, write_bag
+from tests.support.waiting import wait_until
 
 S = 10**9
 
@@ -80,14 +82,11 @@ def test_the_writing_thread_writes_everything_and_refuses_what_has_no_room(
     assert taken[0]
     assert not all(taken)
     may_write.set()
-    sink.close()
-    writer.close()
+    assert sink.finish() is None
     assert Bag(str(tmp_path / "b")).extent.total == sum(taken)
 
 
 def test_what_is_written_can_be_read_although_nothing_follows(tmp_path: Path):
-    from tests.support.waiting import wait_until
-
     writer = BagWriter(str(tmp_path / "b"))
     sink = FileSink(writer, max_bytes=10**6)
     sink.add_topic(string_topic("/a"))
@@ -98,14 +97,11 @@ def test_what_is_written_can_be_read_although_nothing_follows(tmp_path: Path):
         return Bag(str(tmp_path / "b")).extent.total == 1
 
     wait_until(is_there, "the message in the file")
-    sink.close()
-    writer.close()
+    assert sink.finish() is None
 
 
 def test_reading_ahead_is_bounded_and_may_end_at_any_time(tmp_path: Path):
     bag = Bag(str(write_bag(tmp_path / "b", counting("/a", 500))))
-    from launcher.bag.model import Span
-
     source = ReadAhead([bag], [frozenset(["/a"])], Span(), 10)
     for n in range(500):
         one = source.peek()
