@@ -51,6 +51,7 @@ class Goal:
         self._id = UUID(uuid=list(uuid.uuid4().bytes))
         self._status: str | None = None
         self._seen_s = time.monotonic()
+        self.interrupts: list[int] = []  # signals since the goal was sent
         self._clients = {
             service: caller.client(of, f"{name}/_action/{service}")
             for service, of in (
@@ -143,10 +144,16 @@ class Goal:
         raise VerbError("Failed to cancel goal", hint=hint)
 
     def _wait(self, is_done: Callable[[], object], limit_s: float) -> bool:
-        """Whether it is done within the limit; VerbError if the server is gone."""
+        """Whether it is done within the limit; VerbError if the server is gone.
+
+        KeyboardInterrupt if there are `interrupts`.
+        """
         self._seen_s = time.monotonic()
 
         def is_over() -> bool:
+            if self.interrupts:
+                self.interrupts = []
+                raise KeyboardInterrupt
             if is_done():
                 return True
             if all(client.service_is_ready() for client in self._clients.values()):

@@ -86,7 +86,13 @@ def site(fleet_workspace: BuiltWorkspace, domain: dict[str, str]) -> Iterator[Si
 def read_until(program: subprocess.Popen[str], start: str) -> str:
     """The first line with this start."""
     assert program.stdout is not None
-    return next(line for line in program.stdout if line.startswith(start))
+    seen = []
+    for line in program.stdout:
+        if line.startswith(start):
+            return line
+        seen.append(line)
+    assert program.stderr is not None
+    raise AssertionError(f"no {start!r} in {seen}; {program.stderr.read()}")
 
 
 @pytest.mark.thorough

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
+import signal
 import sys
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Command, Parsed, option
@@ -159,14 +162,15 @@ def _pursue(caller: ServiceCaller, kind: Any, name: str, values: Any, options: P
         raise NoAnswerError(f"action '{name}' is not available after {options.timeout:g} s")
     _tell(options, None, f"Sending goal:\n     {_yaml(values, options)}")
     try:
-        limit_s = _ANSWER_S if options.timeout is None else options.timeout
-        accepted = goal.send(values, limit_s)
-        document = {"accepted": accepted, "goal_id": goal.id}
-        if not accepted:
-            _tell(options, document, "Goal was rejected.")
-            return ExitCode.PROCESS_FAILED
-        _tell(options, document, f"Goal accepted with ID: {goal.id}\n")
-        found = goal.result(options.timeout)
+        with _interrupts() as goal.interrupts:
+            limit_s = _ANSWER_S if options.timeout is None else options.timeout
+            accepted = goal.send(values, limit_s)
+            document = {"accepted": accepted, "goal_id": goal.id}
+            if not accepted:
+                _tell(options, document, "Goal was rejected.")
+                return ExitCode.PROCESS_FAILED
+            _tell(options, document, f"Goal accepted with ID: {goal.id}\n")
+            found = goal.result(options.timeout)
     except KeyboardInterrupt:
         _cancel(goal, options)
         return ExitCode.INTERRUPTED
@@ -178,6 +182,19 @@ def _pursue(caller: ServiceCaller, kind: Any, name: str, values: Any, options: P
     text = f"Result:\n    {_yaml(result, options)}\nGoal finished with status: {status}"
     _tell(options, {"status": status, "result": result}, text)
     return ExitCode.OK if status == "SUCCEEDED" else ExitCode.PROCESS_FAILED
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Collect signals that ask for an end, which may not raise anywhere within rclpy."""
+    seen: list[int] = []
+    signums = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(one, lambda number, _: seen.append(number)) for one in signums]
+    try:
+        yield seen
+    finally:
+        for one, handler in zip(signums, before, strict=True):
+            signal.signal(one, handler)
 
 
 def _cancel(goal: Goal, options: Parsed) -> None:
