@@ -75,3 +75,8 @@ def escape_controls(text: str) -> str:
 def drop_controls(text: str) -> str:
     """The text without control characters, except newlines, tabs and sequences that set colours."""
     return re.sub(r"\x1b(?!\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]", "", text)
+
+
+def how_it_ended(returncode: int) -> str:
+    """`exit code 1`, or `signal 9` for the negative return code of a process that it ended."""
+    return f"exit code {returncode}" if returncode >= 0 else f"signal {-returncode}"

@@ -14,7 +14,7 @@ from typing import Any
 from launcher.bag.model import Message, Topic
 from launcher.bag.words import size
 from launcher.bag.writer import BagWriter, Storage
-from launcher.text import count, escape
+from launcher.text import count, escape, how_it_ended
 
 INDEX = "index.txt"
 _LOG_BYTES = 1024 * 1024  # of each log file, counted from its end
@@ -216,7 +216,7 @@ def _sentence(event: Mapping[str, Any]) -> str:
 
 
 def _how(code: int, *, asked: object) -> str:
-    how = f"exit code {code}" if code >= 0 else f"signal {-code}"
+    how = how_it_ended(code)
     return f"{how}, as requested" if asked else how
 
 

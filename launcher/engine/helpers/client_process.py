@@ -17,6 +17,7 @@ from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.text import how_it_ended
 
 MAX_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
@@ -127,8 +128,7 @@ class ClientProcess:
         self._release()
         is_restarted = self._started < MAX_STARTS
         what = "restarting it" if is_restarted else "the run continues without it"
-        how = f"exit code {code}" if code >= 0 else f"signal {-code}"
-        self._warn(f"{self._name} died ({how}){reason}; {what}")
+        self._warn(f"{self._name} died ({how_it_ended(code)}){reason}; {what}")
         if is_restarted:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 

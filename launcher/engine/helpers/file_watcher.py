@@ -12,6 +12,7 @@ from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.text import how_it_ended
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -119,8 +120,7 @@ class FileWatcher:
         self._release()
         is_restarted = self._started < MAX_STARTS
         what = "restarting it" if is_restarted else "files are not watched any more"
-        how = f"exit code {code}" if code >= 0 else f"signal {-code}"
-        self._warn(f"the file watcher died ({how}){reason}; {what}")
+        self._warn(f"the file watcher died ({how_it_ended(code)}){reason}; {what}")
         if is_restarted:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
 

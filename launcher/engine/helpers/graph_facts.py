@@ -17,6 +17,7 @@ from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.model.record import as_dict
 from launcher.model.supervision import Fact
+from launcher.text import how_it_ended
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ class _Helper:
         self._release()
         if self.has_left:
             return
-        how = f"exit code {code}" if code >= 0 else f"signal {-code}"
+        how = how_it_ended(code)
         reason = f"{how}: {line}" if line else how
         is_restarted = self._starts < MAX_STARTS
         what = "restarting it" if is_restarted else "waits for ROS facts end by their timeouts"

@@ -33,6 +33,7 @@ from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
 from launcher.ros.bag.sinks import FileSink, Ring
 from launcher.ros.discovery.observer import Observer
 from launcher.socket_directory import ControlError
+from launcher.text import how_it_ended
 
 AFTER_S = 1.0  # what follows a death belongs to it
 APART_S = 10.0  # between two automatic snapshots: a process may die again and again
@@ -236,9 +237,7 @@ def _is_death(event: dict[str, Any]) -> bool:
 def _story(event: dict[str, Any]) -> str:
     if event["event"] == "not started":
         return f"{event['process']} could not be started"
-    code = event["returncode"]
-    how = f"exit code {code}" if code >= 0 else f"signal {-code}"
-    return f"{event['process']} died ({how})"
+    return f"{event['process']} died ({how_it_ended(event['returncode'])})"
 
 
 def _unused(path: str) -> str:
