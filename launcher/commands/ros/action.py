@@ -100,13 +100,9 @@ def _type(options: Parsed) -> int:
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import full_type, warn_if_unknown
+    from launcher.ros.messages.interfaces import names_of_type
 
-    kind = full_type(options.action_type, "action")
-    known = graph_snapshot(options).action_types()
-    found = [name for name, types in known.items() if kind in types]
-    if not found:
-        warn_if_unknown(kind)
+    found = names_of_type(graph_snapshot(options).action_types(), options.action_type, "action")
     show(options, found, [len(found)] if options.count_actions else found)
     return ExitCode.OK
 

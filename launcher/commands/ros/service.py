@@ -61,13 +61,10 @@ def _type(options: Parsed) -> int:
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import full_type, warn_if_unknown
+    from launcher.ros.messages.interfaces import names_of_type
 
     known = _services(options, hidden=options.include_hidden_services)
-    kind = full_type(options.service_type, "srv")
-    found = [name for name, types in known.items() if kind in types]
-    if not found:
-        warn_if_unknown(kind)
+    found = names_of_type(known, options.service_type, "srv")
     show(options, found, [len(found)] if options.count_services else found)
     return ExitCode.OK
 

@@ -95,13 +95,14 @@ def _type(options: Parsed) -> int:
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import full_type, warn_if_unknown
+    from launcher.ros.messages.interfaces import names_of_type
+    from launcher.ros.snapshot.graph import is_hidden
     from launcher.ros.topics import listing
 
-    hidden, kind = options.include_hidden_topics, full_type(options.topic_type)
-    found = listing.of_type(graph_snapshot(options), kind, hidden=hidden)
-    if not found:
-        warn_if_unknown(kind)
+    hidden = options.include_hidden_topics
+    known = listing.known_types(graph_snapshot(options)).items()
+    shown = {name: types for name, types in known if hidden or not is_hidden(name)}
+    found = names_of_type(shown, options.topic_type, "msg")
     show(options, found, [len(found)] if options.count_topics else found)
     return ExitCode.OK
 

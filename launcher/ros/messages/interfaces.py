@@ -7,7 +7,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,6 +130,15 @@ def warn_if_unknown(full: str) -> None:
             return
         near = near_miss(full)
         warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")
+
+
+def names_of_type(known: Mapping[str, Sequence[str]], type_name: str, kind: str) -> list[str]:
+    """The names with this type; without any, a warning if no such type is installed."""
+    full = full_type(type_name, kind)
+    found = [name for name, types in known.items() if full in types]
+    if not found:
+        warn_if_unknown(full)
+    return found
 
 
 _PRIMITIVES = {"bool", "byte", "char", "float32", "float64", "string", "wstring"} | {

@@ -72,12 +72,6 @@ def types_of(graph: GraphSnapshot, name: str) -> list[str]:
     raise VerbError(f"Unknown topic '{name}'", hint=did_you_mean(name, visible))
 
 
-def of_type(graph: GraphSnapshot, type_name: str, *, hidden: bool) -> list[str]:
-    """Names of the topics that have this type, sorted."""
-    known = known_types(graph).items()
-    return [n for n, types in known if type_name in types and (hidden or not is_hidden(n))]
-
-
 def info_lines(graph: GraphSnapshot, name: str, *, verbose: bool) -> Iterator[str]:
     """The lines of `topic info`, as ros2cli prints them."""
     types = types_of(graph, name)
