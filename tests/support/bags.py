@@ -6,13 +6,17 @@ import struct
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from launcher.bag.check import check
 from launcher.bag.model import Definition, Message, Topic
+from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
+from launcher.commands.ros import bag as bag_verb
 
 START_NS = 1_700_000_000_000_000_000
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -110,3 +114,49 @@ def _value(store: Typestore, value: object) -> object:
         ((type_name, fields),) = value.items()
         return _built(store, type_name, fields)
     return [_value(store, one) for one in value] if isinstance(value, list) else value
+
+
+def convert(*words: object) -> None:
+    assert bag_verb.main(["convert", *map(str, words)]) == 0
+
+
+def contents(path: Path) -> list[tuple[str, str]]:
+    assert check(str(path)).is_whole
+    return [(one.topic, text_of(one.data)) for one in Bag(str(path)).messages()]
+
+
+def typed_bag(folder: Path, topic: Topic) -> Path:
+    writer = BagWriter(str(folder))
+    writer.add_topic(topic)
+    writer.write(message(topic.name, 0, "x"))
+    writer.close()
+    return folder
+
+
+def imu_bag(folder: Path, number: int = 3) -> Path:
+    def vector(x: float) -> dict[str, object]:
+        return {"geometry_msgs/msg/Vector3": {"x": x, "y": float("nan"), "z": float("inf")}}
+
+    stamp = {"builtin_interfaces/msg/Time": {"sec": 5, "nanosec": 7}}
+    nine = numpy.arange(9, dtype=numpy.float64)
+    messages: list[tuple[str, str, int, object]] = [
+        (
+            "/imu",
+            "sensor_msgs/msg/Imu",
+            START_NS + n,
+            {
+                "header": {"std_msgs/msg/Header": {"stamp": stamp, "frame_id": 'a "b", ü'}},
+                "orientation": {
+                    "geometry_msgs/msg/Quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+                },
+                "orientation_covariance": nine,
+                "angular_velocity": vector(n / 2),
+                "angular_velocity_covariance": nine,
+                "linear_acceleration": vector(0.1),
+                "linear_acceleration_covariance": nine,
+            },
+        )
+        for n in range(number)
+    ]
+    messages.append(("/text", "std_msgs/msg/String", START_NS + number, {"data": "t"}))
+    return foreign_bag(folder, messages)

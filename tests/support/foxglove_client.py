@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
@@ -197,3 +199,11 @@ def connected(url: str, subprotocol: str = SUBPROTOCOL) -> Iterator[FoxgloveClie
         yield client
     finally:
         client.close()
+
+
+def cdr(text: str) -> bytes:
+    return bytes(serialize_message(String(data=text)))
+
+
+def texts(client: FoxgloveClient) -> str:
+    return "\n".join(status["message"] for status in client.statuses)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import resource
 import signal
 import subprocess
@@ -12,31 +9,43 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy
 import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import metadata
-from launcher.bag.check import check
 from launcher.bag.converting.moments import Moment, moment
 from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Message, Topic
+from launcher.bag.model import Message, Topic
 from launcher.bag.reader import Bag
-from launcher.bag.writer import BagWriter
-from launcher.commands.ros import bag as bag_verb
 from launcher.errors import LauncherError, UsageError
 from tests.support.bags import (
-    START_NS,
+    contents,
+    convert,
     counting,
-    foreign_bag,
+    imu_bag,
     message,
     string_cdr,
     string_topic,
-    text_of,
+    typed_bag,
     write_bag,
 )
+
+YAML = """
+output_bags:
+- uri: {folder}/one
+  storage_id: mcap
+  all: true
+  exclude: b$
+  max_bagfile_duration: 2
+  max_cache_size: 1000
+- uri: {folder}/two
+  topics: [b]
+  compression_mode: file
+  compression_format: zstd
+  start_time_ns: 1700000000500000000
+"""
 
 
 @pytest.fixture
@@ -45,15 +54,6 @@ def whole(tmp_path: Path) -> Path:
         [*counting("/a", 100), *counting("/b", 10)], key=lambda one: (one.log_ns, one.topic)
     )
     return write_bag(tmp_path / "whole", ordered)
-
-
-def convert(*words: object) -> None:
-    assert bag_verb.main(["convert", *map(str, words)]) == 0
-
-
-def contents(path: Path) -> list[tuple[str, str]]:
-    assert check(str(path)).is_whole
-    return [(one.topic, text_of(one.data)) for one in Bag(str(path)).messages()]
 
 
 def numbers(path: Path) -> list[int]:
@@ -130,14 +130,6 @@ def test_bags_are_merged_in_the_order_of_times(tmp_path: Path):
     assert len(found) == 21
 
 
-def typed_bag(folder: Path, topic: Topic) -> Path:
-    writer = BagWriter(str(folder))
-    writer.add_topic(topic)
-    writer.write(message(topic.name, 0, "x"))
-    writer.close()
-    return folder
-
-
 @pytest.mark.parametrize(
     ("other", "text"),
     [
@@ -172,35 +164,6 @@ def test_compressed_both_ways(tmp_path: Path, whole: Path, mode: str):
     assert list(Bag(str(tmp_path / "large")).messages()) == list(Bag(str(whole)).messages())
 
 
-def imu_bag(folder: Path, number: int = 3) -> Path:
-    def vector(x: float) -> dict[str, object]:
-        return {"geometry_msgs/msg/Vector3": {"x": x, "y": float("nan"), "z": float("inf")}}
-
-    stamp = {"builtin_interfaces/msg/Time": {"sec": 5, "nanosec": 7}}
-    nine = numpy.arange(9, dtype=numpy.float64)
-    messages: list[tuple[str, str, int, object]] = [
-        (
-            "/imu",
-            "sensor_msgs/msg/Imu",
-            START_NS + n,
-            {
-                "header": {"std_msgs/msg/Header": {"stamp": stamp, "frame_id": 'a "b", ü'}},
-                "orientation": {
-                    "geometry_msgs/msg/Quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-                },
-                "orientation_covariance": nine,
-                "angular_velocity": vector(n / 2),
-                "angular_velocity_covariance": nine,
-                "linear_acceleration": vector(0.1),
-                "linear_acceleration_covariance": nine,
-            },
-        )
-        for n in range(number)
-    ]
-    messages.append(("/text", "std_msgs/msg/String", START_NS + number, {"data": "t"}))
-    return foreign_bag(folder, messages)
-
-
 def test_a_database_becomes_mcap(tmp_path: Path):
     folder = imu_bag(tmp_path / "db")
     convert(folder, "-o", tmp_path / "out")
@@ -230,45 +193,6 @@ def test_definitions_that_a_database_lacks_are_those_of_the_installed_types(tmp_
     assert topic.type_hash.startswith("RIHS01_")
     convert(folder, "-o", tmp_path / "out.csv", "--topics", "/imu")
     assert (tmp_path / "out.csv").read_text().count("\n") == 4
-
-
-def test_csv_has_a_column_for_each_field(tmp_path: Path):
-    folder = imu_bag(tmp_path / "db")
-    convert(folder, "-o", tmp_path / "out.csv")
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "out.csv").read_text())))
-    assert len(rows) == 4
-    first, last = rows[0], rows[-1]
-    assert first["time"] == "1700000000.000000000"
-    assert first["topic"] == "/imu"
-    assert (first["header.stamp.sec"], first["header.frame_id"]) == ("5", 'a "b", ü')
-    assert json.loads(first["orientation_covariance"]) == list(range(9))
-    assert (first["angular_velocity.y"], first["angular_velocity.z"]) == ("nan", "inf")
-    assert rows[1]["angular_velocity.x"] == "0.5"
-    assert (last["data"], last["orientation.w"], first["data"]) == ("t", "", "")
-
-
-def test_csv_of_fields(tmp_path: Path):
-    folder = imu_bag(tmp_path / "db")
-    words = ["--field", "orientation_covariance[2]", "--field", "header.stamp"]
-    convert(folder, "-o", tmp_path / "out.csv", "--topics", "/imu", *words)
-    lines = (tmp_path / "out.csv").read_text().splitlines()
-    assert lines[0] == "time,orientation_covariance[2],header.stamp"
-    assert lines[1] == '1700000000.000000000,2.0,"{""sec"": 5, ""nanosec"": 7}"'
-
-
-def test_json_lines(tmp_path: Path, capsys):
-    folder = imu_bag(tmp_path / "db")
-    convert(folder, "-o", "-", "--to", "jsonl")
-    out, err = capsys.readouterr()
-    first, *_, last = map(json.loads, out.splitlines())
-    assert first["topic"] == "/imu"
-    assert first["time_ns"] == first["publish_ns"] == START_NS
-    assert first["message"]["angular_velocity"] == {"x": 0.0, "y": "nan", "z": "inf"}
-    assert last["message"] == {"data": "t"}
-    assert "4 messages of 2 topics" in err
-    convert(folder, "-o", tmp_path / "o.jsonl", "-e", "imu", "--field", "header.stamp.sec")
-    documents = map(json.loads, (tmp_path / "o.jsonl").read_text().splitlines())
-    assert [one["message"] for one in documents] == [{"header.stamp.sec": 5}] * 3
 
 
 @pytest.mark.parametrize(
@@ -326,65 +250,6 @@ def test_times_without_messages_are_told(tmp_path: Path, whole: Path, capsys):
     assert contents(tmp_path / "x") == []
 
 
-@pytest.mark.parametrize("field", ["dat", "data.x", "data[0"])
-@pytest.mark.parametrize("kind", ["csv", "jsonl"])
-def test_fields_that_are_not_there(tmp_path: Path, whole: Path, field: str, kind: str):
-    with pytest.raises(BagError, match=r"Invalid field"):
-        convert(whole, "-o", tmp_path / f"x.{kind}", "--field", field)
-    assert not (tmp_path / f"x.{kind}").exists()
-
-
-@pytest.mark.parametrize(
-    ("topic", "text"),
-    [
-        (Topic(name="/a", type="x_msgs/msg/X"), "the bag has no definition of x_msgs/msg/X"),
-        (Topic(name="/a", type="std_msgs/msg/String", serialization="json"), "messages in 'json'"),
-        (
-            Topic(name="/a", type="x/msg/X", definition=Definition(text="wstring s\n")),
-            "x/msg/X has a field of type wstring, which cannot be decoded",
-        ),
-        (
-            Topic(
-                name="/a",
-                type="x/msg/X",
-                definition=Definition(text="module x;", encoding="ros2idl"),
-            ),
-            "is defined in 'ros2idl'",
-        ),
-        (
-            Topic(name="/a", type="x/msg/X", definition=Definition(text="float64[99] a\n")),
-            "a message is not a x/msg/X",
-        ),
-        (
-            Topic(name="/a", type="x/msg/X", definition=Definition(text="what is this\n")),
-            "the definition of x/msg/X cannot be read",
-        ),
-    ],
-)
-def test_what_cannot_be_decoded(tmp_path: Path, topic: Topic, text: str):
-    folder = typed_bag(tmp_path / "b", topic)
-    with pytest.raises(BagError, match=text):
-        convert(folder, "-o", tmp_path / "x.csv")
-    assert not (tmp_path / "x.csv").exists()
-    convert(folder, "-o", tmp_path / "copy")
-    assert len(contents(tmp_path / "copy")) == 1
-
-
-def test_char_is_unsigned_and_durations_signed(tmp_path: Path):
-    text = "char c\nbuiltin_interfaces/Duration d\n"
-    topic = Topic(name="/a", type="x/msg/X", definition=Definition(text=text))
-    writer = BagWriter(str(tmp_path / "b"))
-    writer.add_topic(topic)
-    data = b"\0\1\0\0\xff\0\0\0\xff\xff\xff\xff\1\0\0\0"
-    writer.write(Message("/a", 1, 1, 0, data))
-    writer.close()
-    convert(tmp_path / "b", "-o", tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text().splitlines() == [
-        "time,c,d.sec,d.nanosec",
-        "0.000000001,255,-1,1",
-    ]
-
-
 def test_a_damaged_input_leaves_no_output(tmp_path: Path):
     folder = write_bag(tmp_path / "b", counting("/a", 95))
     storage = folder / "b_0.mcap"
@@ -427,22 +292,6 @@ def test_a_full_disk_is_one_sentence(tmp_path: Path, name: str):
     assert done.returncode == 1
     assert done.stderr == f"error: cannot write {tmp_path / name}: File too large\n"
     assert not (tmp_path / name).exists()
-
-
-YAML = """
-output_bags:
-- uri: {folder}/one
-  storage_id: mcap
-  all: true
-  exclude: b$
-  max_bagfile_duration: 2
-  max_cache_size: 1000
-- uri: {folder}/two
-  topics: [b]
-  compression_mode: file
-  compression_format: zstd
-  start_time_ns: 1700000000500000000
-"""
 
 
 def test_the_options_of_ros2_bag_convert(tmp_path: Path, whole: Path):
@@ -492,15 +341,3 @@ def test_the_oldest_text_is_kept(tmp_path: Path):
     folder = write_bag(tmp_path / "b", [Message("/a", 5, 3, 7, string_cdr("ü\n"))])
     convert(folder, "-o", tmp_path / "c")
     assert list(Bag(str(tmp_path / "c")).messages()) == [Message("/a", 5, 3, 7, string_cdr("ü\n"))]
-
-
-def test_messages_without_fields(tmp_path: Path):
-    topic = Topic(name="/e", type="std_msgs/msg/Empty", definition=Definition(text=""))
-    writer = BagWriter(str(tmp_path / "b"))
-    writer.add_topic(topic)
-    writer.write(Message("/e", 10**9, 10**9, 0, b"\0\1\0\0\0"))
-    writer.close()
-    convert(tmp_path / "b", "-o", tmp_path / "x.csv")
-    assert (tmp_path / "x.csv").read_text() == "time\n1.000000000\n"
-    convert(tmp_path / "b", "-o", tmp_path / "x.jsonl")
-    assert json.loads((tmp_path / "x.jsonl").read_text())["message"] == {}
