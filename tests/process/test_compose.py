@@ -248,6 +248,16 @@ try:
 except KeyboardInterrupt:
     print("interrupted", "slow_to_import" in sys.modules, flush=True)
 """
+# It hardly does anything but start threads.
+STARTING = """
+import threading
+print("ready", flush=True)
+try:
+    while True:
+        threading.Thread(target=int).start()
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
 
 
 def script(path: Path, text: str) -> str:
@@ -276,6 +286,18 @@ def test_an_interrupt_waits_for_the_end_of_an_import(bench: ControlBench, tmp_pa
         run.wait_for("[importing-1] ready")
         end(run)
     assert "[importing-1] interrupted True" in run.screen
+    assert "escalating" not in run.screen
+
+
+def test_an_interrupt_reaches_a_thread_that_starts_others(bench: ControlBench, tmp_path: Path):
+    """Python gives a new thread the identity of the one that starts it, until it runs."""
+    actions = ", ".join(script(tmp_path / f"starting_{n}.py", STARTING) for n in range(8))
+    with bench.launch(f"{actions}, {plain('careful')}", "--compose", "*") as run:
+        for number in range(8):
+            run.wait_for(f"[starting_{number}-{number + 1}] ready")
+        end(run)
+    assert run.screen.count("] interrupted\n") == 8
+    assert "Exception ignored" not in run.screen
     assert "escalating" not in run.screen
 
 

@@ -31,13 +31,22 @@ def acting_as(one: Member) -> Iterator[None]:
 
 
 def inherit() -> None:
-    """From now on a thread belongs to the member that starts it."""
+    """From now on a thread belongs to the member that starts it.
+
+    The member is not interrupted meanwhile: until the new thread runs, Python knows it by the
+    identity of the one that starts it, and the exception would end it before it has begun.
+    """
     start = threading.Thread.start
 
     def start_for_member(self: threading.Thread) -> None:
+        one = member()
         if not hasattr(self, _ATTRIBUTE):
-            belongs_to(self, member())
-        start(self)
+            belongs_to(self, one)
+        if one is None or threading.get_ident() != one.ident:
+            start(self)
+        else:
+            with one.lock:
+                start(self)
 
     threading.Thread.start = start_for_member  # type: ignore[method-assign]
 

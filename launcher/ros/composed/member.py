@@ -39,7 +39,7 @@ class Member:
         self.exit_code: int | None = None
         self.killed_by = 0
         self.is_interrupted = False
-        self.lock = threading.Lock()
+        self.lock = threading.RLock()  # nobody interrupts it meanwhile
         self._thread = threading.Thread(target=self._main, name=name, daemon=True)
         self._done: Callable[[Member], None] = lambda one: None
 
@@ -84,7 +84,7 @@ class Member:
             try:
                 code = self._run()
             finally:
-                with self.lock:  # from now on nobody interrupts it
+                with self.lock:  # nor later: it has an exit code
                     self.exit_code = -self.killed_by if self.killed_by else code
         except (KeyboardInterrupt, SystemExit):
             pass  # it came too late
