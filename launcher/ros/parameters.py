@@ -112,6 +112,53 @@ def get(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
     return list(caller.ask(GetParameters, f"{node}/get_parameters", request).values)
 
 
+def values_of(caller: ServiceCaller, node: str, names: list[str]) -> dict[str, Any]:
+    """Name -> ParameterValue; one that is declared and has no value is of the type NOT_SET.
+
+    A node answers for none of the names if one of them has no value: then each is asked for alone.
+    """
+    found = get(caller, node, names) if names else []
+    if len(found) == len(names):
+        return dict(zip(names, found, strict=True))
+    alone = {name: get(caller, node, [name]) for name in names}
+    return {name: held[0] if held else ParameterValue() for name, held in alone.items()}
+
+
+def documents(caller: ServiceCaller, node: str) -> list[dict[str, Any]]:
+    """Descriptions and values of all parameters that a node has now, sorted by name."""
+    names = list_names(caller, node)
+    descriptors = {d.name: d for d in (_descriptors(caller, node, names) if names else [])}
+    if len(descriptors) < len(names):  # one was undeclared meanwhile
+        names = list_names(caller, node)
+        alone = [d for name in names for d in _descriptors(caller, node, [name])]
+        descriptors = {d.name: d for d in alone}
+    known = [name for name in names if name in descriptors]
+    return [
+        _document(descriptors[name], value)
+        for name, value in values_of(caller, node, known).items()
+    ]
+
+
+def _document(descriptor: Any, value: Any) -> dict[str, Any]:
+    return {
+        "name": descriptor.name,
+        "type": type_name(value.type or descriptor.type),
+        "value": plain_value(value),
+        "description": descriptor.description,
+        "read_only": descriptor.read_only,
+        "additional_constraints": descriptor.additional_constraints,
+        "integer_range": _range(descriptor.integer_range),
+        "floating_range": _range(descriptor.floating_point_range),
+    }
+
+
+def _range(ranges: Any) -> dict[str, Any] | None:
+    """The first of at most one; a step of 0 means any value."""
+    for limits in ranges:
+        return {"from": limits.from_value, "to": limits.to_value, "step": limits.step}
+    return None
+
+
 def descriptor_lines(descriptor: Any) -> Iterator[str]:
     yield f"Parameter name: {descriptor.name}"
     yield f"  Type: {type_name(descriptor.type)}"

@@ -20,7 +20,7 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.probe import handlers
 from launcher.ros.probe.jobs import Handler, Jobs
-from launcher.ros.probe.protocol import Inbox, Outbox, Request, moment
+from launcher.ros.probe.protocol import Inbox, Outbox, Request, Waker, moment
 from launcher.ros.probe.snapshot import GraphWatcher, ProbeSnapshot
 from launcher.ros.probe.subscriptions import Subscriptions
 from launcher.ros.snapshot.graph import Direction, TopicGraph
@@ -32,8 +32,8 @@ from launcher.ros.topics.listing import endpoint_document, mismatch_documents
 PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")
 GRAPH_PERIOD_S = 0.1
-_LISTEN_PERIOD_S = 0.01  # the middleware stamps messages, so they can wait
-_IDLE_PERIOD_S = 0.02
+LONGEST_PERIOD_S = 10.0
+_SHORTEST_S = 0.001
 _FLUSH_S = 1.0
 
 
@@ -42,10 +42,12 @@ class Probe:
         self._observer = observer
         self._inbox = inbox
         self._outbox = outbox
+        self._waker = Waker()
+        self._graph_s = GRAPH_PERIOD_S
         self._graph = GraphWatcher(observer)
         self._snapshot = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
         self._subscriptions = Subscriptions(observer, outbox)
-        self._jobs = Jobs(observer, self._answer)
+        self._jobs = Jobs(observer, self._answer_later)
         self._number = 0
         self._next_graph_s = 0.0
         self._is_ended = False
@@ -55,13 +57,18 @@ class Probe:
             "rate": self._subscriptions.rate,
             "graph": lambda _: self._fresh().document(),
             "services": lambda _: {"services": self._snapshot.document()["services"]},
+            "traffic": lambda _: self._subscriptions.traffic(),
+            "listen": self._listen,
+            "cancel": lambda request: {"cancelled": self._jobs.cancel(request.of)},
             "explain": self._explain,
             "clock": lambda _: moment(),
         }
         later = handlers.Handlers(lambda: self._snapshot, self._subscriptions)
         self._jobs_by_name: dict[str, Handler] = {
             "get_parameters": handlers.get_parameters,
+            "describe_parameters": handlers.describe_parameters,
             "set_parameters": handlers.set_parameters,
+            "form": handlers.describe_type,
             "call": later.call,
             "publish": later.publish,
             "draw": later.draw,
@@ -70,6 +77,7 @@ class Probe:
     def end(self, signum: int, frame: FrameType | None) -> None:
         """Handle a signal: stop after this pass of the loop."""
         self._is_ended = True
+        self._waker.wake()
 
     def run(self) -> None:
         self._outbox.send(
@@ -86,6 +94,7 @@ class Probe:
             self._subscriptions.take()
             self._outbox.flush()
             self._wait()
+        self._graph.close()
         self._jobs.close()
         self._flush()
 
@@ -93,23 +102,29 @@ class Probe:
         """Write what is left, as far as the reader takes it within a second."""
         end_s = time.monotonic() + _FLUSH_S
         while not (self._outbox.is_empty or self._outbox.is_broken) and time.monotonic() < end_s:
-            select.select([], [sys.stdout.fileno()], [], _LISTEN_PERIOD_S)
+            select.select([], [sys.stdout.fileno()], [], _SHORTEST_S)
             self._outbox.flush()
 
     def _wait(self) -> None:
-        """Sleep until a request comes, the output takes more, or the next period begins."""
-        pause_s = _LISTEN_PERIOD_S if len(self._subscriptions) else _IDLE_PERIOD_S
+        """Sleep until a request comes, the output takes more, or something is due."""
+        due_s = min(self._next_graph_s, self._subscriptions.due_s)
+        pause_s = max(_SHORTEST_S, due_s - time.monotonic())
+        readers = [sys.stdin.fileno(), self._waker.descriptor]
         writers = [] if self._outbox.is_empty else [sys.stdout.fileno()]
-        readable, _, _ = select.select([sys.stdin.fileno()], writers, [], pause_s)
-        for line in self._inbox.lines() if readable else ():
+        readable, _, _ = select.select(readers, writers, [], pause_s)
+        if self._waker.descriptor in readable:
+            self._waker.reset()
+        for line in self._inbox.lines() if sys.stdin.fileno() in readable else ():
             self._handle(line)
 
     def _write_graph(self) -> None:
         """Write the graph if it has changed."""
-        now_s = time.monotonic()
-        if now_s < self._next_graph_s:
-            return
-        self._next_graph_s = now_s + GRAPH_PERIOD_S
+        if time.monotonic() >= self._next_graph_s:
+            self._next_graph_s = time.monotonic() + self._graph_s
+            if self._graph.has_changed():
+                self._take_graph()
+
+    def _take_graph(self) -> None:
         snapshot = self._graph.take()
         if snapshot != self._snapshot or self._number == 0:
             self._snapshot = snapshot
@@ -119,9 +134,15 @@ class Probe:
             self._subscriptions.fit(snapshot)
 
     def _fresh(self) -> ProbeSnapshot:
-        self._next_graph_s = 0.0
-        self._write_graph()
+        self._take_graph()
         return self._snapshot
+
+    def _listen(self, request: Request) -> dict[str, Any]:
+        """How often messages are read, and the graph is looked at."""
+        self._subscriptions.listen_s = _period(request, "period_s", self._subscriptions.listen_s)
+        self._graph_s = _period(request, "graph_s", self._graph_s)
+        self._next_graph_s = min(self._next_graph_s, time.monotonic() + self._graph_s)
+        return {"period_s": self._subscriptions.listen_s, "graph_s": self._graph_s}
 
     def _handle(self, line: bytes) -> None:
         try:
@@ -140,8 +161,13 @@ class Probe:
             known = [*self._immediate, *self._jobs_by_name]
             raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
         # messages that have arrived go out before the answer
-        self._subscriptions.take()
+        self._subscriptions.take(everything=True)
         return self._immediate[name](request)
+
+    def _answer_later(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
+        """The same from another thread."""
+        self._answer(request, work)
+        self._waker.wake()
 
     def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
         try:
@@ -173,6 +199,13 @@ class Probe:
             "mismatches": mismatch_documents(mismatches(known)),
             "text": explain(known),
         }
+
+
+def _period(request: Request, name: str, now: float) -> float:
+    period_s = request.number(name, now)
+    if not _SHORTEST_S <= period_s <= LONGEST_PERIOD_S:
+        raise VerbError(f"'{name}' must be from {_SHORTEST_S} to {LONGEST_PERIOD_S:g} seconds")
+    return period_s
 
 
 def _direction(words: dict[str, Any]) -> Direction:

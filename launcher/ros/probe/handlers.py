@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,11 @@ from launcher.ros import parameters
 from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.form import form
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load, load_message
 from launcher.ros.messages.to_yaml import to_plain
-from launcher.ros.probe.jobs import pause
+from launcher.ros.probe.jobs import pause, pause_or_refuse
 from launcher.ros.probe.protocol import Request
 from launcher.ros.probe.snapshot import ProbeSnapshot
 from launcher.ros.probe.subscriptions import Subscriptions
@@ -44,12 +45,24 @@ def get_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
     known = parameters.list_names(caller, node)
     asked = request.names("names")
     names = [name for name in (known if asked is None else asked) if name in known]
-    found = dict(zip(names, parameters.get(caller, node, names), strict=True)) if names else {}
+    found = parameters.values_of(caller, node, names)
     return {
         "values": {name: parameters.plain_value(value) for name, value in found.items()},
         "types": {name: parameters.type_name(value.type) for name, value in found.items()},
         "missing": [name for name in asked or () if name not in known],
     }
+
+
+def describe_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+    """What a form for the parameters of a node needs."""
+    node = full_topic(request.text("node"))
+    caller.answer_s = request.number("timeout_s", ANSWER_S)
+    return {"parameters": parameters.documents(caller, node)}
+
+
+def describe_type(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+    """What a form for the values of a type needs."""
+    return form(request.text("type"))
 
 
 def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
@@ -95,7 +108,7 @@ class Handlers:
     def call(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
         name = full_topic(request.text("service"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
-        type_name = self._service_type(caller, name, request.optional_text("type"), end_s)
+        type_name = self._service_type(caller, request, name, end_s)
         kind = with_library(load(type_name, "srv", "The passed service type is invalid"))
         message = kind.Request()
         fill(message, request.values())
@@ -107,11 +120,12 @@ class Handlers:
         return {"type": type_name, "values": to_json_plain(to_plain(answer)), "took_s": took_s}
 
     def _service_type(
-        self, caller: ServiceCaller, name: str, wanted: str | None, end_s: float
+        self, caller: ServiceCaller, request: Request, name: str, end_s: float
     ) -> str:
-        """The type of the service; VerbError if `wanted` is another one."""
+        """The type of the service; VerbError if another one is wanted."""
+        wanted = request.optional_text("type")
         while name not in self._snapshot().services and time.monotonic() < end_s:
-            pause(caller, _PERIOD_S)
+            pause_or_refuse(caller, request, _PERIOD_S)
         offered = self._snapshot().services.get(name, ())
         if wanted is not None:
             wanted = full_type(wanted, "srv")
@@ -126,31 +140,20 @@ class Handlers:
         """Publish messages once `matched` subscriptions receive them."""
         topic = full_topic(request.text("topic"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
-        type_name = self._topic_type(caller, topic, request.optional_text("type"), end_s)
+        type_name = self._topic_type(caller, request, topic, end_s)
         message = with_library(load_message(type_name))()
         stamps = fill(message, request.values())
         publisher = self._publisher(caller, topic, type_name, request.mapping("qos"))
-        matched = self._await_matched(caller, publisher, int(request.number("matched", 1)), end_s)
-        times, pause_s = (
-            int(request.number("times", 1)),
-            1.0 / (request.number("rate_hz", 1.0) or 1),
-        )
-        for number in range(times):
-            if number:
-                pause(caller, pause_s)
-            now = caller.observer.node.get_clock().now().to_msg()
-            for stamp in stamps:
-                stamp(now)
-            publisher.publisher.publish(message)
-        return {"published": times, "matched": matched, "type": full_type(type_name)}
+        matched = self._await_matched(caller, request, publisher, end_s)
+        published = _repeat(caller, request, publisher.publisher, message, stamps)
+        return {"published": published, "matched": matched, "type": full_type(type_name)}
 
-    def _topic_type(
-        self, caller: ServiceCaller, topic: str, wanted: str | None, end_s: float
-    ) -> str:
+    def _topic_type(self, caller: ServiceCaller, request: Request, topic: str, end_s: float) -> str:
+        wanted = request.optional_text("type")
         while wanted is None and time.monotonic() < end_s:
             if types := self._snapshot().types_of(topic):
                 return types[0]
-            pause(caller, _PERIOD_S)
+            pause_or_refuse(caller, request, _PERIOD_S)
         if wanted is None:
             near = did_you_mean(topic, self._snapshot().snapshot.topics())
             raise VerbError(f"unknown type: topic '{topic}' does not exist", hint=near)
@@ -176,9 +179,10 @@ class Handlers:
         return self._publishers[key]
 
     def _await_matched(
-        self, caller: ServiceCaller, publisher: ProbePublisher, wanted: int, end_s: float
+        self, caller: ServiceCaller, request: Request, publisher: ProbePublisher, end_s: float
     ) -> int:
         """The number of subscriptions but ours; VerbError with the reason if it is too small."""
+        wanted = int(request.number("matched", 1))
         while True:
             is_steady = publisher.is_steady()
             matched = max(0, publisher.known - self._subscriptions.matching(publisher.endpoint))
@@ -189,7 +193,7 @@ class Handlers:
                     f"{matched} of {wanted} subscriptions on '{publisher.endpoint.topic}' match",
                     hint=self._reason(publisher.endpoint),
                 )
-            pause(caller, _PERIOD_S)
+            pause_or_refuse(caller, request, _PERIOD_S)
 
     def _reason(self, own: Endpoint) -> str:
         there = [e for e in self._snapshot().on(own.topic) if not e.is_publisher]
@@ -214,6 +218,26 @@ class Handlers:
                 notes.append(": ".join(filter(None, [error.message, error.hint])))
                 drawing = None
         return {"json": data, "svg": drawing, "notes": notes}
+
+
+def _repeat(
+    caller: ServiceCaller,
+    request: Request,
+    publisher: Any,
+    message: Any,
+    stamps: Sequence[Callable[[Any], None]],
+) -> int:
+    """Publish as often as the request says; how often, which is less if it is cancelled."""
+    times = int(request.number("times", 1))
+    pause_s = 1.0 / (request.number("rate_hz", 1.0) or 1)
+    for number in range(times):
+        if pause(caller, request, pause_s if number else 0.0):
+            return number
+        now = caller.observer.node.get_clock().now().to_msg()
+        for stamp in stamps:
+            stamp(now)
+        publisher.publish(message)
+    return times
 
 
 def _write(path: str, text: str) -> None:

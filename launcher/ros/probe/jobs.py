@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -17,21 +16,33 @@ from rclpy.executors import ExternalShutdownException
 
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.errors import VerbError
 from launcher.ros.probe.protocol import Request
 from launcher.ros.services import ServiceCaller
 
 MAX_THREADS = 8
 JOIN_S = 3.0
+_CANCELLABLE = frozenset({"publish"})
 
 Handler = Callable[[ServiceCaller, Request], dict[str, Any]]
 Answer = Callable[[Request, Callable[[], dict[str, Any]]], None]
 
 
-def pause(caller: ServiceCaller, pause_s: float) -> None:
-    """Sleep; ExternalShutdownException if the probe has ended."""
+def pause(caller: ServiceCaller, request: Request, pause_s: float) -> bool:
+    """Wait; True at once if the request is cancelled.
+
+    ExternalShutdownException if the probe has ended.
+    """
+    is_cancelled = request.cancelled.wait(min(pause_s, threading.TIMEOUT_MAX))
     if not caller.observer.context.ok():
         raise ExternalShutdownException
-    time.sleep(pause_s)
+    return is_cancelled
+
+
+def pause_or_refuse(caller: ServiceCaller, request: Request, pause_s: float) -> None:
+    """Wait; VerbError if the request is cancelled."""
+    if pause(caller, request, pause_s):
+        raise VerbError("the request was cancelled")
 
 
 class Jobs:
@@ -43,12 +54,21 @@ class Jobs:
         self._queue: queue.SimpleQueue[tuple[Handler, Request] | None] = queue.SimpleQueue()
         self._threads: list[threading.Thread] = []
         self._idle = threading.Semaphore(0)
+        self._open: list[Request] = []  # waiting or running
 
     def send(self, work: Handler, request: Request) -> None:
         """Hand the request to an idle thread, or to a new one."""
         if not self._idle.acquire(blocking=False) and len(self._threads) < MAX_THREADS:
             self._start_thread()
+        self._open.append(request)
         self._queue.put((work, request))
+
+    def cancel(self, request_id: Any) -> bool:
+        """End the publishing with this id; False if there is none."""
+        found = [r for r in list(self._open) if r.id == request_id and r.word in _CANCELLABLE]
+        for request in found:
+            request.cancelled.set()
+        return bool(found)
 
     def _start_thread(self) -> None:
         number = len(self._threads)
@@ -63,7 +83,10 @@ class Jobs:
             with ServiceCaller(self._observer, node) as caller:
                 while (job := self._queue.get()) is not None:
                     work, request = job
-                    self._answer(request, partial(work, caller, request))
+                    try:
+                        self._answer(request, partial(work, caller, request))
+                    finally:
+                        self._open.remove(request)
                     self._idle.release()
         except ExternalShutdownException:
             pass  # the probe ended during a job
@@ -74,6 +97,8 @@ class Jobs:
         """Shut the context down, which ends all waiting, and join the threads."""
         with limited_clean_up(cpu_s=10.0, wall_s=2 * MAX_THREADS * JOIN_S):
             self._observer.context.try_shutdown()
+            for request in list(self._open):
+                request.cancelled.set()
             for _ in self._threads:
                 self._queue.put(None)
             for thread in self._threads:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -49,11 +50,26 @@ class Inbox:
         return [line for line in lines if line.strip()]
 
 
+class Waker:
+    """Ends a `select` on `descriptor`, from any thread and from handlers of signals."""
+
+    def __init__(self) -> None:
+        self.descriptor = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+
+    def wake(self) -> None:
+        os.eventfd_write(self.descriptor, 1)
+
+    def reset(self) -> None:
+        """Call it when the descriptor is readable."""
+        os.eventfd_read(self.descriptor)
+
+
 class Request:
     """One request. The methods return fields by name and kind; VerbError if one does not fit."""
 
     def __init__(self, line: bytes) -> None:
         self.id: Any = None
+        self.cancelled = threading.Event()  # may be set from any thread
         try:
             fields = json.loads(line)
         except ValueError as error:
@@ -66,6 +82,11 @@ class Request:
     @property
     def word(self) -> str:
         return str(self._fields.get("do"))
+
+    @property
+    def of(self) -> Any:
+        """The id of another request."""
+        return self._fields.get("of")
 
     def _optional(self, name: str, noun: str, fits: Callable[[Any], object]) -> Any:
         """A field, None if it is missing or null."""

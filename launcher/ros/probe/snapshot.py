@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import time
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from launcher import proc
 from launcher.ros.discovery import gids
+from launcher.ros.discovery.changes import GraphChanges
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
@@ -21,6 +22,8 @@ from launcher.ros.topics.listing import mismatch_documents
 OURS = "_launcher_"  # the nodes of our tools begin with it
 _COUNT_PERIOD_S = 0.5
 _REANNOUNCE_S = 0.1
+_UNSETTLED_S = 1.0  # after a change: the process of a participant may not be found at once
+_CHECK_PERIOD_S = 5.0  # in case that a change went unnoticed
 # of the services that every node has
 _PARAMETER_SERVICES = ("rcl_interfaces/srv/", "type_description_interfaces/srv/")
 
@@ -38,10 +41,18 @@ class ProbeSnapshot:
     services: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     pids: Mapping[str, int] = field(default_factory=dict)
     complete: bool = False
+    _living: Mapping[str, list[Endpoint]] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        living: dict[str, list[Endpoint]] = defaultdict(list)
+        for endpoint in self.snapshot.endpoints:
+            if endpoint.gid not in self.gone:
+                living[endpoint.topic].append(endpoint)
+        object.__setattr__(self, "_living", dict(living))
 
     def on(self, topic: str) -> list[Endpoint]:
         """The living endpoints of a topic."""
-        return [e for e in self.snapshot.on(topic) if e.gid not in self.gone]
+        return list(self._living.get(topic, ()))
 
     def types_of(self, topic: str) -> list[str]:
         return sorted({e.type for e in self.on(topic)})
@@ -96,10 +107,28 @@ class GraphWatcher:
 
     def __init__(self, observer: Observer) -> None:
         self._observer = observer
+        self._changes = GraphChanges(observer.node)
         self._pids: dict[str, int] = {}
+        self._participants: set[str] = set()
+        self._exited: set[str] = set()
         self._complete = False
+        self._taken_complete = False
         self._next_count_s = time.monotonic() + _REANNOUNCE_S
         self._has_asked = False
+        self._until_s = 0.0  # snapshots are taken up to then
+        self._check_s = 0.0  # and at this time at the latest
+
+    def close(self) -> None:
+        self._changes.close()
+
+    def has_changed(self) -> bool:
+        """Whether another snapshot may differ from the last one."""
+        now_s = time.monotonic()
+        self._count_participants()
+        if self._changes.happened() or self._exited != self._now_exited():
+            self._until_s = now_s + _UNSETTLED_S
+        is_due = now_s < self._until_s or now_s >= self._check_s
+        return is_due or self._complete != self._taken_complete
 
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
@@ -111,11 +140,14 @@ class GraphWatcher:
         )
         known = set(nodes)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
-        owners = self._owners({_participant(e) for e in found})
-        exited = {key for key, pid in owners.items() if pid is not None and not proc.is_alive(pid)}
-        gone = frozenset(e.gid for e in found if _participant(e) in exited)
+        self._participants = {_participant(e) for e in found}
+        owners = self._owners(self._participants)
+        self._exited = self._now_exited()
+        gone = frozenset(e.gid for e in found if _participant(e) in self._exited)
         running = {e.node for e in found if e.gid not in gone}
         self._count_participants()
+        self._taken_complete = self._complete
+        self._check_s = time.monotonic() + _CHECK_PERIOD_S
         return ProbeSnapshot(
             snapshot=TopicGraph(
                 nodes=nodes,
@@ -124,9 +156,15 @@ class GraphWatcher:
             ),
             gone=gone,
             services=self._services(nodes),
-            pids=_pids(found, owners),
+            pids=_pids(found, owners, self._exited),
             complete=self._complete,
         )
+
+    def _now_exited(self) -> set[str]:
+        """The participants of the last snapshot whose process has ended."""
+        owners = {key: self._pids[key] for key in self._participants & self._pids.keys()}
+        living = {pid for pid in set(owners.values()) if proc.is_alive(pid)}
+        return {key for key, pid in owners.items() if pid not in living}
 
     def _owners(self, participants: set[str]) -> dict[str, int | None]:
         """The process of each participant; None if it is unknown."""
@@ -163,15 +201,17 @@ class GraphWatcher:
         self._complete = here <= len(self._observer.participants())
 
 
-def _pids(endpoints: Iterable[Endpoint], owners: Mapping[str, int | None]) -> dict[str, int]:
+def _pids(
+    endpoints: Iterable[Endpoint], owners: Mapping[str, int | None], exited: Set[str]
+) -> dict[str, int]:
     """Node -> process; the living one if a ghost has the same name."""
-    found = {e.node: owners[_participant(e)] for e in endpoints}
-    living = {
-        e.node: pid
-        for e in endpoints
-        if (pid := owners[_participant(e)]) is not None and proc.is_alive(pid)
-    }
-    return {node: pid for node, pid in {**found, **living}.items() if pid is not None}
+    found: dict[str, int] = {}
+    # those of ghosts first, so that others replace them
+    for endpoint in sorted(endpoints, key=lambda e: _participant(e) not in exited):
+        pid = owners[_participant(endpoint)]
+        if pid is not None:
+            found[endpoint.node] = pid
+    return found
 
 
 def _participant(endpoint: Endpoint) -> str:

@@ -6,44 +6,32 @@ publisher comes that it does not match. It never becomes stronger: that could on
 
 from __future__ import annotations
 
+import math
 import time
-from collections import deque
-from dataclasses import dataclass, field
 from typing import Any
+
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.serialization import deserialize_message
 
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import with_library
-from launcher.ros.messages.interfaces import full_type, load_message
+from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.probe.protocol import NANOS, Outbox, Request, moment, wall_offset_ns
 from launcher.ros.probe.snapshot import ProbeSnapshot
+from launcher.ros.probe.subscription import (
+    LISTEN_PERIOD_S,
+    Subscription,
+    subscription_of,
+    target_of,
+)
 from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import explain, faults
-from launcher.ros.topics import qos, statistics
-from launcher.ros.topics.listener import Listener, Sample, Target, full_topic
+from launcher.ros.topics import qos
+from launcher.ros.topics.listener import Listener, Sample, Target
 
-DEPTH = 2000  # messages that wait for us: 0.4 s of a topic with 5000 a second
-KEPT_TIMES = 20_000
-
-
-@dataclass(slots=True, kw_only=True)
-class Subscription:
-    """One subscription. `qos` None: fitted. Times are monotonic nanoseconds of the receptions."""
-
-    key: str
-    topic: str
-    type: str | None
-    qos: dict[str, Any] | None
-    pushes: bool
-    depth: int
-    listener: Listener | None = None
-    endpoint: Endpoint | None = None
-    has_failed: bool = False
-    reported: set[str] = field(default_factory=set)
-    times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=KEPT_TIMES))
-    count: int = 0
-    size_bytes: int = 0
+_Fields = dict[str, Any]
 
 
 class Subscriptions:
@@ -51,20 +39,14 @@ class Subscriptions:
         self._observer = observer
         self._outbox = outbox
         self._subscriptions: dict[str, Subscription] = {}
+        self.listen_s = LISTEN_PERIOD_S
 
     def __len__(self) -> int:
         return len(self._subscriptions)
 
     def subscribe(self, request: Request, snapshot: ProbeSnapshot) -> dict[str, Any]:
         """Add one; VerbError for a request that can never work."""
-        sub = Subscription(
-            key=request.text("sub"),
-            topic=full_topic(request.text("topic")),
-            type=request.optional_text("type"),
-            qos=request.mapping("qos"),
-            pushes=request.flag("messages", True),
-            depth=int(request.number("depth", DEPTH)),
-        )
+        sub = subscription_of(request)
         if sub.key in self._subscriptions:
             raise VerbError(f"duplicate subscription '{sub.key}'")
         if sub.type is not None:
@@ -99,11 +81,13 @@ class Subscriptions:
             self._report_mismatches(sub, sub.endpoint, snapshot)
 
     def _fit(self, sub: Subscription, snapshot: ProbeSnapshot) -> None:
+        sub.error = None
         try:
-            target = _target(sub, snapshot)
+            target = target_of(sub, snapshot)
             if target is not None and self._is_needed(sub, target):
                 self._make(sub, target)
         except VerbError as error:
+            sub.error = error.message
             if not sub.has_failed:
                 sub.has_failed = True
                 text = {"message": error.message, "hint": error.hint}
@@ -121,7 +105,7 @@ class Subscriptions:
             profile, _ = qos.listening(target.publishers, sub.depth)
         else:
             profile = qos.from_words(sub.qos, sub.depth)
-        listener = Listener(self._observer, raw=not sub.pushes)
+        listener = Listener(self._observer, raw=sub.is_raw)
         listener.subscribe(target, profile)
         before, sub.listener = sub.listener, listener
         if before is not None:
@@ -146,8 +130,7 @@ class Subscriptions:
     def _report_mismatches(self, sub: Subscription, own: Endpoint, snapshot: ProbeSnapshot) -> None:
         publishers = [e for e in snapshot.on(sub.topic) if e.is_publisher]
         policies = {f.policy for p in publishers for f in faults(p, own)}
-        text = explain([*publishers, own])
-        if policies and text not in sub.reported:
+        if policies and (text := explain([*publishers, own])) not in sub.reported:
             sub.reported.add(text)
             names = {"sub": sub.key, "topic": sub.topic}
             found = {"text": text, "policies": sorted(policies)}
@@ -158,22 +141,38 @@ class Subscriptions:
         own = [w.endpoint for w in list(self._subscriptions.values()) if w.endpoint]
         return sum(e.topic == publisher.topic and not faults(publisher, e) for e in own)
 
-    def take(self) -> None:
+    @property
+    def due_s(self) -> float:
+        """When to `take` again; infinite without subscriptions."""
+        active = (s.due_s for s in self._subscriptions.values() if s.listener is not None)
+        return min(active, default=math.inf)
+
+    def take(self, *, everything: bool = False) -> None:
+        """Read those that are due, or all."""
+        now_s = time.monotonic()
         for sub in self._subscriptions.values():
-            if sub.listener is not None and (samples := sub.listener.take()):
-                self._keep(sub, samples)
+            if sub.listener is not None and (everything or now_s >= sub.due_s):
+                self._read(sub, sub.listener)
+
+    def _read(self, sub: Subscription, listener: Listener) -> None:
+        samples = listener.take()
+        if samples:
+            self._keep(sub, samples)
+        if (found := sub.release()) is not None:
+            sample, left_out = found
+            self._push(sub, sample, wall_offset_ns(), {"skipped": left_out})
+        sub.plan(len(samples), self.listen_s)
 
     def _keep(self, sub: Subscription, samples: list[Sample]) -> None:
         offset_ns = wall_offset_ns()
         for sample in samples:
-            sub.times_ns.append(sample.received_ns - offset_ns)
-            sub.count += 1
-            if sub.pushes:
-                self._push(sub, sample, offset_ns)
-            else:
-                sub.size_bytes += len(sample.message)
+            sub.count_in(sample, offset_ns)
+            if sub.pushes and sub.most_hz is None:
+                self._push(sub, sample, offset_ns, {})
+            elif sub.pushes:
+                sub.hold(sample)
 
-    def _push(self, sub: Subscription, sample: Sample, offset_ns: int) -> None:
+    def _push(self, sub: Subscription, sample: Sample, offset_ns: int, more: _Fields) -> None:
         self._outbox.push(
             {
                 "event": "message",
@@ -182,7 +181,8 @@ class Subscriptions:
                 "mono": (sample.received_ns - offset_ns) / NANOS,
                 "wall": sample.received_ns / NANOS,
                 "sent": int(sample.info["source_timestamp"]) / NANOS,
-                "data": to_plain(sample.message),
+                **(_contents(sub, sample) if sub.is_raw else {"data": to_plain(sample.message)}),
+                **more,
             }
         )
 
@@ -192,45 +192,20 @@ class Subscriptions:
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
         start_ns = 0 if from_s is None else round(from_s * NANOS)
         end_ns = time.monotonic_ns() if until_s is None else round(until_s * NANOS)
-        times_ns = [at_ns for at_ns in sub.times_ns if start_ns <= at_ns <= end_ns]
-        forgotten = sub.count > KEPT_TIMES and sub.times_ns[0] > start_ns
-        return {
-            **_rate_document(times_ns, end_ns),
-            "bytes_mean": None if sub.pushes else sub.size_bytes / max(1, sub.count),
-            "complete": not forgotten,
-        }
+        return sub.rate_document(start_ns, end_ns)
+
+    def traffic(self) -> dict[str, Any]:
+        """What arrives now, of all subscriptions."""
+        now_ns = time.monotonic_ns()
+        subs = {key: sub.traffic_document(now_ns) for key, sub in self._subscriptions.items()}
+        return {"mono": now_ns / NANOS, "subs": subs}
 
 
-def _target(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
-    """What to subscribe to; None while its type or its publishers are unknown."""
-    endpoints = snapshot.on(sub.topic)
-    types = snapshot.types_of(sub.topic)
-    if sub.type is None and len(types) > 1:
-        raise VerbError(
-            f"topic '{sub.topic}' has more than one type: {', '.join(types)}",
-            hint="add the type to the request",
-        )
-    type_name = sub.type or next(iter(types), None)
-    if type_name is None:
-        return None
-    wanted = full_type(type_name)
-    publishers = tuple(e for e in endpoints if e.is_publisher and e.type == wanted)
-    if sub.qos is None and not publishers:
-        return None
-    return Target(name=sub.topic, type=wanted, publishers=publishers)
-
-
-def _rate_document(times_ns: list[int], end_ns: int) -> dict[str, Any]:
-    arrivals = statistics.Arrivals(max(1, len(times_ns)))
-    for at_ns in times_ns:
-        arrivals.add(at_ns)
-    spread = arrivals.now()
-    names = ("mean_s", "min_s", "max_s", "std_dev_s")
-    return {
-        "count": len(times_ns),
-        "rate_hz": arrivals.mean_rate_hz(end_ns),
-        **{name: None if spread is None else getattr(spread, name) for name in names},
-        "first": times_ns[0] / NANOS if times_ns else None,
-        "last": times_ns[-1] / NANOS if times_ns else None,
-        "silent_s": (end_ns - times_ns[-1]) / NANOS if times_ns else None,
-    }
+def _contents(sub: Subscription, sample: Sample) -> _Fields:
+    """The data of a message that was taken raw, or why it cannot be read."""
+    assert sub.endpoint is not None
+    try:
+        message = deserialize_message(sample.message, load_message(sub.endpoint.type))
+    except _rclpy.RMWError as error:
+        return {"data": None, "error": str(error)}
+    return {"data": to_plain(message)}

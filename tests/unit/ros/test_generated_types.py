@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 
 from launcher import cli
 from launcher.ros.errors import VerbError
+from launcher.ros.messages.form import form
 from launcher.ros.messages.from_yaml import fill, parse
 from launcher.ros.messages.interfaces import load, load_message
 from launcher.ros.messages.to_yaml import Style, to_csv, to_plain, to_yaml
@@ -164,3 +165,61 @@ def test_services_of_an_action_are_found():
 def test_an_unknown_part_of_an_action_is_refused():
     with pytest.raises(VerbError, match="The passed message type is invalid"):
         load_message(f"{PACKAGE}/action/Fold_Missing")
+
+
+def test_a_form_has_names_limits_defaults_and_constants_of_every_kind():
+    fields = {field["name"]: field for field in form(KINDS)["fields"]}
+    rest = {"array": None, "string_most": None, "constants": {}, "fields": None}
+    assert fields["flag"] == {"name": "flag", "type": "bool", "default": True, **rest}
+    assert fields["text"] == {"name": "text", "type": "string", "default": "default", **rest}
+    assert (fields["octet"]["type"], fields["octet"]["default"]) == ("byte", 7)
+    assert (fields["u64"]["type"], fields["u64"]["default"]) == ("uint64", 2**64 - 1)
+    assert [fields[name]["type"] for name in ("f32", "f64")] == ["float32", "float64"]
+    assert fields["i8"]["constants"] == fields["pair"]["constants"] == {"LIMIT": 7}
+    assert (fields["brief"]["string_most"], fields["wide_brief"]["type"]) == (5, "wstring")
+    shapes = {name: fields[name]["array"] for name in ("pair", "few", "octets")}
+    assert shapes == {
+        "pair": {"size": 2, "most": None},
+        "few": {"size": None, "most": 4},
+        "octets": {"size": None, "most": None},
+    }
+    assert (fields["pair"]["default"], fields["three_octets"]["default"]) == ([1, 2], [0, 0, 0])
+    assert (fields["few_brief"]["string_most"], fields["few_brief"]["array"]["most"]) == (3, 2)
+    inner = {"name": "", "values": [3, 4]}
+    assert (fields["inner"]["default"], fields["two"]["default"]) == (inner, [inner, inner])
+    assert (fields["two"]["type"], fields["two"]["array"]["size"]) == (f"{PACKAGE}/msg/Inner", 2)
+    assert [field["name"] for field in fields["two"]["fields"]] == ["name", "values"]
+
+
+def test_the_defaults_of_a_form_are_what_a_new_message_has():
+    cls = load_message(KINDS)
+    message = cls()
+    fill(message, {field["name"]: field["default"] for field in form(KINDS)["fields"]})
+    assert same(message, cls())
+
+
+def test_forms_of_services_actions_and_their_parts():
+    service, action = form(f"{PACKAGE}/srv/Measure"), form(f"{PACKAGE}/Fold")
+    assert (service["kind"], service["request"][0]["string_most"]) == ("srv", 9)
+    assert [field["name"] for field in service["response"]] == ["found"]
+    assert (action["type"], action["kind"]) == (f"{PACKAGE}/action/Fold", "action")
+    parts = [[field["name"] for field in action[part]] for part in ("goal", "result", "feedback")]
+    assert parts == [["order"], ["sequence", "last"], ["progress"]]
+    message = form(f"{PACKAGE}/action/Fold_FeedbackMessage")
+    assert [field["name"] for field in message["fields"]] == ["goal_id", "feedback"]
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        (f"{PACKAGE}/msg/Kind", f"did you mean '{PACKAGE}/msg/Kinds'?"),
+        (f"{PACKAGE}/srv/Measure_Answer", "Measure_Response"),
+        ("x", "interface list"),
+        ("../msg/A_b", "interface list"),
+    ],
+)
+def test_a_form_of_an_unknown_type_is_refused_with_a_hint(name, hint):
+    with pytest.raises(VerbError) as refused:
+        form(name)
+    assert refused.value.message == f"Unknown interface '{name}'"
+    assert hint in str(refused.value.hint)
