@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Sequence
 from functools import partial
 
+from launcher.control.line_allowance import LineAllowance
 from launcher.control.peer import Exchange
 from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.engine.process import Process
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     Item = dict[str, Any]
 
+REPORT_S = 0.5  # between two reports of lines that were left out
 ANSWER_BYTES = 1024 * 1024  # of lines in one answer: it is made in one pass of the loop
 
 
@@ -26,6 +28,7 @@ class Follower(Record):
 
     exchange: Exchange
     chosen: frozenset[int] | None
+    allowance: LineAllowance | None
 
 
 class Logs:
@@ -55,10 +58,16 @@ class Logs:
             size += len(block.lines)
         return items[:most][::-1]
 
-    def follow(self, processes: Sequence[Process] | None, exchange: Exchange) -> None:
-        """Send new lines until the exchange ends."""
+    def follow(
+        self,
+        processes: Sequence[Process] | None,
+        exchange: Exchange,
+        max_rate: int | None = None,
+    ) -> None:
+        """Send new lines until the exchange ends; at most about `max_rate` a second of each."""
         chosen = None if processes is None else frozenset(p.process_id for p in processes)
-        follower = Follower(exchange=exchange, chosen=chosen)
+        allowance = None if max_rate is None else LineAllowance(max_rate)
+        follower = Follower(exchange=exchange, chosen=chosen, allowance=allowance)
         self._followers.append(follower)
 
         def leave() -> None:
@@ -66,6 +75,8 @@ class Logs:
             self._subscribe()
 
         exchange.on_end = leave
+        if allowance is not None:
+            exchange.before_last = partial(self._report, exchange, allowance)
         self._subscribe()
 
     def _subscribe(self) -> None:
@@ -84,9 +95,31 @@ class Logs:
         ring.tap = partial(self._send, name, followers) if followers else None
 
     def _send(self, name: str | None, followers: Sequence[Follower], block: Block) -> None:
+        takers = [one for one in followers if self._may_send(name, one, block)]
+        if not takers:
+            return
         for item in self._items(name, block):
-            for follower in followers:
+            for follower in takers:
                 follower.exchange.item(item)
+
+    def _may_send(self, name: str | None, follower: Follower, block: Block) -> bool:
+        """Whether the rate allows it; what is left out is reported a little later."""
+        allowance = follower.allowance
+        if allowance is None:
+            return True
+        is_reporting = allowance.has_left_out
+        reactor = self._control.reactor
+        may = allowance.take(name or "", block.lines.count(b"\n"), reactor.now())
+        if allowance.has_left_out and not is_reporting:
+            reactor.call_later(REPORT_S, partial(self._report, follower.exchange, allowance))
+        return may
+
+    def _report(self, exchange: Exchange, allowance: LineAllowance) -> None:
+        left_out = allowance.left_out()
+        if not left_out:
+            return
+        item = {"dropped": sum(left_out.values()), "processes": left_out, "time": time.time()}
+        exchange.item(item)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
         wall_s = time.time() - (self._control.reactor.now() - block.read_at_s)

@@ -55,7 +55,10 @@ class RequestQueue:
 
 
 class Exchange:
-    """A request and its answers; `on_end` is called once, after the last answer or a disconnect."""
+    """A request and its answers; `on_end` is called once, after the last answer or a disconnect.
+
+    `before_last` is called before the last answer, and may send items.
+    """
 
     def __init__(self, peer: Peer, request_id: Any) -> None:
         self._peer = peer
@@ -64,6 +67,7 @@ class Exchange:
         self.is_open = True
         self.is_stream = False
         self.dropped = 0
+        self.before_last: Callable[[], None] = lambda: None
         self.on_end: Callable[[], None] = lambda: None
 
     def reply(self, result: Mapping[str, Any], text: Sequence[str] = ()) -> None:
@@ -75,6 +79,7 @@ class Exchange:
 
     def _last(self, data: bytes) -> None:
         if self.is_open:
+            self.before_last()
             self.report_dropped()
             self._peer.write(data)
             self.end()

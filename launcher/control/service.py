@@ -212,7 +212,7 @@ class Service:
         exchange.is_stream = True
         for item in items:
             exchange.item(item)
-        self._logs.follow(chosen, exchange)
+        self._logs.follow(chosen, exchange, call.options.get("max_rate"))
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
         events = self._control.log.events

@@ -102,6 +102,12 @@ LINES = option(
     command_line.count,
     kind="count",
 )
+MAX_RATE = option(
+    "--max-rate N",
+    "with -f: leave out lines of a process that writes more than N in a second, and say how many",
+    command_line.count,
+    kind="count",
+)
 PERIOD = option(
     "-p, --period S",
     "seconds between two samples (default: 1)",
@@ -188,9 +194,9 @@ VERBS = (
         (FORMAT,),
     ),
     Verb(
-        "logs [NAME ...] [-n N] [-f]",
+        "logs [NAME ...] [-n N] [-f] [--max-rate N]",
         "print the last lines of processes, hidden ones too",
-        (LINES, FOLLOW),
+        (LINES, FOLLOW, MAX_RATE),
         streams=True,
     ),
     Verb("info NAME ...", "show everything known about processes"),

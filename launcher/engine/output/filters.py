@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from types import FrameType
 
 MAX_CPU_S = 0.1  # for one block of lines; 64 KiB take a hundredth of that
@@ -56,12 +56,37 @@ ERROR = LEVELS.index("ERROR")
 _IN_TRACEBACK = len(LEVELS)
 
 
+class LineLevels:
+    """The levels of lines, as indices into LEVELS.
+
+    A line without a level is INFO; an indented one belongs to the line before it, and so does the
+    last line of a traceback.
+    """
+
+    def __init__(self) -> None:
+        self._last: dict[Hashable, int] = {}
+
+    def of(self, source: Hashable, line: bytes) -> int:
+        """`source` identifies the stream that the line is of."""
+        level = level_of(line)
+        if level is not None:
+            self._last[source] = level
+            return level
+        if line.startswith(_TRACEBACK):
+            self._last[source] = _IN_TRACEBACK
+            return ERROR
+        before = self._last.get(source, INFO)
+        if line.startswith(_CONTINUES):
+            return ERROR if before == _IN_TRACEBACK else before
+        self._last[source] = INFO
+        return ERROR if before == _IN_TRACEBACK else INFO  # `ValueError: ...` below the frames
+
+
 class LineFilter:
     """Chooses lines; a process that is not filtered has none.
 
-    `level` is an index into LEVELS: lower ones are hidden. A line without a level is INFO; an
-    indented one belongs to the line before it, and so does the last line of a traceback.
-    `hidden_lines` counts. A pattern that takes too long is dropped, and `on_slow` is called.
+    `level` is an index into LEVELS: lower ones are hidden (`LineLevels`). `hidden_lines`
+    counts. A pattern that takes too long is dropped, and `on_slow` is called.
     """
 
     def __init__(self) -> None:
@@ -71,7 +96,7 @@ class LineFilter:
         self.pattern: Pattern | None = None
         self.on_slow: Callable[[Pattern], None] = lambda pattern: None
         self.hidden_lines = 0
-        self._last: dict[int, int] = {}
+        self._levels = LineLevels()
 
     @property
     def is_open(self) -> bool:
@@ -88,7 +113,7 @@ class LineFilter:
             return b""
         shown = lines[:-1].split(b"\n")
         if self.level:
-            shown = [line for line in shown if self._level_of(source, line) >= self.level]
+            shown = [line for line in shown if self._levels.of(source, line) >= self.level]
         if self.pattern is not None:
             shown = self._found(shown, self.pattern)
         self.hidden_lines += lines.count(b"\n") - len(shown)
@@ -101,20 +126,6 @@ class LineFilter:
             self.pattern = None
             self.on_slow(pattern)
             return lines
-
-    def _level_of(self, source: int, line: bytes) -> int:
-        level = level_of(line)
-        if level is not None:
-            self._last[source] = level
-            return level
-        if line.startswith(_TRACEBACK):
-            self._last[source] = _IN_TRACEBACK
-            return ERROR
-        before = self._last.get(source, INFO)
-        if line.startswith(_CONTINUES):
-            return ERROR if before == _IN_TRACEBACK else before
-        self._last[source] = INFO
-        return ERROR if before == _IN_TRACEBACK else INFO  # `ValueError: ...` below the frames
 
 
 def level_of(line: bytes) -> int | None:
