@@ -135,6 +135,12 @@ class _PlanTree:
         return self._branches(root)
 
     def _branches(self, visit: Visit) -> list[Branch]:
+        found = self._branches_of(visit)
+        for branch in found:
+            branch.place = branch.place or place(visit.entity._origin)
+        return found
+
+    def _branches_of(self, visit: Visit) -> list[Branch]:
         entity = visit.entity
         if visit.depth > _MAX_DEPTH:
             return [Branch("... and so on", style="skipped")]
@@ -217,6 +223,7 @@ class _PlanTree:
             aside=_joined(*asides, place(visit.entity._origin)),
             lines=self._process_lines(process, self._placed.get(number)),
             children=children + self._what_follows(visit),
+            process=number,
         )
 
     def _process_lines(
@@ -344,7 +351,10 @@ def _restart_line(process: PlannedProcess) -> list[tuple[str, str]]:
 
 
 def _unvisited(entities: Iterable[Any]) -> list[Branch]:
-    return [Branch(headline(entity), style="skipped") for entity in entities]
+    return [
+        Branch(headline(entity), style="skipped", place=place(entity._origin))
+        for entity in entities
+    ]
 
 
 def _is_in(visit: Visit, kind: type) -> bool:

@@ -21,9 +21,12 @@ STYLES = {
 
 
 class Branch:
-    """An entry: a styled head with a dim remark, lines as (style, text), and entries below."""
+    """An entry: a styled head with a dim remark, lines as (style, text), and entries below.
 
-    __slots__ = ("aside", "children", "head", "lines", "style")
+    For `outline`: `place` is `file:line`, `process` the index of a process in the plan.
+    """
+
+    __slots__ = ("aside", "children", "head", "lines", "place", "process", "style")
 
     def __init__(
         self,
@@ -33,10 +36,14 @@ class Branch:
         aside: str = "",
         lines: Iterable[tuple[str, str]] = (),
         children: Iterable[Branch] = (),
+        place: str = "",
+        process: int | None = None,
     ) -> None:
         self.head = head
         self.style = style
         self.aside = aside
+        self.place = place
+        self.process = process
         self.lines = list(lines)
         self.children = list(children)
 
