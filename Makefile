@@ -64,7 +64,7 @@ lint: $(VENV)/.dev
 types: $(VENV)/.dev
 	$(PY) -m mypy
 
-## browser: tests of the graph page in a real Chromium
+## browser: tests of the pages in a real Chromium (3 minutes)
 browser: $(VENV)/.dev
 	$(PY) -m pytest -m browser
 

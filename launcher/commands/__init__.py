@@ -26,6 +26,7 @@ VERBS = {
     "smoke": "test a launch file against expectations",
     "export": "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     "graph": "show the ROS graph as a tree, a drawing or data",
+    "web": "serve a page in the browser that shows and controls a running launch",
     "foxglove": "show the ROS graph to Foxglove and to Lichtblick",
     "multicast": "send or receive one packet by multicast, to try a network",
     "daemon": "say that no daemon is needed, for scripts that use ros2",

@@ -26,7 +26,7 @@ PENDING_LINES = 1000  # of a log, between two drawings
 SLOW_S = 0.2  # until a slow terminal is tried again
 BACK = "q back"
 _BACK_KEYS = ("q", "escape", "left", "c-d", "f2")
-_ACTS = ("s", "k", "r", "m", "o", "i")
+_ACTS = ("s", "k", "r", "m", "o", "i", "w")
 
 Processes = Callable[[], Sequence[Mapping[str, Any]]]
 

@@ -33,6 +33,7 @@ def command_of(key: str, process: Process, everyone: Sequence[Process]) -> Words
         "o": ("unmute",) if _is_alone(process, everyone) else ("solo", name),
         "i": ("info", name),
         "c-m": ("logs", name),
+        "w": ("web",),
     }
     return commands.get(key)
 

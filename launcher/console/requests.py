@@ -13,7 +13,7 @@ from launcher.control.format import event_line, notes, without_colour
 from launcher.control.runs import Run
 from launcher.control.verbs import VERBS, Call, explained, find, parse
 from launcher.errors import LauncherError, UsageError
-from launcher.program import program
+from launcher.program import browse, program
 from launcher.socket_directory import ControlError
 from launcher.text import did_you_mean
 
@@ -59,6 +59,7 @@ KEYS = (
     ("Up, Ctrl-R", "previous lines; search in them"),
     ("F2", "the list of processes: arrows, / searches, Enter shows the log, q goes back"),
     ("F3", "snapshot, of a run with --record"),
+    ("w", "and Enter, or w in the list of processes: the page in the browser"),
     (
         "Ctrl-C",
         "stop everything; again: without waiting. In top, logs -f, the list and while a verb of "
@@ -134,6 +135,8 @@ def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
         return "\n".join(map(event_line, reply.result["events"])) or NOTHING
     if call.verb.name == "detach":
         return ""
+    if call.verb.name == "web":
+        browse(reply.result["link"])
     if call.verb.name in AS_IT_IS:
         text = "\n".join(reply.text) or NOTHING
         return text if colour else without_colour(text)

@@ -322,6 +322,11 @@ class Service:
 
         answer(self._control, call, exchange)
 
+    def _do_web(self, call: Call, exchange: Exchange) -> None:
+        from launcher.control.page import answer
+
+        answer(self._control, exchange)
+
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""
         from launcher.engine.output import line_format

@@ -223,6 +223,7 @@ VERBS = (
         (REASON,),
     ),
     Verb("plan", "show what the launch file has done so far", shell=False),
+    Verb("web", "open the page of this run in the browser", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),
     Verb("detach", "end the run here, and let the processes on other hosts run on"),
     Verb("quit", "stop everything and end the run"),
@@ -230,7 +231,7 @@ VERBS = (
 )
 
 
-ALIASES = {"exit": "quit", "q": "quit", "?": "help"}  # as in other prompts
+ALIASES = {"exit": "quit", "q": "quit", "?": "help", "w": "web"}  # as in other prompts
 READ_ONLY = frozenset({"ps", "top", "logs", "info", "events", "stack"})
 
 

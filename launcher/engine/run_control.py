@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from launcher.engine.core_driver import Core, CoreDriver
     from launcher.engine.helpers.flight_recorder import FlightRecorder
     from launcher.engine.helpers.logger_levels import LoggerLevels
+    from launcher.engine.helpers.web_page import WebPage
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.engine.monitor.resources import Sample
@@ -95,6 +96,7 @@ class RunControl:
         self.on_process: Callable[[Process], None] = lambda process: None
         self.housekeeper = housekeeper
         self.recorder: FlightRecorder | None = None  # with --record
+        self.open_page: Callable[[], WebPage] | None = None  # starts it if it is not running
         self._shutdown = shutdown
         self._core_driver = core_driver
         self._options = options

@@ -30,7 +30,8 @@ class RunOptions(Record):
     the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
     file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
     used. `record`: `flight` or `all`, with the bounds `record_keep` (seconds, bytes) and the
-    regular expression `record_topics`. `warm`: start Python programs warm (docs/warm.md), or none;
+    regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
+    settings (docs/web.md). `warm`: start Python programs warm (docs/warm.md), or none;
     None: nodes, where that is faster. What matches one of `compose` runs in one process.
     """
 
@@ -53,6 +54,12 @@ class RunOptions(Record):
     record: str | None = None
     record_keep: tuple[float, int] | None = None
     record_topics: str | None = None
+    web: bool = False
+    web_port: int | None = None
+    web_host: str | None = None
+    web_tls: tuple[str, str] | None = None
+    web_token: str | None = None
+    web_read_only: bool = False
     watch: bool = False
     check_parameters: bool = True
     responsive: bool = False

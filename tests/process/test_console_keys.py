@@ -58,6 +58,20 @@ def test_lines_typed_before_come_back_in_the_next_run(bench: Bench):
 
 
 @pytest.mark.thorough
+def test_w_prints_the_link_of_the_page_which_ends_with_the_run(bench: Bench):
+    terminal = bench.screen_terminal(TICKS)
+    terminal.wait_for_prompt()
+    terminal.enter("w")
+    terminal.wait_for("page: http://127.0.0.1:")
+    terminal.wait_for("| http://127.0.0.1:")  # the answer to the verb
+    terminal.enter("web")
+    terminal.wait_until(lambda: terminal.text.count("| http://127.0.0.1:") == 2, "it again")
+    assert terminal.text.count("page: http://") == 1
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+@pytest.mark.thorough
 def test_ctrl_r_finds_a_line_and_enter_runs_it(bench: Bench):
     terminal = bench.screen_terminal(TICKS)
     terminal.wait_for_prompt()

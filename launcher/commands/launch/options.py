@@ -38,6 +38,12 @@ def _of_recording(parse: str) -> Callable[[str], Any]:
     return read
 
 
+def _tls(word: str) -> tuple[str, str]:
+    from launcher.commands.launch.page import parse_tls
+
+    return parse_tls(word)
+
+
 def _unlimited(name: str) -> int:
     return UNLIMITED  # other hosts may grant more than this machine
 
@@ -127,6 +133,38 @@ RECORDING = (
         _of_recording("parse_topics"),
     ),
 )
+
+
+def page_options(prefix: str) -> tuple[Option, ...]:
+    """Options about the page in the browser, such as `--web-port` for the prefix `web-`."""
+    return (
+        option(
+            f"--{prefix}port N",
+            "port of the page (default: 8770, or any if that is taken; 0: any)",
+            lambda word: count(word, 0, 65535),
+            repeat="once",
+        ),
+        option(
+            f"--{prefix}host ADDRESS",
+            "address to listen on (default: 127.0.0.1); others can be reached from other machines",
+            repeat="once",
+        ),
+        option(
+            f"--{prefix}tls CERT,KEY",
+            "files in PEM: encrypt the page, for an address that others can reach",
+            _tls,
+            repeat="once",
+        ),
+        option(
+            f"--{prefix}token FILE",
+            "use the token in this file in place of a new one",
+            os.path.abspath,
+            repeat="once",
+        ),
+        option(f"--{prefix}read-only", "the page only shows, and changes nothing"),
+    )
+
+
 RUN_OPTIONS = (
     option(
         "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
@@ -197,6 +235,8 @@ RUN_OPTIONS = (
         "stop and restart processes, for rqt and Foxglove",
     ),
     *RECORDING,
+    option("--web", "serve a page in the browser that shows and controls this run (docs/web.md)"),
+    *page_options("web-"),
     option(
         "--responsive",
         "warn of nodes that do not answer any more, with their stacks (30 MB; `top` does it, too)",
@@ -255,7 +295,16 @@ def run_options(parsed: Parsed) -> RunOptions:
         from launcher.commands.launch import recording
 
         recording.check(options)
+    if _is_about_page(options):
+        from launcher.commands.launch import page
+
+        page.check(options)
     return options
+
+
+def _is_about_page(options: RunOptions) -> bool:
+    names = ("web", "web_port", "web_host", "web_tls", "web_token", "web_read_only")
+    return any(getattr(options, name) != getattr(RunOptions, name) for name in names)
 
 
 def refuse_conflicts(options: RunOptions, hosts: str | None) -> None:

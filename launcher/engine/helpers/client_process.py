@@ -1,4 +1,5 @@
-"""Starts helper processes that are clients of the run: the ROS bridge and the flight recorder.
+"""Starts helper processes that are clients of the run: the ROS bridge, the flight recorder,
+the server of the page.
 
 They are not processes of the run: they do not affect the exit code.
 """
@@ -30,7 +31,7 @@ class ClientProcess:
     `without` says what a run lacks that cannot start it. It gets `goodbye_s` for its exit at the
     end of its standard input. The housekeeper frees its shared memory if it is killed. `keep` lets
     it outlive a killed launcher, to exit by itself. `on_line` is called with each line of its
-    output; without, it has none.
+    output; without, it has none. `greeting` is the first line of its input.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class ClientProcess:
         without: str,
         goodbye_s: float,
         on_line: Callable[[bytes], None] | None = None,
+        greeting: bytes | None = None,
     ) -> None:
         self._reactor = reactor
         self._words = words
@@ -53,6 +55,7 @@ class ClientProcess:
         self._without = without
         self._goodbye_s = goodbye_s
         self._on_line = on_line
+        self.greeting = greeting
         self._output = b""
         # Without the run id: it exits by itself when we do.
         self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
@@ -93,6 +96,12 @@ class ClientProcess:
         self._reactor.add_reader(self._pidfd, self._exited)
         if self._process.stdout is not None:
             self._reactor.add_reader(self._process.stdout.fileno(), self._readable)
+        if self.greeting is not None:
+            self.send(self.greeting)
+
+    def give_up(self) -> None:
+        """Do not restart it when it exits."""
+        self._started = MAX_STARTS
 
     def send(self, line: bytes) -> bool:
         """Write a line to its standard input; False if it is not running."""
@@ -123,7 +132,7 @@ class ClientProcess:
         code = self._process.wait()
         if code:
             self._housekeeper.died(code, self._started_s)
-        line = last_line(self._errors)
+        line = last_line(self._errors) if code > 0 else ""  # a signal comes from elsewhere
         reason = f": {line}" if line else ""
         self._release()
         is_restarted = self._started < MAX_STARTS

@@ -1,0 +1,100 @@
+"""The page of a run in the browser: the process of its server (launcher.web.server)."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Callable, Mapping
+
+from launcher.engine.helpers.client_process import ClientProcess
+from launcher.engine.logs.run_log import RunLog
+from launcher.engine.monitor.housekeeping import Housekeeper
+from launcher.engine.posix.reactor import Reactor
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+GOODBYE_S = 4.0  # for pages to read that the run has ended
+MODULE = "launcher.web.server"
+
+Done = Callable[["dict[str, Any]"], None]
+
+
+class WebPage:
+    """Starts it with these settings (`launcher.web.settings`); `show` prints a line with the link.
+
+    The link holds a secret: it is shown on the screen and not written to the log files. It stays
+    the same if the server has to be restarted.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        settings: Mapping[str, object],
+        env: Mapping[str, str],
+        log: RunLog,
+        housekeeper: Housekeeper,
+        keep: Callable[[int], None],
+        *,
+        show: Callable[[str], None],
+    ) -> None:
+        self._settings = {**settings, "token": secrets.token_urlsafe(24)}
+        self._show = show
+        self._link: str | None = None
+        self._waiting: list[Done] = []
+        self._process = ClientProcess(
+            reactor,
+            (MODULE,),
+            env,
+            log.warn,
+            housekeeper,
+            keep,
+            name="the server of the page",
+            without="there is no page in the browser",
+            goodbye_s=GOODBYE_S,
+            on_line=self._heard,
+            greeting=json.dumps(self._settings).encode(),
+        )
+
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid
+
+    def start(self) -> None:
+        self._process.start()
+
+    def ask_link(self, done: Done) -> None:
+        """Call `done` with `{"link": URL}` when the page works, or with `{"error": TEXT}`."""
+        if self.pid is None:
+            done({"error": "the server of the page is not running"})
+        elif self._link is not None:
+            done({"link": self._link})
+        else:
+            self._waiting.append(done)
+
+    def _heard(self, line: bytes) -> None:
+        answer = json.loads(line)
+        if "warning" in answer:
+            self._show(f"warning: {answer['warning']}")
+            return
+        if "link" in answer:
+            if answer["link"] != self._link:
+                self._show(f"page: {answer['link']}")
+            self._link = answer["link"]
+            self._settings["port"] = answer["port"]
+            self._process.greeting = json.dumps(self._settings).encode()
+        else:
+            self._process.give_up()  # it would fail again
+        self._answer(answer)
+
+    def _answer(self, answer: dict[str, Any]) -> None:
+        waiting, self._waiting = self._waiting, []
+        for done in waiting:
+            done(answer)
+
+    def close(self) -> None:
+        """Tell the pages that the run has ended, and wait for the server's exit."""
+        self._process.send(b"end")
+        self._process.close()
+        self._answer({"error": "the run has ended"})

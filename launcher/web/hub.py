@@ -1,0 +1,122 @@
+"""Messages to the pages: each is encoded once, and a page that reads slowly delays nobody."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page
+
+Message = dict[str, Any]
+_LARGEST = 2**53 - 1  # Number.MAX_SAFE_INTEGER
+_BIG = re.compile(r"\d{16}")
+
+# Of these events only the newest counts.
+_LATEST = frozenset({"processes", "graph", "topics", "plan", "expectations", "history"})
+# These are left out for a page that does not read; the others are never.
+_EXPENDABLE = frozenset({"lines", "message", "points"})
+
+
+def encode(message: Message) -> str:
+    """JSON. Integers that JavaScript would round become texts, in messages and answers."""
+    text = _dumps(message)
+    if message.get("event", "message") == "message" and _BIG.search(text):
+        return _dumps(_exact(message))
+    return text
+
+
+def _dumps(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=False, default=str)
+
+
+def _exact(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _exact(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_exact(one) for one in value]
+    is_big = isinstance(value, int) and not -_LARGEST <= value <= _LARGEST
+    return str(value) if is_big else value
+
+
+class Outbox:
+    """What waits for one page. `skipped_lines` counts log lines that it was not sent."""
+
+    def __init__(self) -> None:
+        self._queue: deque[tuple[str, str]] = deque()
+        self._latest: dict[str, str] = {}
+        self._bytes = 0
+        self._wake = asyncio.Event()
+        self.skipped_lines = 0
+
+    def put(self, event: str, text: str, lines: int = 0) -> None:
+        """Queue an encoded message; `lines`: how many log lines it holds."""
+        if event in _LATEST:
+            if event not in self._latest:
+                self._queue.append((event, ""))
+            self._latest[event] = text
+        elif event in _EXPENDABLE and self._bytes > QUEUE_BYTES:
+            self.skipped_lines += lines
+            return
+        else:
+            self._queue.append((event, text))
+            self._bytes += len(text)
+        self._wake.set()
+
+    async def get(self) -> str:
+        """The next message."""
+        while not self._queue:
+            self._wake.clear()
+            await self._wake.wait()
+        event, text = self._queue.popleft()
+        if event in _LATEST:
+            return self._latest.pop(event)
+        self._bytes -= len(text)
+        return text
+
+
+class Hub:
+    """All pages that are open. `on_wish` is called when what pages want to see has changed.
+
+    A wish is ("topics", ""), ("echo", topic) or ("plot", "topic\\nfield"): what is expensive is
+    read only while a page shows it.
+    """
+
+    def __init__(self, on_wish: Callable[[], None]) -> None:
+        self._pages: dict[Outbox, set[tuple[str, str]]] = {}
+        self._on_wish = on_wish
+
+    def __len__(self) -> int:
+        return len(self._pages)
+
+    def join(self, outbox: Outbox) -> None:
+        """Send what follows to this page, too."""
+        self._pages.setdefault(outbox, set())
+
+    def leave(self, outbox: Outbox) -> None:
+        if self._pages.pop(outbox, None):
+            self._on_wish()
+
+    def wish(self, outbox: Outbox, kind: str, what: str, *, on: bool) -> None:
+        wishes = self._pages.get(outbox)
+        if wishes is None:
+            return
+        (wishes.add if on else wishes.discard)((kind, what))
+        self._on_wish()
+
+    def wishes(self, kind: str) -> set[str]:
+        """What the pages together wish of a kind."""
+        return {what for wishes in self._pages.values() for one, what in wishes if one == kind}
+
+    def send(self, message: Message, *, wished: tuple[str, str] | None = None) -> None:
+        """Send to all pages, or to those with this wish."""
+        chosen = [p for p, wishes in self._pages.items() if wished is None or wished in wishes]
+        if not chosen:
+            return
+        text = encode(message)
+        lines = len(message["lines"]) if message["event"] == "lines" else 0
+        for outbox in chosen:
+            outbox.put(message["event"], text, lines)

@@ -1,0 +1,80 @@
+"""The tree of a run's launch file, which a process of its own evaluates again."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import sys
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from typing import Any
+
+from launcher.engine.cleanup import RUN_ID_VARIABLE
+
+EVALUATION_S = 20.0
+_COMMAND = ("-m", "launcher.commands.launch.outline")
+
+Tree = list[dict[str, Any]]
+
+
+async def read_tree(target: str, arguments: Sequence[str]) -> Tree | None:
+    """The tree as docs/web.md has it; None if the launch file cannot be evaluated."""
+    env = {name: value for name, value in os.environ.items() if name != RUN_ID_VARIABLE}
+    try:
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, *_COMMAND, target, *arguments),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+            env=env,
+            start_new_session=True,
+        )
+    except OSError:
+        return None
+    try:
+        output, _ = await asyncio.wait_for(process.communicate(), EVALUATION_S)
+        tree: Tree = json.loads(output)
+    except (TimeoutError, asyncio.TimeoutError, ValueError):
+        return None
+    finally:
+        if process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+    return tree
+
+
+def named(tree: Tree | None, processes: Sequence[dict[str, Any]]) -> Tree | None:
+    """The tree with the names that the processes have in the run; null if it was not started.
+
+    Their numbers differ where the run has started them in another order. `processes` are those
+    of the message `plan`.
+    """
+    if tree is None:
+        return None
+    started: defaultdict[str, deque[str]] = defaultdict(deque)
+    for process in processes:
+        started[process["label"]].append(process["name"])
+    names: dict[str, str | None] = {}
+    for planned in sorted(_names(tree), key=_number):
+        waiting = started[planned.rpartition("-")[0]]
+        names[planned] = waiting.popleft() if waiting else None
+    return [_renamed(entry, names) for entry in tree]
+
+
+def _names(tree: Tree) -> set[str]:
+    found = {entry["name"] for entry in tree if entry["name"] is not None}
+    return found.union(*(_names(entry["children"]) for entry in tree))
+
+
+def _number(name: str) -> int:
+    number = name.rpartition("-")[2]
+    return int(number) if number.isdecimal() else 0
+
+
+def _renamed(entry: dict[str, Any], names: dict[str, str | None]) -> dict[str, Any]:
+    name = entry["name"]
+    children = [_renamed(child, names) for child in entry["children"]]
+    return {**entry, "name": None if name is None else names[name], "children": children}

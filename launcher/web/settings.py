@@ -1,0 +1,33 @@
+"""What the server of the page is told: as options of a verb, or as JSON by the launcher."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 8770
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """`socket`: of the run. `port` None: the default one, or any if that is taken. The token is
+    that of `token_file`, `token`, or a new one. `certificate` and `key` are files in PEM."""
+
+    socket: str
+    host: str = DEFAULT_HOST
+    port: int | None = None
+    token_file: str | None = None
+    token: str | None = None
+    certificate: str | None = None
+    key: str | None = None
+    read_only: bool = False
+
+    def to_json(self) -> str:
+        return json.dumps(dataclasses.asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Settings:
+        values: dict[str, Any] = json.loads(text)
+        return cls(**values)

@@ -1,0 +1,143 @@
+"""What the server answers: the files of the page for who has the token, metrics, the WebSocket."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from hashlib import sha256
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from launcher.web import assets
+from launcher.web.access import Access
+from launcher.web.page_session import Feeds, PageSession
+
+MAX_PAGES = 100  # open at the same time
+_OTHER_HOST = "This host name is not one of this server's."
+
+
+class Site:
+    """The application of an ASGI server."""
+
+    def __init__(self, access: Access, feeds: Feeds) -> None:
+        self._access = access
+        self._feeds = feeds
+        self._libraries = assets.libraries()
+        self._own = assets.own_files()
+        self._policy = _content_policy()
+        self._open = 0
+
+    def application(self) -> Starlette:
+        return Starlette(
+            routes=[
+                Route("/", self._index),
+                Route("/page/{name:path}", self._own_file),
+                Route("/lib/{name:path}", self._library),
+                Route("/metrics", self._metrics),
+                WebSocketRoute("/feed", self._feed),
+            ]
+        )
+
+    def _problem(self, request: HTTPConnection, *tokens: str | None) -> str | None:
+        """Why a request is refused that brings these tokens, or only the cookie."""
+        if not self._access.is_known_host(request.headers.get("host")):
+            return _OTHER_HOST
+        if any(map(self._access.is_token, tokens)) or self._access.has_cookie(request.cookies):
+            return None
+        return "Open the link that the launcher has printed: it contains the token."
+
+    async def _index(self, request: Request) -> Response:
+        given = request.query_params.get("token")
+        problem = self._problem(request, given)
+        if problem is not None:
+            return _refused(problem)
+        has_token = self._access.is_token(given)
+        text = assets.index(self._access.feed_key if has_token else "")
+        response = self._response(text.encode(), "text/html; charset=utf-8")
+        if has_token:
+            response.headers["Set-Cookie"] = self._access.cookie()
+        return response
+
+    async def _own_file(self, request: Request) -> Response:
+        return self._file(request, self._own)
+
+    async def _library(self, request: Request) -> Response:
+        return self._file(request, self._libraries)
+
+    def _file(self, request: Request, known: dict[str, Path]) -> Response:
+        problem = self._problem(request)
+        if problem is not None:
+            return _refused(problem)
+        path = known.get(request.path_params["name"])
+        if path is None:
+            return PlainTextResponse("There is no such file.", 404)
+        return self._response(*assets.content(path))
+
+    async def _metrics(self, request: Request) -> Response:
+        from launcher.web.metrics import WATCH_S, Metrics
+
+        scheme, _, credentials = request.headers.get("authorization", "").partition(" ")
+        bearer = credentials.strip() if scheme.lower() == "bearer" else None
+        if not self._access.is_known_host(request.headers.get("host")):
+            return _refused(_OTHER_HOST)
+        given = (bearer, request.query_params.get("token"))
+        if not any(map(self._access.is_token, given)):  # a cookie reaches other ports, too
+            text = "The token is missing: use '?token=' or 'Authorization: Bearer'.\n"
+            return PlainTextResponse(text, 401, {"WWW-Authenticate": "Bearer"})
+        await self._feeds.graph.start()
+        self._feeds.graph.watch_topics(WATCH_S)
+        body, kind = Metrics(self._feeds.run, self._feeds.graph).text(
+            request.headers.get("accept", "")
+        )
+        return Response(body, headers={"Content-Type": kind, "Cache-Control": "no-store"})
+
+    def _response(self, body: bytes, kind: str) -> Response:
+        headers = {
+            "Content-Security-Policy": self._policy,
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+            "Cache-Control": "no-cache",
+        }
+        return Response(body, media_type=kind, headers=headers)
+
+    async def _feed(self, socket: WebSocket) -> None:
+        headers = socket.headers
+        is_ours = self._access.is_same_origin(headers.get("origin"), headers.get("host"))
+        if self._problem(socket) is not None or not is_ours:
+            await socket.close(4403)
+            return
+        await socket.accept()
+        if self._open >= MAX_PAGES:
+            await socket.close(4429)
+            return
+        self._open += 1
+        try:
+            await PageSession(self._feeds, socket, self._access.is_feed_key).serve()
+        finally:
+            self._open -= 1
+
+
+def _refused(problem: str) -> Response:
+    return PlainTextResponse(f"{problem}\n", 403)
+
+
+def _content_policy() -> str:
+    """The page's Content-Security-Policy. Vue compiles templates, hence 'unsafe-eval'."""
+    digest = b64encode(sha256(assets.import_map().encode()).digest()).decode()
+    return "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src 'self' 'unsafe-eval' 'sha256-{digest}'",
+            "style-src 'self' 'unsafe-inline'",
+            "font-src 'self'",
+            "img-src 'self' data: blob:",
+            "connect-src 'self'",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        ]
+    )
