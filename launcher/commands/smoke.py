@@ -24,6 +24,7 @@ from launcher.document.quantities import DURATION
 from launcher.document.reader import together
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.packages import extras
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.options import EXPECTATIONS
@@ -66,6 +67,11 @@ OPTIONS = (
         "logs, events and an index",
     ),
     option("--junit FILE", "write a JUnit report", _path),
+    option(
+        "--html FILE",
+        "write the run as one page for a browser: processes, log, graph, plan, expectations",
+        _path,
+    ),
     option("--github", "print annotations for GitHub workflows"),
     option(
         "--repeat N", "run N times (once), and report what is flaky", lambda word: count(word, 1)
@@ -114,7 +120,7 @@ exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad comm
 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
 )
 _NOT_RECORDED = (
-    *("--expect FILE", "--no-file", "--junit FILE", "--github"),
+    *("--expect FILE", "--no-file", "--junit FILE", "--html FILE", "--github"),
     *("--bag", "--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
 )
 # The words for the launcher, from the command line and from a file.
@@ -145,6 +151,8 @@ def _session(parsed: Parsed) -> Session:
     """The session of a parsed command line; LauncherError."""
     if parsed.force:
         raise UsageError("--force needs --record")
+    if parsed.html is not None:
+        extras.require("web", "nicegui", "--html")
     run_options(parsed)
     request = LaunchRequest.of(parsed)
     script = _script(parsed, request.path)
@@ -156,16 +164,19 @@ def _session(parsed: Parsed) -> Session:
 
     launch = LAUNCH.parse(words)
     run_options(launch)
+    plan_words = _words_for(launch, READING_OPTIONS)
     options = Options(
         words=words,
         target=Path(request.path).name,
+        plan_words=tuple(plan_words),
         junit=parsed.junit,
+        html=parsed.html,
         artifacts=parsed.artifacts,
         github=parsed.github,
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
-        forecast=_check(script, _words_for(launch, READING_OPTIONS)),
+        forecast=_check(script, plan_words),
     )
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
@@ -214,8 +225,13 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     """Put the error into the reports, so that a CI server does not show those of the last run."""
     from launcher.smoke.reports import github, junit
 
+    name = Path(parsed.words[0]).name if parsed.words else "smoke"
+    if parsed.html is not None:
+        from launcher.smoke.reports import html_report
+
+        with contextlib.suppress(OSError, LauncherError):  # these may be what is wrong
+            html_report.write_refusal(parsed.html, error, name)
     if parsed.junit is not None:
-        name = Path(parsed.words[0]).name if parsed.words else "smoke"
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
     if parsed.github:

@@ -11,6 +11,7 @@ from launcher.control.client import Connection
 from launcher.control.runs import Run, wait_for_run
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import LogLine, Sample
+from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.observe.leftovers import SharedMemory
 from launcher.smoke.observe.recorder import Recorder
 from launcher.socket_directory import ControlError
@@ -30,8 +31,15 @@ class Followers:
     `run` is set as soon as it can be connected to. All threads end with the launcher.
     """
 
-    def __init__(self, launcher: LauncherProcess, recorder: Recorder, memory: SharedMemory) -> None:
+    def __init__(
+        self,
+        launcher: LauncherProcess,
+        recorder: Recorder,
+        memory: SharedMemory,
+        last_state: LastState,
+    ) -> None:
         self._launcher = launcher
+        self._last_state = last_state
         self._recorder = recorder
         self._memory = memory
         self.run: Run | None = None
@@ -71,6 +79,7 @@ class Followers:
                 break
             except ControlError:
                 continue  # not yet
+        self._last_state.run = self.run
         if self.run is not None:
             self._start(self._follow, "events", self._event, history=True)
             self._start(self._follow, "logs", self._line, lines=WHOLE_LOG)
@@ -116,6 +125,7 @@ class Followers:
     def _take_sample(self, connection: Connection) -> None:
         rows = connection.ask("ps", timeout_s=ANSWER_S).result["processes"]
         at_s = self._recorder.now_s
+        self._last_state.take_rows(rows)
         samples = [
             Sample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])
             for row in rows

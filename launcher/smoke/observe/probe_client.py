@@ -11,7 +11,7 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +32,18 @@ class ProbeError(LauncherError):
 class ProbeClient:
     """Starts the probe, records what it reports, and sends requests, from any thread.
 
-    `stderr` is the file for its standard error.
+    `stderr` is the file for its standard error; `on_graph` gets each graph as it is reported.
     """
 
-    def __init__(self, environment: Mapping[str, str], recorder: Recorder, stderr: Path) -> None:
+    def __init__(
+        self,
+        environment: Mapping[str, str],
+        recorder: Recorder,
+        stderr: Path,
+        on_graph: Callable[[dict[str, Any]], None] | None = None,
+    ) -> None:
         self._recorder = recorder
+        self._on_graph = on_graph
         self._stderr = stderr
         self._ids = itertools.count(1)
         self._answers: dict[int, dict[str, Any]] = {}
@@ -147,6 +154,8 @@ class ProbeClient:
         recorder = self._recorder
         if event == "graph":
             self._record_graph(report)
+            if self._on_graph is not None:
+                self._on_graph(report)
         elif event == "message":
             self._record_message(report)
         elif event == "failed":

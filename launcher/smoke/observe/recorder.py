@@ -67,6 +67,10 @@ class Recorder:
         """Time of the run for seconds since the epoch."""
         return wall_s - self._wall_s
 
+    def wall_of(self, at_s: float) -> float:
+        """Seconds since the epoch for a time of the run."""
+        return self._wall_s + at_s
+
     # ---- adding
 
     def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent) -> None:

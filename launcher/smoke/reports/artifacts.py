@@ -98,6 +98,7 @@ def refuse_unwritable(
     junit: Path | None,
     baseline: Path | None,
     record: Path | None = None,
+    html: Path | None = None,
     repeat: int = 1,
 ) -> None:
     """Make missing folders, but for `record`; LauncherError with all that cannot be written."""
@@ -105,6 +106,7 @@ def refuse_unwritable(
         ("--artifacts", artifacts, lambda path: _try_folder(path, repeat)),
         ("--junit", junit, _try_file),
         ("--baseline", baseline, _try_file),
+        ("--html", html, _try_file),
         ("--record", record, _try_replacement),
     ]
     errors: list[LauncherError] = []

@@ -9,12 +9,16 @@ from pathlib import Path
 from launcher.errors import ExitCode
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts
+from launcher.smoke.observe.last_state import LastState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
+    """`decided_s`: when the verdict was known; None: at the end."""
+
     expectation: Expectation
     verdict: Verdict
+    decided_s: float | None = None
 
     @property
     def is_met(self) -> bool:
@@ -26,7 +30,7 @@ class Result:
     """`trouble`: why the run failed as a whole; `gave_up`: the system was not ready in time.
 
     `interrupted`: the exit code of an interrupted run; `last_lines`: of the output of a launcher
-    that has started nothing.
+    that has started nothing; `started_s`: seconds since the epoch; `last_state`: before the stop.
     """
 
     judged: tuple[Judged, ...]
@@ -38,6 +42,8 @@ class Result:
     trouble: str | None = None
     interrupted: ExitCode | None = None
     last_lines: tuple[str, ...] = ()
+    started_s: float = 0.0
+    last_state: LastState | None = None
 
     @property
     def failures(self) -> tuple[Judged, ...]:

@@ -22,6 +22,7 @@ from launcher.smoke.observe.facts import Facts
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports.graph_files import GraphFiles
 from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.run.live import LiveExpectations
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
 from launcher.smoke.run.progress import Progress
 from launcher.smoke.run.prospects import lost
@@ -70,7 +71,7 @@ class Runner:
 
     `keeps_graph`: record the ROS graph even if no expectation needs it. `forecast` is of the
     processes that the launch file starts, if it is known. `always_probed`: observe ROS even if no
-    expectation needs it.
+    expectation needs it. `keeps_page`: keep what a page shows.
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class Runner:
         keeps_graph: bool = False,
         forecast: Forecast | None = None,
         always_probed: bool = False,
+        keeps_page: bool = False,
     ) -> None:
         self._script = script.completed()
         self._forecast = forecast
@@ -91,7 +93,8 @@ class Runner:
         self._folder = folder
         self._progress = progress
         self._is_over = threading.Event()
-        self._decided: dict[str, Verdict] = {}
+        self._decided: dict[str, tuple[Verdict, float]] = {}  # with the time
+        self._live: LiveExpectations | None = None
         self._gave_up = False
         self._probe_fault: str | None = None
         self._interrupted: ExitCode | None = None
@@ -100,7 +103,8 @@ class Runner:
         self._system = System(
             self._words,
             folder=folder,
-            probe=self._is_probed,
+            probe=self._is_probed or keeps_page,
+            keeps_graphs=keeps_page,
             records=self._script.recorded_topics(),
             longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
         )
@@ -210,10 +214,18 @@ class Runner:
                 break
             verdict = judge(expectation, facts)
             if verdict.outcome is not Outcome.OPEN:
-                self._decided[expectation.name] = verdict
+                self._decided[expectation.name] = verdict, facts.now_s
                 self._progress.decided(self._now_s, expectation, verdict)
+        self._tell()
         took_s = self._now_s - facts.now_s
         self._next_judging_s = self._now_s + max(JUDGE_S, JUDGE_SHARE * took_s)
+
+    def _tell(self) -> None:
+        """Who watches the run in a browser sees what is decided."""
+        if self._live is None and (folder := self._system.log_dir) is not None:
+            self._live = LiveExpectations(folder, self._system.recorder)
+        if self._live is not None:
+            self._live.write(self._script.expectations, self._decided)
 
     def _is_decided(self, facts: Facts) -> bool:
         """Whether only the end itself is left to wait for, and no duration is given."""
@@ -269,10 +281,9 @@ class Runner:
 
     def _result(self) -> Result:
         facts = self._system.facts()
-        judged = [Judged(expectation=e, verdict=judge(e, facts)) for e in self._script.expectations]
+        judged = [self._judged(e, facts) for e in self._script.expectations]
         for one in judged:
-            before = self._decided.get(one.expectation.name)
-            if before is None or before.outcome is not one.verdict.outcome:
+            if one.decided_s is None:
                 self._progress.decided(self._now_s, one.expectation, one.verdict)
         judged += _forced(judged, facts)
         is_complete = not self._gave_up and not self._interrupted
@@ -287,7 +298,15 @@ class Runner:
             interrupted=self._interrupted,
             last_lines=() if facts.processes() else tuple(self._system.last_lines(LAST_LINES)),
             trouble=self._trouble(facts),
+            started_s=self._system.recorder.wall_of(0.0),
+            last_state=self._system.last_state,
         )
+
+    def _judged(self, expectation: Expectation, facts: Facts) -> Judged:
+        verdict = judge(expectation, facts)
+        before, at_s = self._decided.get(expectation.name, (None, None))
+        is_new = before is None or before.outcome is not verdict.outcome
+        return Judged(expectation=expectation, verdict=verdict, decided_s=None if is_new else at_s)
 
     def _trouble(self, facts: Facts) -> str | None:
         """Why the run has failed although all expectations may be met."""

@@ -31,12 +31,15 @@ MAX_LIMIT_S = 1e8  # three years; faulthandler accepts no longer times
 class Options:
     """Options of a smoke command besides its script.
 
-    `words` are for the launcher; `forecast` is what they start, if it is known.
+    `words` are for the launcher; `forecast` is what they start, if it is known. `plan_words` are
+    those that name the launch file, its arguments, and how it is read.
     """
 
     words: tuple[str, ...]
     target: str
+    plan_words: tuple[str, ...] = ()
     junit: Path | None = None
+    html: Path | None = None
     artifacts: Path | None = None
     github: bool = False
     repeat: int = 1
@@ -51,11 +54,16 @@ class Options:
         artifacts.refuse_unwritable(
             artifacts=self.artifacts,
             junit=self.junit,
+            html=self.html,
             baseline=None if is_read else base,
             repeat=self.repeat,
         )
         if base is not None and is_read:
             measures.read(base)
+        if self.html is not None:
+            from launcher.smoke.reports import html_report
+
+            html_report.check()
 
 
 def _remove_recording(folder: Path) -> None:
@@ -134,6 +142,7 @@ class Session:
                 folder,
                 progress,
                 keeps_graph=self._options.artifacts is not None,
+                keeps_page=self._options.html is not None,
                 forecast=self._options.forecast,
             )
             result = runner.run()
@@ -203,7 +212,15 @@ class Session:
         if self._options.junit is not None:
             with self._writing(f"--junit {self._options.junit}"):
                 junit.write(self._options.junit, results, self._options.target)
+        if self._options.html is not None:
+            self._write_page(self._options.html, results)
         if self._options.github:
             for result in results:
                 for command in github.commands(result):
                     print(command)
+
+    def _write_page(self, path: Path, results: Sequence[Result]) -> None:
+        from launcher.smoke.reports import html_report
+
+        with self._writing(f"--html {path}"):
+            html_report.write(path, results, self._options.target, self._options.plan_words)

@@ -19,6 +19,7 @@ from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
 from launcher.smoke.observe.followers import Followers
+from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
@@ -43,7 +44,7 @@ class System(Waits):
 
     Logs and other evidence go to `folder`. Without a `probe`, ROS is not observed. Use `with`, or
     `start()` and `stop()`. After `longest_s` the launcher stops by itself. The topics `records` are
-    recorded into a bag.
+    recorded into a bag. `keeps_graphs`: `last_state` has them.
     """
 
     def __init__(
@@ -55,6 +56,7 @@ class System(Waits):
         probe: bool = True,
         longest_s: float = MAX_RUN_S,
         records: Sequence[str] = (),
+        keeps_graphs: bool = False,
     ) -> None:
         self.words = list(words)
         self.folder = folder
@@ -66,6 +68,8 @@ class System(Waits):
         self._records = tuple(records)
         self._recording: Recording | None = None
         self._longest_s = longest_s
+        self.last_state = LastState()
+        self._on_graph = self.last_state.take_graph if keeps_graphs else None
         self._stack = contextlib.ExitStack()
         self._subs = itertools.count(1)
         self._ending: Ending | None = None
@@ -102,12 +106,14 @@ class System(Waits):
             # The system is not disturbed while it is judged.
             words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
             self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
-            self._followers = Followers(self._launcher, self.recorder, self._memory)
+            self._followers = Followers(
+                self._launcher, self.recorder, self._memory, self.last_state
+            )
             self._stack = stack.pop_all()
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
         environment = {**self.environment, **network.of_probe(self.words, self.environment)}
-        probe = ProbeClient(environment, self.recorder, self.folder / "probe.log")
+        probe = ProbeClient(environment, self.recorder, self.folder / "probe.log", self._on_graph)
         stack.callback(probe.close)
         try:
             probe.wait_until_ready()
@@ -155,6 +161,7 @@ class System(Waits):
             self._take_snapshot()
             self._memory.note(self._launcher.pid)
             self.recorder.step(STOP)
+            self.last_state.stop()
             asked_s = self.recorder.now_s
         self._launcher.stop(grace_s)
         down_s = self.recorder.now_s
