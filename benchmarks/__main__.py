@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import bags, hosts, hundred, saving, warm
+from benchmarks import bags, hosts, hundred, saving, warm, web
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -58,6 +58,10 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "bag-record": bags.record,
     "bag-play": bags.play,
     "bag-flight": bags.flight,
+    "web-first": web.first,
+    "web-hundred": web.hundred,
+    "web-flood": web.flood,
+    "web-tabs": web.tabs,
     "hosts-first": hosts.first_line,
     "hosts-delay": hosts.delay,
     "hosts-flood": hosts.flood,
@@ -68,7 +72,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
 }
 GROUPS = {
     group: [name for name in BENCHMARKS if name.startswith(f"{group}-")]
-    for group in ("bag", "hosts", "warm")
+    for group in ("bag", "hosts", "warm", "web")
 }
 GROUPS["warm"] += ["fifty", "first-restart", "terminal", "idle", "crowd"]
 HEAD = ("what", "measured", "limit", "", "details")
