@@ -184,8 +184,8 @@ def main() -> None:
     """`python -m launcher.web.server`, by --web: lines of JSON in both directions.
 
     The first line of the input is `Settings`; `end` says that the run has ended in order, the end
-    of the input that the launcher has. The output is `{"link": URL}` when the page works,
-    `{"warning": TEXT}`, or `{"error": TEXT}`.
+    of the input that the launcher has. The output is `{"link": URL, "port": N, "token": TEXT}` when
+    the page works, `{"warning": TEXT}`, or `{"error": TEXT}`.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run decides when it ends
     settings = Settings.from_json(sys.stdin.readline())
@@ -206,8 +206,10 @@ async def _serve_for_launcher(settings: Settings) -> None:
 
 
 def _tell(link: str) -> None:
-    port = urlsplit(link).port
-    print(json.dumps({"link": link, "port": port}), flush=True)
+    """With what the launcher gives a server that replaces this one."""
+    parts = urlsplit(link)
+    token = parts.query.removeprefix("token=")
+    print(json.dumps({"link": link, "port": parts.port, "token": token}), flush=True)
 
 
 async def _watch_input(server: WebServer) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,6 @@ from tests.web.conftest import Start
 pytestmark = pytest.mark.thorough
 
 TOPIC = "/told"
-SILENT_S = 1.5
 LISTENER = f"""
 import rclpy
 from rclpy.node import Node
@@ -59,9 +57,17 @@ def publish(page: PageClient, number: int, **fields: object) -> None:
     page.socket.send(json.dumps({"id": number, "do": "probe", "request": request}))
 
 
+def wait_for_beat(page: PageClient) -> None:
+    """Wait until the server has told again that it is alive, as it does every 2 s."""
+    before = len(page.of("alive"))
+    wait_until(lambda: len(page.of("alive")) > before, "a beat")
+
+
 def is_silent(page: PageClient) -> bool:
+    """Whether nothing is heard from one beat to the next."""
+    wait_for_beat(page)
     before = heard(page)
-    time.sleep(SILENT_S)
+    wait_for_beat(page)
     return heard(page) == before
 
 
@@ -144,7 +150,8 @@ def test_a_probe_that_dies_again_and_again_is_left_alone(start: Start, sleeper: 
                 wait_until(lambda: probe_of(run) is None, "its end")
         wait_until(lambda: "4 times" in str(page.of("probe")[-1:]), "the last death")
         assert "4 times" in page.of("probe")[-1]["reason"]
-        time.sleep(SILENT_S)
+        wait_for_beat(page)
+        wait_for_beat(page)
         assert probe_of(run) is None
         answer = page.ask("probe", request={"do": "explain", "topic": TOPIC})
         assert "4 times" in answer["error"]["message"]

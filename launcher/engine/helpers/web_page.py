@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Callable, Mapping
 
 from launcher.engine.helpers.client_process import ClientProcess
@@ -39,7 +38,7 @@ class WebPage:
         *,
         show: Callable[[str], None],
     ) -> None:
-        self._settings = {**settings, "token": secrets.token_urlsafe(24)}
+        self._settings = dict(settings)
         self._show = show
         self._link: str | None = None
         self._waiting: list[Done] = []
@@ -82,7 +81,7 @@ class WebPage:
             if answer["link"] != self._link:
                 self._show(f"page: {answer['link']}")
             self._link = answer["link"]
-            self._settings["port"] = answer["port"]
+            self._settings |= {"port": answer["port"], "token": answer["token"]}
             self._process.greeting = json.dumps(self._settings).encode()
         else:
             self._process.give_up()  # it would fail again
