@@ -46,6 +46,11 @@ async def read_tree(target: str, arguments: Sequence[str]) -> Tree | None:
     return tree
 
 
+def numbered(processes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The processes of a plan document with their names, whose numbers count those of the run."""
+    return [{**one, "name": f"{one['label']}-{i}"} for i, one in enumerate(processes, 1)]
+
+
 def named(tree: Tree | None, processes: Sequence[dict[str, Any]]) -> Tree | None:
     """The tree with the names that the processes have in the run; null if it was not started.
 

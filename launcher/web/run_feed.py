@@ -13,7 +13,7 @@ from typing import Any
 
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
-from launcher.web.plan_tree import Tree, named, read_tree
+from launcher.web.plan_tree import Tree, named, numbered, read_tree
 from launcher.web.run_client import Answer, RunClient
 
 KEEP_SAMPLES = 600  # ten minutes
@@ -196,7 +196,7 @@ class RunFeed:
             answer = await self._requests.ask("plan")
             if answer.get("ok"):
                 plan = dict(answer["result"])
-                self.plan = {"event": "plan", **plan, "processes": self._named(plan["processes"])}
+                self.plan = {"event": "plan", **plan, "processes": numbered(plan["processes"])}
                 self._send_plan()
 
     def _send_plan(self) -> None:
@@ -212,10 +212,6 @@ class RunFeed:
     async def _read_tree(self) -> None:
         self._tree = await read_tree(str(self.run["target"]), self.run["arguments"])
         self._send_plan()
-
-    def _named(self, processes: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        """With the name of each, whose number counts the processes of the run."""
-        return [{**one, "name": f"{one['label']}-{i}"} for i, one in enumerate(processes, 1)]
 
     def _has_ended(self) -> None:
         self._open -= 1

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import quote, unquote, urlsplit
 
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -109,7 +109,7 @@ class WebServer:
         if host in ("0.0.0.0", "::"):
             host = socket.gethostname()
         shown = f"[{host}]" if ":" in host else host
-        return f"{self._scheme}://{shown}:{port}/?token={self._token}"
+        return f"{self._scheme}://{shown}:{port}/?token={quote(self._token, safe='')}"
 
 
 class _Http(H11Protocol):
@@ -208,7 +208,7 @@ async def _serve_for_launcher(settings: Settings) -> None:
 def _tell(link: str) -> None:
     """With what the launcher gives a server that replaces this one."""
     parts = urlsplit(link)
-    token = parts.query.removeprefix("token=")
+    token = unquote(parts.query.removeprefix("token="))
     print(json.dumps({"link": link, "port": parts.port, "token": token}), flush=True)
 
 

@@ -181,12 +181,12 @@ def test_the_token_is_in_no_file_and_no_command_line(start: Start, sleeper: Path
 @pytest.mark.thorough
 def test_a_token_of_a_file_is_used(start: Start, sleeper: Path, tmp_path: Path):
     file = tmp_path / "token"
-    file.write_text("correct-horse-battery\n")
+    file.write_text("correct horse&battery#+%41\n")
     file.chmod(0o600)
 
     _, link = start(sleeper, "--web-token", str(file))
 
-    assert link.endswith("/?token=correct-horse-battery")
+    assert link.endswith("/?token=correct%20horse%26battery%23%2B%2541")
     assert get(link)[0] == 200
 
 

@@ -6,34 +6,19 @@ object, and nothing if the launch file cannot be planned.
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from launcher.commands import launch
-from launcher.commands import plan as planning
 from launcher.commands.launch.certainty import is_certain
-from launcher.commands.launch.target import LaunchRequest
+from launcher.commands.launch.planned import print_planned
 from launcher.control.selection import ProcessNames
-from launcher.errors import ExitCode, LauncherError
 from launcher.interpreter.trace import Visit
 from launcher.language.events.launch import IncludeLaunchDescription, TimerEvent
 from launcher.model.events import LoadRequest
 from launcher.planner import Plan, Stamp
 
 _ANY_TIME: dict[str, Any] = {"time_s": None, "cause": None}
-
-
-def main(words: Sequence[str]) -> int:
-    try:
-        plan = planning.evaluate(LaunchRequest.of(launch.COMMAND.parse(words)))
-    except LauncherError as error:
-        return error.exit_code
-    if plan.error is not None:
-        return ExitCode.USAGE
-    print(json.dumps(_document(plan)))
-    return ExitCode.OK
 
 
 def _document(plan: Plan) -> dict[str, Any]:
@@ -96,4 +81,4 @@ def _component(load: LoadRequest) -> str | None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(print_planned(sys.argv[1:], _document))

@@ -6,11 +6,6 @@ The launch file, which may contain any code, is planned in a process of its own.
 from __future__ import annotations
 
 import contextlib
-import json
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -23,8 +18,7 @@ from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import label_of, matches
 from launcher.smoke.preflight.checks import Findings
-
-PLAN_S = 20.0  # a launch file that takes longer is launched without a forecast
+from launcher.smoke.preflight.planned import planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,21 +81,9 @@ def ask(words: Sequence[str]) -> Forecast | None:
 
     `words` are a target, launch arguments, and the options for reading it.
     """
-    command = [sys.executable, "-m", "launcher.commands.launch.forecast", *words]
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as process:
-        try:
-            answer = json.loads(process.communicate(timeout=PLAN_S)[0])
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
-            return None
-        except ValueError:
-            return None
+    answer = planned("launcher.commands.launch.forecast", words)
+    if answer is None:
+        return None
     return Forecast(
         processes=tuple(
             ProcessNames(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])

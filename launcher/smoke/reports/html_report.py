@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +11,7 @@ from typing import Any
 from launcher import __version__
 from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.observe.facts import LogLine
+from launcher.smoke.preflight.planned import planned
 from launcher.smoke.reports import json_report, page_lines, page_processes
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.moments import item, moment_s
@@ -24,9 +20,9 @@ from launcher.web import assets
 from launcher.web.frozen import FrozenRun, freeze
 from launcher.web.graph_state import GraphState
 from launcher.web.layout import Layout, render, source
-from launcher.web.plan_tree import Tree, named
+from launcher.web.plan_tree import Tree, named, numbered
 
-PLAN_S = 20.0  # a launch file that takes longer has no tree
+_OUTLINE = "launcher.commands.launch.outline"
 MAX_EVENTS = 20_000
 RATE_S = 10.0  # before the stop
 MESSAGES = 20  # the last ones of each topic
@@ -45,7 +41,7 @@ def write(path: Path, results: Sequence[Result], target: str, words: Sequence[st
 
     `words` name the launch file, its arguments, and how it is read; without them there is no tree.
     """
-    tree = _tree(words)
+    tree: Tree | None = planned(_OUTLINE, words) if words else None
     most = page_lines.MAX_LINES // len(results), page_lines.MAX_CHARACTERS // len(results)
     runs = [
         FrozenRun(label=_label(number, one), messages=messages(one, target, tree, most))
@@ -228,10 +224,7 @@ def _plan(result: Result, tree: Tree | None) -> Message | None:
     """What the launch file has done, from the files of the run."""
     try:
         plan: Message = json.loads((result.folder / _PLAN).read_text(encoding="utf-8"))
-        processes = [
-            {**one, "name": f"{one['label']}-{number}"}
-            for number, one in enumerate(plan["processes"], 1)
-        ]
+        processes = numbered(plan["processes"])
     except (OSError, ValueError, KeyError, TypeError):
         return None  # it was killed before it wrote the file
     return {"event": "plan", **plan, "processes": processes, "tree": named(tree, processes)}
@@ -253,26 +246,3 @@ def _expectations(result: Result) -> list[Message]:
         detail = "; ".join(reasons)
         found.append({"title": "the run", "state": "failed", "wall": wall_s, "detail": detail})
     return found
-
-
-def _tree(words: Sequence[str]) -> Tree | None:
-    """The tree of the launch file, which a process of its own evaluates."""
-    if not words:
-        return None
-    command = [sys.executable, "-m", "launcher.commands.launch.outline", *words]
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as process:
-        try:
-            tree: Tree = json.loads(process.communicate(timeout=PLAN_S)[0])
-        except ValueError:
-            return None
-        except subprocess.TimeoutExpired:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            return None
-    return tree

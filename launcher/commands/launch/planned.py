@@ -1,0 +1,31 @@
+"""Prints what is planned of a launch file, for processes that ask for it by `python -m`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+
+from launcher.commands import launch
+from launcher.commands import plan as planning
+from launcher.commands.launch.target import LaunchRequest
+from launcher.errors import ExitCode, LauncherError
+from launcher.planner import Plan
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+
+def print_planned(words: Sequence[str], document: Callable[[Plan], Any]) -> int:
+    """Print `document` of the plan as JSON; nothing if the launch file cannot be planned.
+
+    `words` are those of a launch. Returns the exit code.
+    """
+    try:
+        plan = planning.evaluate(LaunchRequest.of(launch.COMMAND.parse(words)))
+    except LauncherError as error:
+        return error.exit_code
+    if plan.error is not None:
+        return ExitCode.USAGE
+    print(json.dumps(document(plan)))
+    return ExitCode.OK
