@@ -139,8 +139,9 @@ function closed(event) {
 
 // A laptop that slept may hold a connection that is dead without knowing it.
 function checkSilence() {
-  if (socket?.readyState === WebSocket.OPEN && Date.now() - heardAt > SILENT_MS) {
-    socket.close();
-    if (link.state === "open") closed({ code: 0 });
-  }
+  if (socket?.readyState !== WebSocket.OPEN || Date.now() - heardAt <= SILENT_MS) return;
+  // Its own end may come much later, and must not make a second connection then.
+  socket.onclose = socket.onmessage = null;
+  socket.close();
+  closed({ code: 0 });
 }
