@@ -21,7 +21,7 @@ from tests.build.small_packages import (
     python_package,
     write,
 )
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 SLEEP = "execute_process(COMMAND sleep 1000)"
 NOBODY = 65534
@@ -62,7 +62,7 @@ class RunningBuild:
         return self.process.stdout.readline()
 
     def end(self) -> tuple[int, str, str]:
-        out, err = self.process.communicate(timeout=TIMEOUT_S)
+        out, err = rest_of(self.process, TIMEOUT_S)
         return self.process.returncode, out, err
 
 

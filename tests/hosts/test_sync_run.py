@@ -15,7 +15,7 @@ from tests.support.hosts import Host, Lab
 from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.requirements import needs_robots
 from tests.support.sync_hosts import WORKSPACE
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 from tests.support.workspaces import BuiltWorkspace
 
 NETWORK = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DOMAIN_ID": "43"}
@@ -66,7 +66,7 @@ class Fleet:
             if all(any(text in one for one in lines) for text in expected):
                 process.send_signal(signal.SIGINT)
                 break
-        rest, _ = process.communicate(timeout=120)
+        rest, _ = rest_of(process, 120)
         text = "".join([*lines, rest])
         assert process.returncode == 0, text
         return text

@@ -19,7 +19,7 @@ from launcher.socket_directory import ControlError
 from tests.process.conftest import ControlBench
 from tests.support.controlled_run import ControlledRun
 from tests.support.node_process import REPOSITORY, shared_memory_of
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 pytest.importorskip("rclpy")
 
@@ -460,7 +460,7 @@ def test_nodes_that_pkg_create_makes(bench: ControlBench, tmp_path: Path):
         ):
             run.send_signal(signal.SIGINT)
             break
-    seen += run.communicate(timeout=60)[0]
+    seen += rest_of(run)[0]
     assert run.returncode == 0, seen
     for name in ("talker-1", "listener-2"):
         assert f"[INFO] [{name}]: node has finished cleanly in composed-1" in seen

@@ -17,7 +17,7 @@ from launcher.hosts.sync.packages import collect
 from tests.support.ros_installation import Installation
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, pinned
 from tests.support.verbs import Answer
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 TIMEOUT_S = 60
 
@@ -156,7 +156,7 @@ def test_the_fleet_runs_with_a_console_that_cannot_start(ros_host: RosHost):
             if re.search(r"robot_1: [1-9]\d* tasks", line):
                 break
         process.send_signal(signal.SIGINT)
-        lines.append(process.communicate(timeout=TIMEOUT_S)[0])
+        lines.append(rest_of(process, TIMEOUT_S)[0])
     assert process.returncode == 0, "".join(lines)
     assert "exit code 0: " in lines[-1], "".join(lines)
 

@@ -27,7 +27,7 @@ from tests.support.bag_talker import TOPICS
 from tests.support.bags import START_NS, counting, write_bag
 from tests.support.node_process import REPOSITORY
 from tests.support.verbs import TIMEOUT_S, launcher
-from tests.support.waiting import wait_until
+from tests.support.waiting import rest_of, wait_until
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ class Recording:
         return self.wait()
 
     def wait(self) -> int:
-        self.text += self.process.communicate(timeout=TIMEOUT_S)[1]
+        self.text += rest_of(self.process, TIMEOUT_S)[1]
         return self.process.returncode
 
 

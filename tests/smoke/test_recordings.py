@@ -10,6 +10,7 @@ import pytest
 
 from launcher.smoke.preflight import loader
 from tests.smoke.bench import DEAF, IMPATIENT, PATIENT, REPOSITORY, SHORT, Bench
+from tests.support.waiting import rest_of
 
 ONCE = ("--repeat=1", "--for=1")
 ERROR = 'sh("bad", "echo \'[ERROR] [bad]: no map\'; exec sleep 1000"),'
@@ -86,7 +87,7 @@ def test_an_interrupted_recording_leaves_nothing(bench: Bench, path: Path):
     while "started" not in told:
         told = run.stdout.readline()
     run.send_signal(signal.SIGINT)
-    told, _ = run.communicate(timeout=120)
+    told, _ = rest_of(run, 120)
     assert run.returncode == 130
     assert "nothing was recorded" in told and "interrupted" in told
     assert not path.exists()

@@ -10,6 +10,7 @@ import pytest
 
 from tests.smoke.bench import PATIENT, REPOSITORY, Bench, talking
 from tests.support.drawing import is_drawn
+from tests.support.waiting import rest_of
 
 pytestmark = pytest.mark.thorough
 
@@ -62,7 +63,7 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
         p for p in psutil.Process(run.pid).children() if "launcher.ros.probe" in p.cmdline()
     ]
     probe.suspend()
-    told, _ = run.communicate(timeout=120)
+    told, _ = rest_of(run, 120)
     assert run.returncode == 1
     assert "the ROS probe did not answer" in told
     assert not probe.is_running()

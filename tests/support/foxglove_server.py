@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from tests.support.verbs import TIMEOUT_S
+from tests.support.waiting import rest_of
 
 
 class Server:
@@ -31,7 +32,7 @@ class Server:
     def end(self) -> tuple[str, str]:
         """Ctrl-C; what it printed after the start, on both streams."""
         self.process.send_signal(signal.SIGINT)
-        return self.process.communicate(timeout=TIMEOUT_S)
+        return rest_of(self.process, TIMEOUT_S)
 
 
 @contextlib.contextmanager
