@@ -158,6 +158,18 @@ def test_the_traffic_of_all_subscriptions_comes_at_once(probe, domain):
         probe.ask("unsubscribe", sub=key)
 
 
+def test_the_history_of_a_latched_topic_is_no_traffic(probe, domain):
+    with talking(domain, "tests.support.sample_nodes"):
+        probe.ask("subscribe", sub="l", topic="/latched", messages=False)
+
+        def now() -> dict[str, Any]:
+            return dict(probe.ask("traffic")["subs"]["l"])
+
+        wait_until(lambda: now()["count"] == 5, "the history")
+        assert (now()["rate_hz"], now()["bytes_per_s"]) == (0.0, 0.0)
+    probe.ask("unsubscribe", sub="l")
+
+
 def test_a_topic_of_two_types_has_failed_and_says_why(domain):
     with ProbeProcess(domain) as probe, ExitStack() as both:
         both.enter_context(talking(domain, NUMBERS, "double", "1", "1"))

@@ -76,7 +76,8 @@ class Subscription:
         self.times_ns.append(at_ns)
         self.count += 1
         self.size_bytes += size_bytes
-        self.traffic.add(at_ns, size_bytes)
+        if not sample.is_history:
+            self.traffic.add(at_ns, size_bytes)
 
     def hold(self, sample: Sample) -> None:
         """Keep the newest message for the end of the period."""
