@@ -11,7 +11,7 @@ from typing import Any
 from launcher.web import layout
 from launcher.web.graph_state import GraphState, Rows
 from launcher.web.hub import Hub, Message
-from launcher.web.numbers import Series, numbers_at
+from launcher.web.numbers import Point, Series, numbers_at
 from launcher.web.probe_client import Answer, ProbeClient
 
 MAX_RESTARTS = 3  # in so many seconds:
@@ -281,7 +281,7 @@ class GraphFeed:
         return None if series is None else _points(topic, field, series.all(), reset=True)
 
 
-def _points(topic: str, field: str, points: list[tuple[float, float]], *, reset: bool) -> Message:
+def _points(topic: str, field: str, points: list[Point], *, reset: bool) -> Message:
     return {"event": "points", "topic": topic, "field": field, "points": points, "reset": reset}
 
 

@@ -10,11 +10,13 @@ from typing import Any
 
 KEEP_POINTS = 20_000
 KEEP_S = 600.0
+Point = tuple[float, float | None]
+_NOT_FINITE = ("nan", "inf", "-inf")  # as the probe sends them: JSON has no such numbers
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 def numbers_at(data: Any, path: str) -> float | None:
-    """The finite number (or truth value) at this path of a message; None if there is none."""
+    """The number (or truth value) at this path of a message; None if there is none."""
     value = data
     for name, index in _STEP.findall(path):
         value = _opened(value)
@@ -23,18 +25,12 @@ def numbers_at(data: Any, path: str) -> float | None:
         except (KeyError, IndexError, TypeError):
             return None
     value = _opened(value)
-    if isinstance(value, (int, float)):
-        return _finite(value)
-    return None
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no nan and no infinity."""
-    try:
-        number = float(value)
-    except OverflowError:
+    if not isinstance(value, (int, float)) and value not in _NOT_FINITE:
         return None
-    return number if math.isfinite(number) else None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _opened(value: Any) -> Any:
@@ -48,24 +44,30 @@ def _opened(value: Any) -> Any:
 
 
 class Series:
-    """The points (wall time, value) of one plot in the last minutes."""
+    """The points (wall time, value) of one plot in the last minutes.
+
+    NaN and infinity become a gap, whose value is None.
+    """
 
     def __init__(self) -> None:
-        self._points: deque[tuple[float, float]] = deque(maxlen=KEEP_POINTS)
-        self._new: list[tuple[float, float]] = []
+        self._points: deque[Point] = deque(maxlen=KEEP_POINTS)
+        self._new: list[Point] = []
 
     def add(self, wall: float, value: float | None) -> None:
         if value is None:
             return
-        self._points.append((wall, value))
-        self._new.append((wall, value))
+        point = (wall, value if math.isfinite(value) else None)
+        if point[1] is None and (not self._points or self._points[-1][1] is None):
+            return
+        self._points.append(point)
+        self._new.append(point)
         while wall - self._points[0][0] > KEEP_S:
             self._points.popleft()
 
-    def take_new(self) -> list[tuple[float, float]]:
+    def take_new(self) -> list[Point]:
         """The points since the last call."""
         new, self._new = self._new, []
         return new
 
-    def all(self) -> list[tuple[float, float]]:
+    def all(self) -> list[Point]:
         return list(self._points)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from std_msgs.msg import Int32, String
+from std_msgs.msg import Float32, Int32, String
 from std_srvs.srv import SetBool
 
 HOSTILE = (
@@ -24,6 +25,7 @@ class Counter(Node):
         super().__init__("counter")
         self.count = 0
         self._counts = self.create_publisher(Int32, "counts", 10)
+        self._gaps = self.create_publisher(Float32, "gaps", 10)
         self._texts = self.create_publisher(String, "texts", 10)
         speed = ParameterDescriptor(
             description="metres per second",
@@ -49,6 +51,7 @@ class Counter(Node):
     def _tick(self) -> None:
         self.count += 1
         self._counts.publish(Int32(data=self.count))
+        self._gaps.publish(Float32(data=self.count / 2 if self.count % 20 < 10 else math.nan))
         text = json.dumps({"count": self.count, "text": HOSTILE})
         self._texts.publish(String(data=text if self.count % 2 else HOSTILE))
         if self.count % 10 == 0:

@@ -67,6 +67,15 @@ def test_a_counter_is_plotted(page: Page):
     assert "plot=" in page.url
 
 
+def test_nan_is_a_gap_of_the_plot(page: Page):
+    show(page, "topics")
+    page.locator('tr[data-topic="/gaps"]').click()
+    page.locator('[data-plot="data"]').click()
+    value = page.locator('[data-series="/gaps data"] [data-last]')
+    for text in (re.compile(r"\d"), re.compile(r"^\D+$"), re.compile(r"\d")):
+        expect(value).to_have_text(text)
+
+
 def test_a_number_in_a_string_of_json_is_plotted(page: Page):
     show(page, "topics")
     page.locator('tr[data-topic="/texts"]').click()

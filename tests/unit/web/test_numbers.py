@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -36,11 +37,12 @@ MESSAGE = {
         ("pose[0]", None),
         ("ranges[9]", None),
         ("ranges.x", None),
-        *((f"bad[{index}]", None) for index in range(5)),
+        *((f"bad[{index}]", math.nan) for index in (0, 2)),
+        *((f"bad[{index}]", math.inf) for index in (1, 3, 4)),
     ],
 )
 def test_numbers_at(path: str, number: Any) -> None:
-    assert numbers_at(MESSAGE, path) == number
+    assert numbers_at(MESSAGE, path) == pytest.approx(number, nan_ok=True)
 
 
 def test_a_series_keeps_the_last_minutes_and_tells_what_is_new() -> None:
@@ -51,3 +53,10 @@ def test_a_series_keeps_the_last_minutes_and_tells_what_is_new() -> None:
     series.add(KEEP_S + 1, 2.0)
     assert series.take_new() == [(KEEP_S + 1, 2.0)]
     assert series.all() == [(KEEP_S + 1, 2.0)]
+
+
+def test_numbers_that_are_not_finite_are_one_gap() -> None:
+    series = Series()
+    for wall, value in enumerate([math.nan, 1.0, math.inf, math.nan, 2.0]):
+        series.add(float(wall), value)
+    assert series.all() == [(1.0, 1.0), (2.0, None), (4.0, 2.0)]

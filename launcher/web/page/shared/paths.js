@@ -19,11 +19,11 @@ export function childPath(path, key) {
   return path === "" ? key : `${path}.${key}`;
 }
 
-// Whether a plot can show it; numbers are sent as text when JSON has none for them (NaN).
+// Whether a plot can show it. Numbers that JSON does not have (NaN) are sent as text.
 export const isNumeric = (value) =>
   typeof value === "number" ||
   typeof value === "boolean" ||
-  (typeof value === "string" && /^\s*-?\d+(\.\d+)?([eE][+-]?\d+)?\s*$/.test(value));
+  (typeof value === "string" && /^\s*-?(\d+(\.\d+)?([eE][+-]?\d+)?|nan|inf)\s*$/.test(value));
 
 // YAML of plain data, good enough to be read by a YAML parser: strings are quoted as in JSON.
 export function toYaml(value, indent = "") {

@@ -17,7 +17,9 @@ const LIGHT = ["#0f6bb3", "#b3261e", "#1a7f37", "#7b4bb3", "#8a5a00", "#00707a"]
 const DARK = ["#6cb6ff", "#ff8a80", "#57c272", "#c79bff", "#e0ac4a", "#5fd0d8"];
 
 const colour = (name) => getComputedStyle(document.body).getPropertyValue(`--${name}`).trim();
-const short = (value) => String(Number(value.toPrecision(5)));
+// A line does not show a single point.
+const isBroken = (points) => points.length < 2 || points.some(([, value]) => value === null);
+const short = (value) => (value == null ? "–" : String(Number(value.toPrecision(5))));
 
 // `series`: ["topic\nfield", ...]. Emits "remove" with one of them.
 export const Plot = {
@@ -43,10 +45,7 @@ export const Plot = {
     );
     const tone = (index) => palette()[index % palette().length];
     const dash = (index) => DASHES[Math.floor(index / LIGHT.length) % DASHES.length];
-    const last = (key) => {
-      const value = plots.get(key)?.at(-1)?.[1];
-      return value === undefined ? "–" : short(value);
-    };
+    const last = (key) => short(plots.get(key)?.at(-1)?.[1]);
 
     watch(
       () => [...props.series],
@@ -115,7 +114,8 @@ export const Plot = {
           id: key,
           name: label,
           type: "line",
-          showSymbol: (points.get(key) ?? []).length < 2,
+          showSymbol: isBroken(points.get(key) ?? []),
+          symbolSize: 4,
           sampling: "minmax",
           yAxisIndex: right.value.has(key) ? 1 : 0,
           lineStyle: { color: tone(index), width: 1.8, type: dash(index) },
