@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.support.browser import page_at
 from tests.support.controlled_run import ControlledRun
+from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW
 from tests.support.waiting import wait_until
 from tests.web.conftest import starting
 
@@ -177,6 +178,7 @@ def test_the_graph_says_what_does_not_match(page: Page):
     expect(details.locator('[data-field="last"]')).to_contain_text("robot_")
 
 
+@pytest.mark.skipif(not CAN_DRAW, reason=HOW_TO_DRAW)
 def test_the_graph_is_turned_where_it_is_narrow(started: Browser, fleet):
     def is_below(width: int) -> bool:
         """Whether the picture goes from top to bottom."""
