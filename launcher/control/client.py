@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.protocol import VERSION
+from launcher.control.protocol import Request
 from launcher.errors import ExitCode
 from launcher.model.record import Record
 from launcher.socket_directory import ControlError
@@ -144,16 +144,10 @@ class Connection:
     def send(self, verb: str, names: Sequence[str] = (), **options: Any) -> int:
         """Send a request and return its id; `read` or `next_item` get the answers."""
         request_id = next(self._ids)
-        request = {
-            "protocol": VERSION,
-            "id": request_id,
-            "verb": verb,
-            "names": list(names),
-            "options": options,
-        }
+        request = Request(request_id, verb, tuple(names), options)
         self._socket.settimeout(HELLO_TIMEOUT_S)
         try:
-            self._socket.sendall(json.dumps(request).encode() + b"\n")
+            self._socket.sendall(request.line())
         except OSError as error:
             raise _lost(error) from None
         return request_id

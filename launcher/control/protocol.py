@@ -37,6 +37,12 @@ class Request(Record):
     names: tuple[str, ...]
     options: Mapping[str, Any]
 
+    def line(self) -> bytes:
+        """As it is sent."""
+        document = {"protocol": VERSION, "id": self.id, "verb": self.verb}
+        document |= {"names": list(self.names), "options": dict(self.options)}
+        return json.dumps(document).encode() + b"\n"
+
 
 class RequestError(Exception):
     """A line that is not a request; `id` is the one it gave, if it could be read."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.control.protocol import VERSION
+from launcher.control.protocol import Request
 from launcher.socket_directory import ControlError
 
 _LINE_LIMIT = 16 * 1024 * 1024  # an answer of `logs` has 1 MB of lines
@@ -68,15 +68,9 @@ class RunClient:
 
     def _send(self, verb: str, names: Sequence[str], options: Mapping[str, Any]) -> int:
         number = next(self._ids)
-        request = {
-            "protocol": VERSION,
-            "id": number,
-            "verb": verb,
-            "names": list(names),
-            "options": dict(options),
-        }
+        request = Request(number, verb, tuple(names), options)
         if self._writer is not None and not self._writer.is_closing():
-            self._writer.write(json.dumps(request).encode() + b"\n")
+            self._writer.write(request.line())
         return number
 
     async def _read(self, reader: asyncio.StreamReader) -> None:
