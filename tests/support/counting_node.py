@@ -15,8 +15,10 @@ from std_msgs.msg import Float32, Int32, String
 from std_srvs.srv import SetBool
 
 HOSTILE = (
-    "<img src=x onerror=\"alert('x')\"><script>alert(1)</script>&lt;b&gt;{{7*7}}${7*7}\u202eabc"
+    "<img src=x onerror=\"alert('x')\"><script>alert(1)</script>&lt;b&gt;"
+    "{{7919*6271}}${7919*6271}\u202eabc"
 )
+EVALUATED = "49660049"  # what a template would make of it
 REFUSAL = "robots do not <b>run</b>"
 
 
