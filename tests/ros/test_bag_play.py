@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
-import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -25,6 +23,7 @@ from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
 
 STRING = "std_msgs/msg/String"
+PERIOD_NS = 4_000_000
 RIGHT, UP, DOWN = "\x1b[C", "\x1b[A", "\x1b[B"
 PADDED = [string_cdr(f"message {n}") for n in range(1000)]
 PLAY = (sys.executable, "-m", "launcher", "bag", "play")
@@ -48,7 +47,7 @@ def listening(env: dict[str, str], *words: str):
 
 
 def test_everything_is_published_in_order_at_its_times(domain, tmp_path: Path):
-    bag = write_bag(tmp_path / "bag", counting("/chatter", 500, 0.004))
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 500, PERIOD_NS / 1e9))
     with listening(domain, f"/chatter={STRING}") as listener:
         answer = launcher(domain, "bag", "play", str(bag))
         found = heard(listener, 500)
@@ -56,9 +55,10 @@ def test_everything_is_published_in_order_at_its_times(domain, tmp_path: Path):
     assert answer.err == "playing 1 topic\nplayed 500 messages\n"
     assert [bytes.fromhex(data) for _, data, _ in found] == PADDED[:500]
     times = [ns for *_, ns in found]
-    assert times[-1] - times[0] >= 499 * 3_990_000  # never early
-    gaps = [b - a for a, b in itertools.pairwise(times)]
-    assert statistics.median(gaps) > 3_000_000
+    late = [ns - n * PERIOD_NS for n, ns in enumerate(times)]  # all from one unknown start
+    # On a busy machine any message may be late, also the first one, and several are sent at once;
+    # the last of them is late by less than a period. How late most are: benchmarks, `bag-play`.
+    assert abs(min(late[250:]) - min(late[:250])) < 2 * PERIOD_NS
 
 
 @pytest.mark.thorough
