@@ -99,10 +99,9 @@ class Publishers:
         """Return when the subscriptions and services of the graph are connected."""
         if graph is None:
             return
-        subscriptions = {name: self._matching(graph, name) for name in self._publishers}
+        subscriptions = [(one, self._matching(graph, one)) for one in self._all()]
         end = time.monotonic() + limit_s
-        for name, count in subscriptions.items():
-            publisher = self._publishers[name]
+        for publisher, count in subscriptions:
             while publisher.get_subscription_count() < count and time.monotonic() < end:
                 time.sleep(_PERIOD_S)
         for client in self._clients.values():
@@ -113,8 +112,13 @@ class Publishers:
             if not client.is_ready():
                 self._notes(f"the service {client.service} is not there")
 
-    def _matching(self, graph: GraphSnapshot, name: str) -> int:
-        publisher = self._publishers[name]
+    def _all(self) -> list[Any]:
+        """The publishers of topics, and that of `/clock`."""
+        clock = [] if self._clock is None else [self._clock]
+        return [*self._publishers.values(), *clock]
+
+    @staticmethod
+    def _matching(graph: GraphSnapshot, publisher: Any) -> int:
         own = qos.endpoint_of(
             publisher.qos_profile,
             Direction.PUBLISHER,
@@ -130,7 +134,7 @@ class Publishers:
         from rclpy.duration import Duration
 
         end = time.monotonic() + limit_s
-        for publisher in self._publishers.values():
+        for publisher in self._all():
             while not publisher.wait_for_all_acked(Duration(nanoseconds=_SLICE_NS)):
                 if time.monotonic() >= end:
                     return False
