@@ -26,8 +26,9 @@ Starter = Callable[[str], subprocess.Popen[bytes]]
 IDLE = "import signal; signal.pause()"
 BUSY = "while True: pass"
 TREE = f"import subprocess, sys; subprocess.run([sys.executable, '-S', '-c', {BUSY!r}])"
+# Opens no file after its last thread is there, so that a sample with all threads stays true.
 HUNGRY = f"""
-import os, threading
+import os, signal, threading
 memory = bytearray(os.urandom(64) * (50 << 20 >> 6))
 files = [open(os.devnull) for _ in range(40)]
 for _ in range(6):
@@ -86,9 +87,15 @@ def sample_until(sampler: WholeRounds, pid: int, fact: Callable[[Sample], object
     return latest[0]
 
 
-def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
+def started_hungry(start: Starter) -> int:
+    """The pid of a process that has taken all that it takes."""
     pid = start(HUNGRY).pid
-    sample_until(WholeRounds(), pid, lambda s: s.threads == 7 and s.fds >= 43)
+    sample_until(WholeRounds(), pid, lambda s: s.threads == 7)
+    return pid
+
+
+def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
+    pid = started_hungry(start)
     sample = WholeRounds().sample([pid], time.monotonic())[pid]
     assert sample.threads == 7 and sample.fds >= 43
     assert sample.processes == 1
@@ -98,8 +105,7 @@ def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
 
 def test_a_shell_reads_the_same_as_psutil(start: Starter):
     """What is read of a unit on another host, here of a process without one."""
-    pid = start(HUNGRY).pid
-    sample_until(WholeRounds(), pid, lambda s: s.threads == 7 and s.fds >= 43)
+    pid = started_hungry(start)
     script = Samples().script([pid, 2**22 + 1], 0.0)  # there is no such process
     shell = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
     (found,) = Samples().read(shell.stdout, {1: pid, 2: 2**22 + 1}, 0.0).values()
@@ -185,11 +191,10 @@ def test_a_new_child_does_not_hide_the_known_uss(start: Starter):
 
 
 def test_the_values_are_those_of_psutil(start: Starter):
-    child = start(HUNGRY)
-    sample_until(WholeRounds(), child.pid, lambda s: s.threads == 7 and s.fds >= 43)
-    sampler, process = WholeRounds(), psutil.Process(child.pid)
-    sampler.sample([child.pid], 0.0)
-    sample = sampler.sample([child.pid], 60.0)[child.pid]
+    pid = started_hungry(start)
+    sampler, process = WholeRounds(), psutil.Process(pid)
+    sampler.sample([pid], 0.0)
+    sample = sampler.sample([pid], 60.0)[pid]
     assert (sample.threads, sample.fds) == (process.num_threads(), process.num_fds())
     assert sample.rss_bytes == pytest.approx(process.memory_info().rss, rel=0.02)
     assert sample.uss_bytes == pytest.approx(process.memory_full_info().uss, rel=0.02)
@@ -198,8 +203,7 @@ def test_the_values_are_those_of_psutil(start: Starter):
 def test_open_files_are_counted_where_the_kernel_does_not(
     start: Starter, monkeypatch: pytest.MonkeyPatch
 ):
-    pid = start(HUNGRY).pid
-    sample_until(WholeRounds(), pid, lambda s: s.fds >= 43)
+    pid = started_hungry(start)
     counted = WholeRounds().sample([pid], 0.0)[pid].fds
     monkeypatch.setattr(resources, "_counts_files", lambda: False)
     assert WholeRounds().sample([pid], 0.0)[pid].fds == counted
