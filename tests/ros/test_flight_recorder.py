@@ -180,7 +180,13 @@ def test_a_recorder_that_is_killed_is_started_again(tmp_path: Path, domain):
         run.wait_until_recording()
         pids = _children(run.control.process.pid, "launcher.ros.bag.flight")
         assert len(pids) == 1
-        os.kill(pids[0], signal.SIGKILL)
+        os.kill(pids[0], signal.SIGSTOP)
+        with run.control.connect() as connection:
+            connection.send("snapshot")
+            connection.ask("ps")  # so the launcher has got the request
+            os.kill(pids[0], signal.SIGKILL)
+            answer = connection.read(60)
+        assert answer["error"]["message"] == "no snapshot: the flight recorder died"
         wait_until(lambda: "the flight recorder died (signal 9)" in run.screen, "a warning")
         run.wait_until_recording()
         assert run.verb("quit").code == 0

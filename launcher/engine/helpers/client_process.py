@@ -31,7 +31,8 @@ class ClientProcess:
     `without` says what a run lacks that cannot start it. It gets `goodbye_s` for its exit at the
     end of its standard input. The housekeeper frees its shared memory if it is killed. `keep` lets
     it outlive a killed launcher, to exit by itself. `on_line` is called with each line of its
-    output; without, it has none. `greeting` is the first line of its input.
+    output; without, it has none. When it has died, `on_exit` is called with whether it is
+    restarted. `greeting` is the first line of its input.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class ClientProcess:
         without: str,
         goodbye_s: float,
         on_line: Callable[[bytes], None] | None = None,
+        on_exit: Callable[[bool], object] = lambda is_restarted: None,
         greeting: bytes | None = None,
     ) -> None:
         self._reactor = reactor
@@ -55,6 +57,7 @@ class ClientProcess:
         self._without = without
         self._goodbye_s = goodbye_s
         self._on_line = on_line
+        self._on_exit = on_exit
         self.greeting = greeting
         self._output = b""
         # Without the run id: it exits by itself when we do.
@@ -89,6 +92,7 @@ class ClientProcess:
         except OSError as error:
             os.close(self._errors)
             self._warn(f"{self._without}: cannot start {self._name}: {error.strerror}")
+            self._on_exit(False)
             return
         self._keep(self._process.pid)
         self._housekeeper.add_helper(self._process.pid)
@@ -140,6 +144,7 @@ class ClientProcess:
         self._warn(f"{self._name} died ({how_it_ended(code)}){reason}; {what}")
         if is_restarted:
             self._timer = self._reactor.call_later(RESTART_DELAY_S, self.start)
+        self._on_exit(is_restarted)
 
     def close(self) -> None:
         """Let it finish, and wait for its exit."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections import deque
 from collections.abc import Callable, Mapping
 
 from launcher.engine.helpers.client_process import ClientProcess
@@ -34,7 +34,8 @@ class FlightRecorder:
         keep: Callable[[int], None],
     ) -> None:
         self._log = log
-        self._waiting: deque[Done] = deque()
+        self._waiting: dict[int, Done] = {}
+        self._ids = itertools.count(1)
         self._process = ClientProcess(
             reactor,
             (MODULE, json.dumps(settings)),
@@ -46,6 +47,7 @@ class FlightRecorder:
             without="nothing is recorded",
             goodbye_s=GOODBYE_S,
             on_line=self._heard,
+            on_exit=lambda is_restarted: self._fail("the flight recorder died"),
         )
 
     @property
@@ -57,8 +59,9 @@ class FlightRecorder:
 
     def snapshot(self, reason: str, done: Done) -> None:
         """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`."""
-        if self._process.send(json.dumps({"snapshot": reason}).encode()):
-            self._waiting.append(done)
+        number = next(self._ids)
+        if self._process.send(json.dumps({"snapshot": reason, "id": number}).encode()):
+            self._waiting[number] = done
         else:
             done({"error": "the flight recorder is not running"})
 
@@ -76,14 +79,18 @@ class FlightRecorder:
             self._log.note("snapshot", path=answer["snapshot"], reason=answer["reason"])
         elif "error" in answer:
             self._log.warn(f"no snapshot: {answer['error']}")
-        if answer.get("asked"):
-            waiting, self._waiting = self._waiting, deque()
-            for done in waiting:
-                done(answer)
+        for number in answer.get("asked", ()):
+            if number in self._waiting:
+                self._waiting.pop(number)(answer)
+
+    def _fail(self, error: str) -> None:
+        """Nobody will answer what has been requested."""
+        waiting, self._waiting = self._waiting, {}
+        for done in waiting.values():
+            done({"error": error})
 
     def close(self) -> None:
         """Let it write what it is about to write, and wait for its exit."""
         self._process.send(json.dumps({"end": True}).encode())
         self._process.close()
-        for done in self._waiting:
-            done({"error": "the run has ended"})
+        self._fail("the run has ended")

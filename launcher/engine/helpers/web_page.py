@@ -53,6 +53,7 @@ class WebPage:
             without="there is no page in the browser",
             goodbye_s=GOODBYE_S,
             on_line=self._heard,
+            on_exit=self._died,
             greeting=json.dumps(self._settings).encode(),
         )
 
@@ -86,6 +87,10 @@ class WebPage:
         else:
             self._process.give_up()  # it would fail again
         self._answer(answer)
+
+    def _died(self, is_restarted: bool) -> None:
+        if not is_restarted:  # else it answers when it works again
+            self._answer({"error": "the server of the page died"})
 
     def _answer(self, answer: dict[str, Any]) -> None:
         waiting, self._waiting = self._waiting, []

@@ -2,8 +2,8 @@
 
 It keeps the last messages of all topics in memory, and writes them with logs and events when a
 process has died unasked or when it is told to. SETTINGS is JSON (see `Settings`). It reads lines of
-JSON on stdin, `{"snapshot": REASON}` and `{"end": true}`, and answers each by a line on stdout,
-`{"snapshot": PATH}` or `{"error": TEXT}`, with `asked` unless it is because of a death;
+JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes lines to stdout:
+`{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it answers as `asked`;
 `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is the death of the
 launcher.
 """
@@ -20,6 +20,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -60,7 +61,7 @@ class _Due:
 
     at_s: float
     reasons: list[str] = field(default_factory=list)
-    automatic: bool = True
+    asked: list[int] = field(default_factory=list)  # ids of requests; none if it is automatic
 
 
 class _Both:
@@ -129,7 +130,7 @@ class FlightRecorder:
         for line in sys.stdin:
             order = json.loads(line)
             if "snapshot" in order:
-                self._requests.put(("snapshot", order["snapshot"]))
+                self._requests.put(("snapshot", (order["snapshot"], order["id"])))
             if order.get("end"):
                 self._requests.put(("end", None))
                 return
@@ -148,20 +149,21 @@ class FlightRecorder:
             match kind:
                 case "death":
                     at_s = max(now + AFTER_S, self._last_automatic_s + APART_S)
-                    self._plan(detail, at_s, automatic=True)
+                    self._plan(detail, at_s)
                 case "snapshot":
-                    self._plan(detail, now, automatic=False)
+                    reason, number = detail
+                    self._plan(reason, now, [number])
                 case "lost":
-                    self._plan("the launcher was killed", now, automatic=True)
+                    self._plan("the launcher was killed", now)
                     self._is_over = True
                 case "end":
                     self._is_over = self._was_told = True
 
-    def _plan(self, reason: str, at_s: float, *, automatic: bool) -> None:
+    def _plan(self, reason: str, at_s: float, asked: Sequence[int] = ()) -> None:
         if self._due is None:
-            self._due = _Due(at_s, automatic=automatic)
+            self._due = _Due(at_s)
         self._due.at_s = min(self._due.at_s, at_s)
-        self._due.automatic &= automatic
+        self._due.asked += asked
         if reason not in self._due.reasons:
             self._due.reasons.append(reason)
 
@@ -173,10 +175,10 @@ class FlightRecorder:
             return
         due, self._due = self._due, None
         assert due is not None
-        if due.automatic:
+        if not due.asked:
             self._last_automatic_s = time.monotonic()
         contents = self._contents("; ".join(due.reasons))
-        self._writing = threading.Thread(target=self._write, args=(contents, due.automatic))
+        self._writing = threading.Thread(target=self._write, args=(contents, due.asked))
         self._writing.start()
 
     def _contents(self, reason: str) -> Contents:
@@ -193,9 +195,9 @@ class FlightRecorder:
             run_folder=self._settings.run_folder,
         )
 
-    def _write(self, contents: Contents, automatic: bool) -> None:
+    def _write(self, contents: Contents, asked: list[int]) -> None:
         parent = os.path.join(self._settings.run_folder, "snapshots")
-        kind = "death" if automatic else "asked"
+        kind = "asked" if asked else "death"
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(contents.end_ns // 10**9))
         folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
         try:
@@ -203,13 +205,13 @@ class FlightRecorder:
             snapshot.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
             _prune(parent)
         except OSError as error:
-            say(error=f"cannot write {folder}: {error.strerror or error}", asked=not automatic)
+            say(error=f"cannot write {folder}: {error.strerror or error}", asked=asked)
         else:
             say(
                 snapshot=folder,
                 reason=contents.reason,
                 messages=len(contents.messages),
-                asked=not automatic,
+                asked=asked,
             )
 
     def _finish(self) -> None:
