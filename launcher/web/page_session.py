@@ -13,8 +13,10 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from launcher.control.verbs import READ_ONLY
+from launcher.socket_directory import ControlError
 from launcher.web.graph_feed import CHANGING, READING, GraphFeed
 from launcher.web.hub import Hub, Message, Outbox, encode
+from launcher.web.run_client import RunClient
 from launcher.web.run_feed import RunFeed
 
 PROTOCOL = 1
@@ -53,6 +55,8 @@ class PageSession:
         self._socket = socket
         self._outbox = Outbox()
         self._answers: set[asyncio.Task[None]] = set()
+        self._client: RunClient | None = None
+        self._connecting = asyncio.Lock()
         self._at_probe: dict[str, int] = {}  # open requests: our id, and that of the probe
         self._handlers: dict[str, Callable[[Request], Awaitable[Request]]] = {
             "open": self._open,
@@ -79,6 +83,8 @@ class PageSession:
             sender.cancel()
             for task in self._answers:
                 task.cancel()
+            if self._client is not None:
+                await self._client.close()
 
     async def _send(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has been closed
@@ -167,7 +173,13 @@ class PageSession:
             raise BadRequestError("bad-request", "the page follows the run already")
         self._allow(verb not in _ONLY_SHOWS)
         names = [str(name) for name in request.get("names") or ()]
-        return await self._feeds.run.ask(verb, names, options)
+        try:
+            async with self._connecting:
+                if self._client is None:
+                    self._client = await self._feeds.run.connect_page()
+        except ControlError as error:
+            raise BadRequestError("stopping", error.message) from None
+        return await self._client.ask(verb, names, options)
 
     def _allow(self, changes: bool) -> None:
         if changes and self._feeds.read_only:

@@ -14,7 +14,7 @@ from typing import Any
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
 from launcher.web.plan_tree import Tree, named, numbered, read_tree
-from launcher.web.run_client import Answer, RunClient
+from launcher.web.run_client import RunClient
 
 KEEP_SAMPLES = 600  # ten minutes
 KEEP_EVENTS = 4000  # as many as the run itself
@@ -49,6 +49,7 @@ class RunFeed:
         self._samples: dict[str, deque[tuple[Any, Any, Any]]] = {}
         self._counted: dict[str | None, int] = {}
         self._batch: list[Any] = []
+        self._socket = Path()
         self._is_closing = False
         self._is_plan_old = False
         self._heard_s = time.monotonic()
@@ -72,6 +73,7 @@ class RunFeed:
 
     async def start(self, socket: Path) -> None:
         """Connect; ControlError."""
+        self._socket = socket
         await self._requests.connect(socket)
         await self._lines.connect(socket)
         self._requests.follow("events", self._take_event)
@@ -95,8 +97,11 @@ class RunFeed:
         await self._requests.close()
         await self._lines.close()
 
-    async def ask(self, verb: str, names: list[str], options: dict[str, Any]) -> Answer:
-        return await self._requests.ask(verb, names, options)
+    async def connect_page(self) -> RunClient:
+        """A connection for the requests of one page, which end with it; ControlError."""
+        client = RunClient(lambda: None)
+        await client.connect(self._socket)
+        return client
 
     # ---- what comes in
 

@@ -113,10 +113,17 @@ class PageClient:
 
     def ask(self, do: str, **fields: Any) -> dict[str, Any]:
         """Send a request, and wait for its answer."""
+        return self.answer(self.send(do, **fields))
+
+    def send(self, do: str, **fields: Any) -> int:
+        """Send a request; its number, for `answer`."""
         self._number += 1
-        number = self._number
-        self.socket.send(json.dumps({"id": number, "do": do, **fields}))
-        wait_until(lambda: number in self.answers, f"an answer to {do}")
+        self.socket.send(json.dumps({"id": self._number, "do": do, **fields}))
+        return self._number
+
+    def answer(self, number: int) -> dict[str, Any]:
+        """Wait for the answer to a request."""
+        wait_until(lambda: number in self.answers, f"the answer to request {number}")
         return self.answers.pop(number)
 
     def of(self, event: str) -> list[dict[str, Any]]:

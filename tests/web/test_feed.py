@@ -71,6 +71,49 @@ def test_a_process_is_stopped_and_started(start: Start, sleeper: Path):
         assert unknown["error"]["code"] == "unknown-name" and unknown["error"]["hint"]
 
 
+@pytest.fixture
+def slow(tmp_path: Path) -> Path:
+    """A launch file with a process that takes a second to stop."""
+    path = tmp_path / "slow.launch.py"
+    script = "trap 'sleep 1; exit 0' INT; echo ready; while :; do sleep 0.1; done"
+    path.write_text(
+        "from launch import LaunchDescription\n"
+        "from launch.actions import ExecuteProcess\n\n\n"
+        "def generate_launch_description():\n"
+        f"    cmd = ['sh', '-c', {script!r}]\n"
+        "    return LaunchDescription([ExecuteProcess(cmd=cmd, name='slow', output='screen')])\n"
+    )
+    return path
+
+
+def test_two_pages_share_a_restart(start: Start, slow: Path):
+    run, link = start(slow)
+    run.wait_for("ready")
+    with PageClient(link) as one, PageClient(link) as other:
+        one.open()
+        other.open()
+        numbers = [page.send("run", verb="restart", names=["slow"]) for page in (one, other)]
+        answers = [page.answer(number) for page, number in zip((one, other), numbers, strict=True)]
+        pids = {answer["text"][0].partition("with pid ")[2].split()[0] for answer in answers}
+        assert len(pids) == 1, answers
+
+
+def test_what_a_closed_page_has_asked_for_is_not_begun(start: Start, slow: Path):
+    run, link = start(slow)
+    run.wait_for("ready")
+    with run.connect() as connection:
+        connection.send("stop", ["slow"])
+        with PageClient(link) as page:
+            page.open()
+            page.send("run", verb="start", names=["slow"])
+            wait_until(
+                lambda: [e for e in run.ask("events")["events"] if e.get("verb") == "start"],
+                "the start waits",
+            )
+        assert "stopped in" in connection.read(60)["text"][0]
+    assert run.row("slow")["state"] == "STOPPED"
+
+
 def test_the_end_is_told_and_nothing_is_left(start: Start, sleeper: Path):
     run, link = start(sleeper)
     server = server_of(run.process.pid)
