@@ -27,7 +27,7 @@ def command_of(key: str, process: Process, everyone: Sequence[Process]) -> Words
     name = process["name"]
     commands: dict[str, Words] = {
         "s": ("stop" if process["state"] in _ALIVE else "start", name),
-        "k": ("kill", name, "-s", "SIGKILL"),
+        "k": ("kill", name),
         "r": ("restart", name),
         "m": ("unmute" if process.get("muted") else "mute", name),
         "o": ("unmute",) if _is_alone(process, everyone) else ("solo", name),

@@ -9,7 +9,8 @@ from launcher.control.results import sentence
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.debugger import Debugger, NotDebuggableError, debugger_for
 from launcher.engine.process import Process
-from launcher.engine.process_control import Kind, Result
+from launcher.engine.request_queue import Asked, ProcessRequest
+from launcher.engine.request_result import Kind, Result
 from launcher.engine.run_control import RunControl
 
 POLL_S = 0.1
@@ -43,10 +44,19 @@ class DebugRequest:
             if result.kind is Kind.STARTED and process.debugger is debugger:
                 self._await(process, debugger, self._control.reactor.now() + LISTENS_S)
                 return
-            process.next_debugger = None
+            if process.next_debugger is debugger:
+                process.next_debugger = None
             self._exchange.fail(BadCallError("wrong-state", sentence(result)))
 
-        self._control.process_control.restart(process, restarted)
+        control = self._control.process_control
+        request = control.ask(process, ProcessRequest(Asked.DEBUG, restarted))
+
+        def left() -> None:
+            control.withdraw(process, request)
+            if process.next_debugger is debugger:  # nobody would attach
+                process.next_debugger = None
+
+        self._exchange.on_end = left
 
     def _await(self, process: Process, debugger: Debugger, until_s: float) -> None:
         if process.debugger is not debugger:

@@ -23,37 +23,6 @@ HALF_CLOSED_CHECK_S = 1.0  # epoll does not report when a client closes the othe
 TOO_LONG = BadCallError("bad-request", f"a request is at most {REQUEST_LIMIT} bytes long")
 
 
-class RequestQueue:
-    """Lets requests of one connection for the same process wait for each other."""
-
-    def __init__(self, reactor: Reactor) -> None:
-        self._reactor = reactor
-        self._busy: dict[str, int] = {}
-        self._waiting: dict[str, deque[Callable[[], None]]] = {}
-
-    def add(self, process: str, do: Callable[[], None], *, at_once: bool) -> None:
-        """Call `do` after earlier requests; `at_once` does not wait for the one in progress."""
-        if process in self._busy and (process in self._waiting or not at_once):
-            self._waiting.setdefault(process, deque()).append(do)
-            return
-        self._busy[process] = self._busy.get(process, 0) + 1
-        do()
-
-    def finish(self, process: str) -> None:
-        """End a request, so that the next one may begin."""
-        self._busy[process] -= 1
-        if self._busy[process]:
-            return
-        del self._busy[process]
-        waiting = self._waiting.get(process)
-        if waiting is None:
-            return
-        self._busy[process] = 1
-        self._reactor.call_later(0, waiting.popleft())
-        if not waiting:
-            del self._waiting[process]
-
-
 class Exchange:
     """A request and its answers; `on_end` is called once, after the last answer or a disconnect.
 
@@ -62,7 +31,6 @@ class Exchange:
 
     def __init__(self, peer: Peer, request_id: Any) -> None:
         self._peer = peer
-        self.queue = peer.queue
         self.id = request_id
         self.is_open = True
         self.is_stream = False
@@ -134,7 +102,6 @@ class Peer:
         serve: Callable[[Request, Exchange], None],
         on_close: Callable[[Peer], None],
     ) -> None:
-        self.queue = RequestQueue(reactor)
         self._reactor = reactor
         self._connection = connection
         self._fd = connection.fileno()

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
+from launcher.engine.machine import ProcessState
 from launcher.engine.output.filters import LEVELS
 from launcher.engine.output.screen_filters import Change, Shown
-from launcher.engine.process_control import Kind, Result
+from launcher.engine.request_result import Kind, Result
 from launcher.model.events import signal_name
 from launcher.text import count
 
@@ -29,6 +30,10 @@ def _what(result: Result) -> str:
             return str(result.exit)
         case Kind.RUN_STOPPING if result.stopped is not None:
             return "but was not started again: the run is being stopped"
+        case Kind.UNREACHABLE if result.stopped is not None:
+            return f"but was not started again: {result.host} is unreachable"
+        case Kind.NOT_RUNNING if result.state in _COMING:
+            return f"is not running ({result.state.value}): `stop` keeps it from being started"
         case Kind.ALREADY_RUNNING:
             pid = "" if result.pid is None else f" (pid {result.pid})"
             return f"is already running{pid}"
@@ -48,6 +53,7 @@ def _what(result: Result) -> str:
     )
 
 
+_COMING = (ProcessState.STARTING, ProcessState.BACKOFF)
 _SENTENCES = {
     Kind.NOT_RUNNING: "is not running ({state})",
     Kind.ENDED: "has ended",
@@ -56,6 +62,7 @@ _SENTENCES = {
     Kind.START_CANCELLED: "was stopped before it had started",
     Kind.RUN_STOPPING: "was not started: the run is being stopped",
     Kind.QUEUED: "is queued to start",
+    Kind.OVERTAKEN: "is not started: a later request stops it",
     Kind.UNDER_DEBUGGER: "is under a debugger and runs on as it is; `restart` it, then `reload`",
     Kind.EXISTS: "is running (pid {pid})",
     Kind.SIGNALLED: "received {signal}",
@@ -89,8 +96,6 @@ def _signal_and_exit(result: Result) -> str:
 
 
 def _remark(result: Result) -> str:
-    if result.runs_again:
-        return ", and has been started again"
     return "; automatic restart is off" if result.restart_disabled else ""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import re
+import signal
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher import socket_directory
@@ -16,11 +17,12 @@ from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, refuse_part, resolve
 from launcher.control.server import Server
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.machine import ProcessState
 from launcher.engine.output.filters import Pattern, level_named
 from launcher.engine.output.screen_filters import ScreenFilters, Shown
 from launcher.engine.process import Process
-from launcher.engine.process_control import Done, Kind, ProcessControl, Result
+from launcher.engine.process_control import ProcessControl
+from launcher.engine.request_queue import Done, ProcessRequest
+from launcher.engine.request_result import Kind, Result
 from launcher.engine.run_control import RunControl
 from launcher.errors import LauncherError
 from launcher.model.record import Record
@@ -228,30 +230,31 @@ class Service:
 
     # ---- control of processes
 
-    def _each(self, call: Call, exchange: Exchange, do: Callable[[Process, Done], None]) -> None:
+    def _each(
+        self, call: Call, exchange: Exchange, do: Callable[[Process, Done], ProcessRequest]
+    ) -> None:
         """Do it to each selected process, and answer when it is done for all.
 
-        It waits for earlier requests of the same client for the process. Only a signal does not
-        wait for a stop, so that a user can kill a process whose stop takes too long.
+        What has not begun when the client goes is not done.
         """
         chosen = self._chosen(call)
         for process in chosen:
             refuse_part(call.verb.name, call.names, process.spec)
-        is_signal = "signal" in call.options
         results: dict[str, Result] = {}
+        requests: list[tuple[Process, ProcessRequest]] = []
 
         def done(result: Result) -> None:
             results[result.process] = result
             if len(results) == len(chosen):
                 _answer(exchange, [results[process.name] for process in chosen])
-            exchange.queue.finish(result.process)
 
-        def begin(process: Process) -> None:
-            self._safely(call.verb.name, exchange, lambda: do(process, done))
+        def left() -> None:
+            for process, request in requests:
+                self._control.process_control.withdraw(process, request)
 
+        exchange.on_end = left
         for process in chosen:
-            at_once = is_signal and process.machine.state is ProcessState.STOPPING
-            exchange.queue.add(process.name, functools.partial(begin, process), at_once=at_once)
+            requests.append((process, do(process, done)))
 
     def _do_watch(self, call: Call, exchange: Exchange) -> None:
         from launcher.control import watches
@@ -264,16 +267,12 @@ class Service:
         reloads.serve(self._control, call, exchange)
 
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
-        control = self._control.process_control
-        signum = call.options.get("signal")
-        as_crash = bool(call.options.get("as_crash"))
-        if signum is None and as_crash:
-            raise BadCallError("bad-option", "--as-crash needs a signal", "for example: -9")
-        if signum is None:
-            self._each(call, exchange, control.stop)
-        else:
-            kill = functools.partial(control.kill, as_crash=as_crash)
-            self._each(call, exchange, lambda process, done: kill(process, signum, done))
+        kill = functools.partial(
+            self._control.process_control.kill,
+            signum=call.options.get("signal", signal.SIGKILL),
+            as_crash=bool(call.options.get("as_crash")),
+        )
+        self._each(call, exchange, lambda process, done: kill(process, done=done))
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")

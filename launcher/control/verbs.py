@@ -89,12 +89,12 @@ _NAME, _NAMES = "[NAME]", "[NAME ...]"
 FOLLOW = option("-f, --follow", "keep printing new entries until the run ends")
 SIGNAL = option(
     "-s, --signal SIGNAL",
-    "send exactly this signal, once; also as -9 or -TERM; 0 only tests whether it is running",
+    "send this signal instead, once; also as -15 or -TERM; 0 only tests whether it is running",
     kind="signal",
 )
 AS_CRASH = option(
     "--as-crash",
-    "with a signal: an exit by it counts as a crash, and its restart policy applies",
+    "an exit by the signal counts as a crash, and the restart policy applies",
 )
 LINES = option(
     "-n, --lines N",
@@ -152,7 +152,7 @@ VERBS = (
     Verb("top [NAME ...]", "list processes live", (FOLLOW, PERIOD), streams=True),
     Verb(
         "kill NAME ... [-s SIGNAL]",
-        "stop processes, or send them exactly one signal",
+        "send processes SIGKILL, or exactly one other signal",
         (SIGNAL, AS_CRASH),
     ),
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),

@@ -263,7 +263,7 @@ class ProcessMachine:
                 return [one for one in self._stop(now) if one != Signal(signal.SIGINT)]
             case Command.STOP | Command.INTERRUPTED, _:
                 return self._stop(now)
-            case Command.RESTART, ProcessState.RUNNING | ProcessState.STOPPING:
+            case Command.RESTART, ProcessState.RUNNING:  # a stop that is under way stays one
                 actions = self._stop(now)
                 self._starts_again = True
                 return actions

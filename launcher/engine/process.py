@@ -74,8 +74,7 @@ class Process:
     at `ended_wall_s`; `begun_wall_s` is when its last start began. `host` is where it runs (None:
     on this machine), `words_there` and `folder_there` what it runs there; `is_abandoned`: the run
     has ended without it. `is_gone`: the launch file does not have it any more. `is_replaced`: it is
-    being stopped for a new version of its files, which the launch file is not told. `user_stops`:
-    how often users have stopped it.
+    being stopped for a new version of its files, which the launch file is not told.
     `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
     `answers`: its node is being asked, and has answered; `silence`: it does not any more.
@@ -92,7 +91,6 @@ class Process:
         self.words_there: tuple[str, ...] = ()
         self.folder_there: str | None = None
         self.is_abandoned = self.is_gone = self.is_replaced = False
-        self.user_stops = 0
         self.debugger: Debugger | None = None
         self.next_debugger: Debugger | None = None
         self.start_kind = ""

@@ -95,9 +95,14 @@ class ProcessDriver:
         gate.lead_to(self._gate, self._spawn)
         self._gate = self._ready = gate
 
-    def skip_wait(self, process: Process) -> bool:
-        """Start a process that waits for others; False if it does not."""
-        return self._ready is not None and self._ready.skip(process)
+    def waits(self, process: Process) -> bool:
+        """Whether its start waits until other processes are ready."""
+        return self._ready is not None and self._ready.waits(process)
+
+    def skip_wait(self, process: Process) -> None:
+        """Start a process that waits for others."""
+        if self._ready is not None:
+            self._ready.skip(process)
 
     def begin_again(self, process: Process) -> None:
         """Give up a warm start that is under way, and begin it with what its spec is now."""

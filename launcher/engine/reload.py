@@ -13,7 +13,9 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process, adapted
-from launcher.engine.process_control import Kind, ProcessControl, Result
+from launcher.engine.process_control import ProcessControl
+from launcher.engine.request_queue import Asked, ProcessRequest
+from launcher.engine.request_result import Kind, Result
 from launcher.engine.shutdown import Shutdown
 from launcher.errors import LauncherError
 from launcher.model.events import (
@@ -97,13 +99,7 @@ def restart_changed(
 
     The launch file is not told of its exit: `on_exit` of an edited node must not end the run.
     """
-
-    def restarted(result: Result) -> None:
-        process.is_replaced = False
-        done(result)
-
-    process.is_replaced = True
-    control.restart(process, restarted)
+    control.ask(process, ProcessRequest(Asked.RESTART, done, is_replacement=True))
 
 
 def _begun(process: Process) -> Result:

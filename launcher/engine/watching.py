@@ -11,8 +11,9 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
-from launcher.engine.process_control import Kind, ProcessControl, Result
+from launcher.engine.process_control import ProcessControl
 from launcher.engine.reload import Change, Entry, Reloader, restart_changed
+from launcher.engine.request_result import Kind, Result
 from launcher.errors import LauncherError
 from launcher.model.ros_arguments import PARAMETER_FILE, ros_options
 from launcher.model.spec import ProcessSpec

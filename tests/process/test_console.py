@@ -10,13 +10,18 @@ from tests.process.conftest import Bench
 from tests.support.console_runs import TICKS
 
 
-def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
+@pytest.mark.parametrize(
+    ("verb", "answer"), [("stop", "stopped in "), ("kill", "ended in 0.")], ids=["stop", "kill"]
+)
+def test_a_process_is_stopped_and_started_again_while_lines_flow(
+    bench: Bench, verb: str, answer: str
+):
     terminal = bench.screen_terminal(TICKS)
     terminal.wait_for_prompt()
     terminal.wait_for("robot_1-1] tick")
-    terminal.enter("kill robot_2")
+    terminal.enter(f"{verb} robot_2")
     terminal.wait_for(
-        "> kill robot_2", "| robot_2-2 stopped in ", "[robot_2-2]: process was stopped"
+        f"> {verb} robot_2", f"| robot_2-2 {answer}", "[robot_2-2]: process was stopped"
     )
     terminal.wait_until(lambda: "robot_2 stopped" in terminal.text, "the bar tells")
     terminal.enter("start robot_2")
@@ -29,7 +34,7 @@ def test_a_process_is_killed_and_started_again_while_lines_flow(bench: Bench):
 def test_an_answer_is_shown_below_the_output_it_caused(bench: Bench):
     terminal = bench.screen_terminal('py("input()", name="one"), py("input()", name="other"),')
     terminal.wait_for_prompt()
-    terminal.enter("kill one")
+    terminal.enter("stop one")
     terminal.wait_for("| one-1 stopped in ", "[one-1]: process was stopped")
     told = [row[:6] for row in terminal.scrolled if "stopped" in row and "one-1" in row]
     assert told == ["[INFO]", "| one-"]

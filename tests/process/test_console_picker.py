@@ -112,7 +112,7 @@ def test_keys_act_on_the_chosen_process_while_others_end_and_start(bench: Bench)
         ("o", "solo robot_2-2", "robot_2-2 is shown alone"),
         ("o", "unmute", "is shown again"),
         ("r", "restart robot_2-2", "robot_2-2 stopped in "),
-        ("k", "kill robot_2-2 -s SIGKILL", "robot_2-2 ended in "),
+        ("k", "kill robot_2-2", "robot_2-2 ended in "),
     ):
         before = terminal.scrolled.count(f"> {line}")
         terminal.type(key)

@@ -40,7 +40,7 @@ def test_ps_is_a_table_for_people_and_an_object_for_programs(control_bench: Cont
 
 def test_each_command_tells_what_happened(control_bench: ControlBench):
     with control_bench.launch(CAT) as run:
-        done = run.shell("kill", "cat")
+        done = run.shell("stop", "cat")
         assert re.fullmatch(r"cat-1 stopped in \d\.\d\d s \(SIGINT\)\n", done.stdout)
         assert run.shell("start", "cat").stdout.startswith("cat-1 started with pid ")
         assert run.shell("level", "WARN").stdout == "cat-1 shows WARN and above\n"

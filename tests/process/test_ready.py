@@ -175,12 +175,15 @@ def test_a_start_or_restart_of_a_process_that_waits_starts_it_now(
         assert released["why"] == "requested"
 
 
-def test_kill_without_a_signal_stops_a_process_that_waits(control_bench: ControlBench):
+def test_kill_of_a_process_that_waits_names_what_keeps_it_from_starting(
+    control_bench: ControlBench,
+):
     supervise(control_bench, "server: {ready_when: {log: is ready}}\nworker: {after: server}\n")
     with control_bench.launch(pair(control_bench)) as run:
         wait_until(lambda: waits(run, "worker"), "the worker waits")
-        assert run.shell("kill", "worker").returncode == 0
-        assert run.row("worker")["state"] == "STOPPED"
+        done = run.shell("kill", "worker")
+        assert done.returncode == 1
+        assert "(STARTING): `stop` keeps it from being started" in done.stderr
 
 
 def test_ctrl_c_ends_a_run_in_which_processes_wait(control_bench: ControlBench):

@@ -17,7 +17,7 @@ def drill(terminal: ScreenTerminal) -> None:
     terminal.wait_until(lambda: "solo monitor  hidden " in terminal.text, "the filter in the bar")
     warned, recovered = count(terminal, SILENCE), count(terminal, RECOVERY)
     terminal.enter("kill robot_2")
-    terminal.wait_for("robot_2-4 stopped in ")
+    terminal.wait_for("robot_2-4 ended in ")
     terminal.wait_until(lambda: "robot_2 stopped" in terminal.text, "the bar tells")
     terminal.wait_until(lambda: count(terminal, SILENCE) > warned, "the monitor's warning")
     terminal.enter("start robot_2")

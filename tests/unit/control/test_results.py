@@ -10,7 +10,7 @@ import pytest
 from launcher.control.results import sentence, shown_sentences
 from launcher.engine.machine import ProcessState
 from launcher.engine.output.screen_filters import Change, Shown
-from launcher.engine.process_control import Kind, Result
+from launcher.engine.request_result import Kind, Result
 from launcher.model.events import Outcome
 
 INT, KILL = signal.SIGINT, signal.SIGKILL
@@ -35,10 +35,19 @@ REFUSED = Outcome(spawn_errno=errno.ENOENT)
             "stopped in 0.00 s (SIGINT); automatic restart is off",
         ),
         (
-            result(Kind.STOPPED, exit=REFUSED, runs_again=True),
-            "could not be started: No such file or directory, and has been started again",
+            result(Kind.STOPPED, exit=REFUSED),
+            "could not be started: No such file or directory",
         ),
         (result(Kind.STARTED, pid=7), "started with pid 7"),
+        (result(Kind.OVERTAKEN), "is not started: a later request stops it"),
+        (
+            result(Kind.NOT_RUNNING, state=ProcessState.BACKOFF),
+            "is not running (BACKOFF): `stop` keeps it from being started",
+        ),
+        (
+            result(Kind.UNREACHABLE, host="bot1", stopped=STOPPED),
+            "stopped in 0.12 s (SIGINT), but was not started again: bot1 is unreachable",
+        ),
         (
             result(Kind.UNREACHABLE, host="bot1", elapsed_s=4.2),
             "is on bot1, which is unreachable (4 s): nothing was done",

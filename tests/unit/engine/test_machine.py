@@ -170,6 +170,15 @@ def test_a_stop_after_a_restart_means_a_stop():
     assert one.state is ProcessState.STOPPED
 
 
+@pytest.mark.parametrize("stop", [Command.STOP, Command.USER_STOP])
+def test_a_budget_does_not_restart_what_is_being_stopped(stop: Command):
+    one = running()
+    one.handle(stop, 1.0)
+    assert one.handle(Command.RESTART, 1.1) == []
+    assert one.handle(exited(0), 1.2) == [Ended(Outcome(returncode=0), True, None)]
+    assert one.state is ProcessState.STOPPED
+
+
 def test_a_stop_in_backoff_ends_it_without_a_signal():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
     one.handle(exited(1), 2.0)
