@@ -9,11 +9,10 @@ from collections.abc import Callable, Mapping
 
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.process import Process
+from launcher.model.run_events import Resources, RunEvent, Sample
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from launcher.engine.logs.messages import Line
 
 
@@ -23,7 +22,7 @@ class AgentRunLog(RunLog):
     def __init__(
         self,
         warn: Callable[[str], None],
-        samples: Callable[[Mapping[str, Mapping[str, Any]]], None],
+        samples: Callable[[Mapping[str, Sample]], None],
     ) -> None:
         self._warn = warn
         self._samples = samples
@@ -42,10 +41,9 @@ class AgentRunLog(RunLog):
 
     def note(
         self,
-        event: str,
+        event: RunEvent,
         process: Process | None = None,
         at_s: float | None = None,
-        **details: Any,
     ) -> None:
-        if event == "resources":
-            self._samples(details["processes"])
+        if isinstance(event, Resources):
+            self._samples(event.processes)

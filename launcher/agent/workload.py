@@ -22,7 +22,7 @@ from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import LauncherError
 from launcher.hosts.order import Order
-from launcher.model.record import replace
+from launcher.model.record import as_dict, replace
 from launcher.model.spec import ProcessSpec
 
 TYPE_CHECKING = False
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from launcher.engine.monitor.housekeeping import Housekeeper
     from launcher.hosts.resolution import Resolved
     from launcher.model.events import LoadComponent, StartProcess
+    from launcher.model.run_events import Sample
 
     class Reporter(Protocol):
         """Where reports go."""
@@ -236,9 +237,9 @@ class Workload:
         )
         self._housekeeper.start()
 
-    def _samples(self, by_name: Mapping[str, Mapping[str, Any]]) -> None:
+    def _samples(self, by_name: Mapping[str, Sample]) -> None:
         ids = {process.name: process.process_id for process in self._processes.values()}
-        self._reporter.samples({ids[name]: sample for name, sample in by_name.items()})
+        self._reporter.samples({ids[name]: as_dict(sample) for name, sample in by_name.items()})
 
     def awaited_facts(self, process: Process) -> list[str]:
         return []  # the operator's side looks for them

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
-import time
 from collections.abc import Mapping, Sequence
 
-from launcher.model.events import signal_name
-from launcher.text import count, shown_path
+from launcher.model.event_entries import entry_of, line_of
+from launcher.text import count, escape, shown_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,43 +34,12 @@ def log_line(item: Mapping[str, Any]) -> str:
     return str(item["text"]) if name is None else f"[{name}] {item['text']}"
 
 
-_EVENTS = {"asked": "requested"}  # the name in the document, the word in the line
-
-
 def event_line(item: Mapping[str, Any]) -> str:
-    """An item of `events`."""
+    """An item of `events`, on one line; as JSON if it is no entry."""
     if "dropped" in item:
         return f"({item['dropped']} events were not read in time)"
-    details = dict(item)
-    clock = time.strftime("%H:%M:%S", time.localtime(details.pop("wall_s")))
-    details.pop("monotonic_s")
-    event, process = details.pop("event"), details.pop("process", None)
-    if event == "resources":
-        details = {name: _used(sample) for name, sample in details["processes"].items()}
-        event = "resources (CPU, USS):"
-    words = [clock, _EVENTS.get(event, event), *([process] if process else [])]
-    return " ".join(
-        [*words, *(_detail(key, value) for key, value in details.items() if _says(value))]
-    )
-
-
-def _says(value: object) -> bool:
-    return value is not None and value is not False
-
-
-def _detail(key: str, value: Any) -> str:
-    """`pid=7`, `signal=SIGINT`, `returncode=SIGSEGV`; a flag that is set is its name."""
-    if value is True:
-        return _EVENTS.get(key, key)
-    if key == "signal" or (key == "returncode" and value < 0):
-        value = signal_name(abs(value))
-    return f"{key}={value}"
-
-
-def _used(sample: Mapping[str, Any]) -> str:
-    cpu = "-" if sample["cpu_percent"] is None else f"{sample['cpu_percent']:.0f}%"
-    uss = sample["uss_bytes"]
-    return cpu if uss is None else f"{cpu},{uss / 1e6:.0f}MB"
+    entry = entry_of(item)
+    return json.dumps(item) if entry is None else escape(line_of(entry), keep="")
 
 
 def filters(row: Mapping[str, Any]) -> str:

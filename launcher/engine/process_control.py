@@ -26,6 +26,7 @@ from launcher.engine.request_queue import (
 )
 from launcher.engine.request_result import Kind, Result
 from launcher.engine.shutdown import Shutdown
+from launcher.model import run_events
 from launcher.model.record import replace
 
 TYPE_CHECKING = False
@@ -186,7 +187,7 @@ class ProcessControl:
         """Log it, once, when it is being carried out or has to wait."""
         if not request.is_noted:
             request.is_noted = True
-            self._log.note("asked", process, None, verb=request.asked.name.lower())
+            self._log.note(run_events.Asked(request.asked.name.lower()), process)
 
     def _result(self, process: Process, request: ProcessRequest, kind: Kind, step: Step) -> Result:
         is_stop, is_restart = request.asked is Asked.STOP, request.asked > Asked.START

@@ -29,7 +29,9 @@ from launcher.engine.output.reader import OutputReader
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
+from launcher.model import run_events
 from launcher.model.events import Outcome, refusal
+from launcher.model.run_events import known
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -144,7 +146,8 @@ class ProcessDriver:
         self, process: Process, pid: int, waited_s: float, how: str, at_s: float | None = None
     ) -> None:
         self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
-        self._log.note("stuck", process, at_s, pid=pid, sleeps=how)
+        sleeps = how if process.host is None else None
+        self._log.note(run_events.Stuck(known(pid), sleeps), process, at_s)
 
     def _withdraw(self, process: Process) -> bool:
         """Give up a start that is held back or queued; False if none is."""
@@ -160,7 +163,7 @@ class ProcessDriver:
 
     def _report_cancelled(self, process: Process, at_s: float | None = None) -> None:
         self._log.report(process, messages.start_cancelled())
-        self._log.note("withdrawn", process, at_s)
+        self._log.note(run_events.Withdrawn(), process, at_s)
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
         """Send a signal to the group of a process, if it is running.
@@ -183,7 +186,7 @@ class ProcessDriver:
         self, process: Process, pid: int, signum: int, at_s: float | None = None
     ) -> None:
         self._log.report(process, messages.signalled(process.name, signum))
-        self._log.note("signal", process, at_s, pid=pid, signal=int(signum))
+        self._log.note(run_events.Signalled(known(pid), int(signum)), process, at_s)
 
     def _wake(self, process: Process) -> None:
         if process.child is not None:
@@ -260,7 +263,7 @@ class ProcessDriver:
         self, process: Process, number: int, what: str, at_s: float | None = None
     ) -> None:
         self._log.report(process, messages.not_started(process, number, what))
-        self._log.note("not started", process, at_s, reason=refusal(number, what))
+        self._log.note(run_events.NotStarted(refusal(number, what)), process, at_s)
 
     def _limits_applied(self, process: Process, child: Child) -> None:
         """A process with limits has exec'd its program, or exits since a limit was refused."""
@@ -276,10 +279,9 @@ class ProcessDriver:
 
     def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
         self._log.report(process, messages.started(pid, process.host_name))
-        facts = self._listener.awaited_facts(process)
-        details = {"ready_when": facts} if facts else {}
-        restarts = process.machine.restarts
-        self._log.note("started", process, at_s, pid=pid, restarts=restarts, **details)
+        facts = tuple(self._listener.awaited_facts(process))
+        started = run_events.Started(pid, process.machine.restarts, facts)
+        self._log.note(started, process, at_s)
         process.history.starts += 1
 
     def _exited(self, process: Process) -> None:
@@ -326,15 +328,8 @@ class ProcessDriver:
         if returncode is not None:
             by_user = process.machine.is_held
             self._log.report(process, messages.ended(process, pid, end, by_user=by_user))
-            self._log.note(
-                "ended",
-                process,
-                at_s,
-                pid=pid,
-                returncode=returncode,
-                asked=end.asked,
-                restart_in_s=end.retry_in_s,
-            )
+            ended = run_events.Ended(known(pid), returncode, end.asked, end.retry_in_s)
+            self._log.note(ended, process, at_s)
             self._report_core(process, pid, end)
         self._report_restart(process, end)
         self.release(process)

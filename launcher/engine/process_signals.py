@@ -10,8 +10,8 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.request_result import Kind, Result
-from launcher.model.events import signal_name
 from launcher.model.record import replace
+from launcher.model.run_events import Asked
 from launcher.model.spec import RestartMode
 
 TYPE_CHECKING = False
@@ -57,7 +57,7 @@ class ProcessSignals:
         if signum == 0:
             done(Result(process.name, Kind.EXISTS, done=True, pid=child.pid))
             return
-        self._log.note("asked", process, None, verb="kill", signal=signal_name(signum))
+        self._log.note(Asked("kill", int(signum)), process)
         sent = Result(process.name, Kind.SIGNALLED, done=True, signum=signum)
         began_s = self._reactor.now()
         self._driver.signal(process, signum, by_user=not as_crash)
@@ -100,7 +100,7 @@ class ProcessSignals:
         elif refusal := _refusal(process):
             done(refusal)
         else:
-            self._log.note("asked", process, None, verb="pause")
+            self._log.note(Asked("pause"), process)
             self._driver.advance(process, Command.SUSPEND)
             self._await(process, Kind.SUSPENDED, signal.SIGSTOP, done)
 
@@ -110,7 +110,7 @@ class ProcessSignals:
         elif refusal := _refusal(process):
             done(refusal)
         else:
-            self._log.note("asked", process, None, verb="resume")
+            self._log.note(Asked("resume"), process)
             self._driver.advance(process, Command.RESUME)
             self._await(process, Kind.RESUMED, signal.SIGCONT, done)
 

@@ -26,6 +26,7 @@ from launcher.model.events import (
 )
 from launcher.model.record import Record, replace
 from launcher.model.reload import Kept, Known, Reload
+from launcher.model.run_events import Reloaded
 from launcher.model.spec_diff import comparable, needs_restart
 from launcher.model.supervision import setting_changes
 
@@ -172,7 +173,7 @@ class Reloader:
         self.core.adopt(evaluation)
         self._follow(options)
         self._core_driver.forget()
-        self._log.note("reloaded", None, None, **_names(entries))
+        self._log.note(Reloaded(**_names(entries)))
         self.is_busy = True
         results: dict[str, Result] = {}
         waiting = _Countdown(lambda: self._finish(entries, results, done))
@@ -289,9 +290,10 @@ def _kept(one: Kept, settings: Sequence[str]) -> Entry:
     return Entry(name, Change.CHANGED if changes else Change.SAME, changes)
 
 
-def _names(entries: Sequence[Entry]) -> dict[str, list[str]]:
+def _names(entries: Sequence[Entry]) -> dict[str, tuple[str, ...]]:
     return {
-        change.value: [one.name for one in entries if one.change is change] for change in Change
+        change.value: tuple(one.name for one in entries if one.change is change)
+        for change in Change
     }
 
 

@@ -15,6 +15,7 @@ from launcher.engine.process_driver import ProcessDriver
 from launcher.engine.shutdown import Shutdown
 from launcher.errors import LauncherError
 from launcher.model.record import Record
+from launcher.model.run_events import Asked
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
     from launcher.engine.helpers.web_page import WebPage
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.monitor.housekeeping import Housekeeper
-    from launcher.engine.monitor.resources import Sample
     from launcher.engine.monitor.responsiveness import Responsiveness
     from launcher.engine.ready.gate import ReadyGate
     from launcher.engine.reload import Reloader
     from launcher.engine.stacks.stacks import Stacks
     from launcher.engine.watching import Watching
     from launcher.model.options import RunOptions
+    from launcher.model.run_events import Sample
 
 
 class Detached(Record):
@@ -213,7 +214,7 @@ class RunControl:
         left = [] if self._fleet is None else self._fleet.detach()
         if not left:
             raise LauncherError("no process runs on another host")
-        self.log.note("asked", verb="detach")
+        self.log.note(Asked("detach"))
         here = [one for one in self.processes if one.is_awaited]
         detached = Detached(
             left=tuple((one.name, _place(one)) for one in left),
@@ -226,7 +227,7 @@ class RunControl:
         return detached
 
     def quit(self, reason: str) -> None:
-        self.log.note("asked", verb="quit")
+        self.log.note(Asked("quit"))
         self._shutdown.stop(reason)
 
 

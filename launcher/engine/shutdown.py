@@ -17,6 +17,7 @@ from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
+from launcher.model.run_events import Stopping
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ class Shutdown:
                 self._reactor.stop()
 
     def _stop_all(self, reason: str, how: Command) -> None:
-        self._log.note("stopping", reason=reason)
+        self._log.note(Stopping(reason))
         if self._core.cancel_timers():
             text = "waiting for a timer with cancel_on_shutdown=False; Ctrl-C cancels it"
             self._log.log("INFO", "launch", text)

@@ -30,6 +30,7 @@ from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
 from launcher.model.events import LoadComponent, ProcessStarted, StartProcess
 from launcher.model.options import RunOptions
+from launcher.model.run_events import Finished
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -320,7 +321,7 @@ class Supervisor:
         self._write_plan()
         if is_orderly:
             self._summarize()  # as the last lines
-        self._log.note("finished", exit_code=int(self._exit_code()))
+        self._log.note(Finished(int(self._exit_code())))
         lost_lines = self._screen.finish()
         if lost_lines:
             text = f"{lost_lines} lines were not shown: nobody read the output any more"

@@ -16,6 +16,7 @@ from launcher.engine.reload import Change, Entry, Reloader, restart_changed
 from launcher.engine.request_result import Kind, Result
 from launcher.errors import LauncherError
 from launcher.model.ros_arguments import PARAMETER_FILE, ros_options
+from launcher.model.run_events import FilesChanged
 from launcher.model.spec import ProcessSpec
 from launcher.packages.extras import require
 from launcher.text import count
@@ -188,7 +189,7 @@ class Watching:
         if debugged := [one.name for one in due if one.is_debugged]:
             text = f"{_named(paths)} changed: {_run_on(debugged)}, under a debugger"
             self._log.log("INFO", "launch", text)
-        self._log.note("files changed", None, None, files=list(paths), restarts=names)
+        self._log.note(FilesChanged(tuple(paths), tuple(names)))
         if names or has_launch:
             parts = [f"{', '.join(names)} restart{'s' * (len(names) == 1)}"] if names else []
             parts += ["the launch file is evaluated again"] if has_launch else []

@@ -121,6 +121,32 @@ def test_events_are_lines_for_people(control_bench: ControlBench):
         assert re.fullmatch(rf"\d\d:\d\d:\d\d started cat-1 pid={pid} restarts=0", first)
 
 
+def test_a_signal_that_a_user_has_sent_is_named_for_people_and_a_number_for_programs(
+    control_bench: ControlBench,
+):
+    command = "trap 'echo heard' USR1; echo begun; while :; do sleep 0.1; done"
+    with control_bench.launch(f'sh({command!r}, name="it")') as run:
+        run.wait_for("[it-1] begun")
+        pid = run.row("it")["pid"]
+        followers = [run.shell_start("events", "-f", *words) for words in ((), ("--json",))]
+        heads = [follower.stdout.readline() for follower in followers]
+        for signum in ("USR1", "34"):  # 34 is SIGRTMIN, by which the process ends
+            assert run.shell("kill", "-s", signum, "it").returncode == 0
+        lines = run.shell("events").stdout.splitlines()
+        entries = [json.loads(one) for one in run.shell("events", "--json").stdout.splitlines()]
+        run.ask_text("quit")
+        told, documents = (follower.communicate(timeout=TIMEOUT_S)[0] for follower in followers)
+        assert [follower.returncode for follower in followers] == [0, 0]
+    assert " started it-1 " in heads[0] and json.loads(heads[1])["event"] == "started"
+    sent = "requested it-1 verb=kill signal=SIGUSR1", f"signal it-1 pid={pid} signal=SIGUSR1"
+    for text in (*sent, "requested it-1 verb=kill signal=SIGRTMIN"):
+        assert any(one.endswith(f" {text}") for one in lines), lines
+        assert f" {text}\n" in told
+    asked = [one for one in entries if one["event"] == "asked"]
+    assert [one["signal"] for one in asked] == [signal.SIGUSR1, 34]
+    assert all(one in map(json.loads, documents.splitlines()) for one in asked)
+
+
 def test_top_is_drawn_again_scrolls_and_leaves_the_terminal_as_it_was(control_bench: ControlBench):
     many = "".join(f'sh("exec cat", name="cat_{n}"),' for n in range(12))
     with control_bench.launch(many) as run:

@@ -299,6 +299,9 @@ class Stage:
     def idle(self) -> None:
         self.shutdown.idle()
 
+    def awaited_facts(self, process: Process) -> list[str]:
+        return []
+
     def __getattr__(self, name: str) -> Callable[..., None]:
         """Ignore every other notification."""
         return lambda *words: None

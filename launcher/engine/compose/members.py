@@ -10,6 +10,7 @@ from launcher.engine.logs.run_log import RunLog
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.process import Process
 from launcher.model.events import Event, MemberExited, Outcome
+from launcher.model.run_events import MemberEnded
 
 
 def follow_members(
@@ -23,7 +24,7 @@ def follow_members(
             code, name = int(words[1]), specs[index].name
             pid = -1 if process.child is None else process.child.pid
             log.log(*_message(code, name, process))
-            log.note("member ended", process, None, member=name, returncode=code)
+            log.note(MemberEnded(name, code), process)
             is_asked = process.machine.is_asked_to_end
             feed(MemberExited(process.process_id, index, pid, code, with_process=is_asked))
 

@@ -10,6 +10,7 @@ from launcher.engine.helpers.client_process import ClientProcess
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor
+from launcher.model.run_events import SnapshotWritten
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ class FlightRecorder:
         if "snapshot" in answer:
             text = f"snapshot in {answer['snapshot']}: {answer['reason']}"
             self._log.log("INFO", "launch", text)
-            self._log.note("snapshot", path=answer["snapshot"], reason=answer["reason"])
+            self._log.note(SnapshotWritten(answer["snapshot"], answer["reason"]))
         elif "error" in answer:
             self._log.warn(f"no snapshot: {answer['error']}")
         for number in answer.get("asked", ()):

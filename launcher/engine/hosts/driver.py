@@ -29,6 +29,7 @@ from launcher.errors import LauncherError
 from launcher.hosts.order_words import folder_there, words_there
 from launcher.model.events import Outcome
 from launcher.model.record import replace
+from launcher.model.run_events import Adopted, Sample, known
 from launcher.text import escape
 
 TYPE_CHECKING = False
@@ -226,7 +227,7 @@ class HostsDriver(ProcessDriver):
         age_s = self._reactor.now() - since_s
         line = messages.adopted(state, pid, process.host_name, age_s, restarts)
         self._log.report(process, line)
-        self._log.note("adopted", process, pid=pid, state=state.value, restarts=restarts)
+        self._log.note(Adopted(known(pid), state.value, restarts), process)
         self._listener.idle()
 
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
@@ -275,8 +276,6 @@ class HostsDriver(ProcessDriver):
         self._fleet.finished(self._fleet.named(host), shown, killed=killed)
 
     def samples(self, host: str, samples: Mapping[int, Mapping[str, Any]]) -> None:
-        from launcher.engine.monitor.resources import Sample
-
         self._fleet.named(host).samples = {
             self._remote[process_id].name: Sample(**fields)
             for process_id, fields in samples.items()

@@ -13,6 +13,7 @@ from launcher.errors import LauncherError
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order, order_for
 from launcher.model.record import Record
+from launcher.model.run_events import LinkChanged
 from launcher.model.spec import ProcessSpec
 
 TYPE_CHECKING = False
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.driver import HostsDriver
     from launcher.engine.listener import RunListener
     from launcher.engine.logs.run_log import RunLog
-    from launcher.engine.monitor.resources import Sample
     from launcher.engine.output.reader import OutputReader
     from launcher.engine.process import Process
+    from launcher.model.run_events import Sample
 
 CONNECT_S = 60.0  # a link that has not told its outcome by then
 LEAVE_S = 3.0  # after the last process, for a host that cannot be reached
@@ -210,7 +211,7 @@ class Fleet:
         if host.is_gone:
             return
         before, host.state = host.state, state
-        self._log.note("link", host=host.name, state=state.value, reason=reason)
+        self._log.note(LinkChanged(host.name, state.value, reason))
         if host.is_abandoned:
             return
         if host.name in self._connecting:

@@ -12,9 +12,9 @@ from launcher.text import count
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.engine.monitor.resources import Sample
     from launcher.engine.process import Process
     from launcher.hosts.model import Host
+    from launcher.model.run_events import Sample
 
 _GRACE_S = 3.0  # beyond the stop policies, for a host that cannot be reached
 

@@ -1,7 +1,6 @@
 """`events.jsonl`, the log of a run for programs.
 
-It has a line per start, exit, restart and signal: a JSON object with `wall_s` (seconds since 1970),
-`monotonic_s`, `event`, and fields of the event such as `process`, `pid`, `returncode`.
+It has a line per entry, a JSON object (`model.run_events`).
 """
 
 from __future__ import annotations
@@ -9,6 +8,9 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+
+from launcher.model.record import as_dict
+from launcher.model.run_events import Entry, Resources, RunEvent
 
 RECENT = 4000  # entries that are kept in memory, for clients of the control socket
 
@@ -18,17 +20,24 @@ class EventLog:
 
     def __init__(self, write: Callable[[bytes], None]) -> None:
         self._write = write
-        self._entries: list[dict[str, object]] = []
+        self._entries: list[Entry] = []
         self._recent: deque[str] = deque(maxlen=RECENT)
         self._resources = ""
         self.listeners: list[Callable[[str], None]] = []
 
-    def note(self, event: str, at_s: float | None = None, **details: object) -> bool:
+    def note(
+        self,
+        event: RunEvent,
+        at_s: float | None = None,
+        *,
+        process: str | None = None,
+        host: str | None = None,
+    ) -> bool:
         """Add an event of that time, or of now; True if it is the first since the last flush."""
         now, since_boot = time.time(), time.monotonic()
         if at_s is not None:
             now, since_boot = now - (since_boot - at_s), at_s
-        self._entries.append({"wall_s": now, "monotonic_s": since_boot, "event": event, **details})
+        self._entries.append(Entry(now, since_boot, event, process, host))
         return len(self._entries) == 1
 
     def flush(self) -> None:
@@ -39,9 +48,9 @@ class EventLog:
         entries, self._entries = self._entries, []
         lines = []
         for entry in entries:
-            line = json.dumps(entry)
+            line = json.dumps(entry.item, default=as_dict)
             lines.append(line + "\n")
-            if entry["event"] == "resources":
+            if isinstance(entry.event, Resources):
                 self._resources = line
             else:
                 self._recent.append(line)

@@ -15,17 +15,18 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import os
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher.engine.logs.event_log import EventLog
 from launcher.engine.output.lines import with_prefix, without_colour
 from launcher.model.spec import OutputPolicy, Sink
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.engine.logs.event_log import EventLog
     from launcher.engine.logs.rotating_file import RotatingFile
 
 KEPT_RUNS = 20
@@ -80,10 +81,15 @@ class RunDirectory:
         self._places: dict[tuple[str, str], tuple[bytes, tuple[str, ...]]] = {}
         self._broken = False
         self._lock = -1
-        self.events = EventLog(lambda lines: self._append(EVENTS, lines))
         self.path: str | None = None
         if path is not None:
             self._make(path)
+
+    @functools.cached_property
+    def events(self) -> EventLog:
+        from launcher.engine.logs.event_log import EventLog  # not before there is an event
+
+        return EventLog(lambda lines: self._append(EVENTS, lines))
 
     def _make(self, path: str) -> None:
         try:

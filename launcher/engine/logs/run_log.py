@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from launcher.engine.logs.event_log import EventLog
 from launcher.engine.logs.run_directory import RunDirectory
 from launcher.engine.output.lines import LogRing
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
+from launcher.model.run_events import RunEvent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Protocol
 
+    from launcher.engine.logs.event_log import EventLog
     from launcher.engine.logs.messages import Line
 
     class Formats(Protocol):
@@ -85,19 +86,17 @@ class RunLog:
 
     def note(
         self,
-        event: str,
+        event: RunEvent,
         process: Process | None = None,
         at_s: float | None = None,
-        **details: object,
     ) -> None:
         """Add an entry to `events.jsonl`, which is written at the next idle moment.
 
-        It happened `at_s`, on the monotonic clock; None: just now.
+        It is about this process, and happened `at_s`, on the monotonic clock; None: just now.
         """
-        if process is not None:
-            host = {"host": process.host_name} if process.host is not None else {}
-            details = {"process": process.name, **host, **details}
-        if self.events.note(event, at_s, **details):
+        name = None if process is None else process.name
+        host = None if process is None or process.host is None else process.host_name
+        if self.events.note(event, at_s, process=name, host=host):
             self._reactor.when_idle(self.events.flush)
 
 

@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 
-from launcher.engine.monitor.resources import Sample
 from launcher.model.record import Record
+from launcher.model.run_events import Sample
 
 FOR_S = 10.0  # a start-up or a garbage collection is over by then
 _SUFFIX = re.compile(r"-\d+$")  # of process names: robot_2-4 is the 4th process, from robot_2

@@ -15,16 +15,17 @@ from launcher.engine.monitor.ledger import Ledger
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.engine.process import Process
 from launcher.model.options import RunOptions, names_of
-from launcher.model.record import as_dict
+from launcher.model.run_events import OverBudget, Resources
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.hosts.fleet import Fleet
     from launcher.engine.listener import RunListener
     from launcher.engine.monitor.budgets import Judge, Verdict
-    from launcher.engine.monitor.resources import Sample, Sampler, Steps
+    from launcher.engine.monitor.resources import Sampler, Steps
     from launcher.engine.process_driver import ProcessDriver
     from launcher.engine.shutdown import Shutdown
+    from launcher.model.run_events import Sample
 
 PERIOD_S = 1.0
 # So the samples of any number take about a hundredth of a core, and events.jsonl, which has them
@@ -140,8 +141,7 @@ class Housekeeper:
         for name, sample in self.samples.items():
             by_name[name].history.sampled(sample.uss_bytes)
         if self.samples:
-            plain = {name: as_dict(sample) for name, sample in self.samples.items()}
-            self._log.note("resources", processes=plain)
+            self._log.note(Resources(dict(self.samples)))
         if self.judge is not None:
             names = {name: names_of(process.spec) for name, process in by_name.items()}
             for verdict in self.judge.judge(self.samples, now, names):
@@ -171,7 +171,7 @@ def enforce(
     is_debugged = process.debugger is not None
     but = "; nothing is done, since it is under a debugger" if is_debugged else ""
     log.log("WARNING", process.name, f"{verdict}{but}")
-    log.note("over budget", process, action=verdict.action.value)
+    log.note(OverBudget(verdict.action.value), process)
     if is_debugged:
         return
     if verdict.action is BudgetAction.RESTART:

@@ -22,12 +22,13 @@ from collections.abc import Callable, Iterable, Sequence
 
 from launcher import proc
 from launcher.model.record import Record
+from launcher.model.run_events import Sample
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    Steps = Generator[float, None, dict[int, "Sample"]]
+    Steps = Generator[float, None, dict[int, Sample]]
 
 PIDS_PER_STEP = 50  # getsid() is quick, but is called for every process of the machine
 USS_PER_ROUND = 3  # the most expensive value: the kernel walks all pages
@@ -38,24 +39,6 @@ USS_PAUSE_S = 0.001  # between looks whether the thread is ready
 USS_WAIT_S = 0.2  # then the round goes on without the new values
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-
-
-class Sample(Record):
-    """Resource usage of one process with its descendants.
-
-    `cpu_percent` is of one core since the last sample (None for the first): four busy threads are
-    400. `uss_bytes` is the memory that would be free if the tree exited, up to 10 s old; None until
-    it is known for all processes of the first sample (later ones count after a second).
-    `rss_bytes` counts shared pages once per process. `fds` are open file descriptors.
-    """
-
-    pid: int
-    cpu_percent: float | None
-    rss_bytes: int
-    uss_bytes: int | None
-    threads: int
-    fds: int
-    processes: int
 
 
 class Reading(Record):

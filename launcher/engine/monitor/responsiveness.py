@@ -19,6 +19,7 @@ from launcher.engine.process import Process
 from launcher.engine.stacks.dump import Dump, lines
 from launcher.engine.stacks.stacks import Stacks, Wish, members
 from launcher.model.ros_arguments import full_node_name
+from launcher.model.run_events import NotResponding, Responds
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -172,15 +173,15 @@ class Responsiveness:
     def _answers(self, process: Process, now: float) -> None:
         process.answers, silence, process.silence = True, process.silence, None
         if silence is not None:
-            after_s = silence.elapsed_s(now)
-            self._log.log("INFO", process.name, f"responds again, after {after_s:.0f} s")
-            self._log.note("responds", process, after_s=round(after_s, 1))
+            silent_s = silence.elapsed_s(now)
+            self._log.log("INFO", process.name, f"responds again, after {silent_s:.0f} s")
+            self._log.note(Responds(round(silent_s, 1)), process)
 
     def _fell_silent(self, process: Process, report: dict[str, Any], now: float) -> None:
         assert process.child is not None
         silence = process.silence = Silence()
         silence.report(report["silent_s"], now)
-        self._log.note("not responding", process, silent_s=report["silent_s"])
+        self._log.note(NotResponding(report["silent_s"]), process)
 
         def found(dump: Dump) -> None:
             silence.stack = tuple(lines(dump))

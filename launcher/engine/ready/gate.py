@@ -13,6 +13,7 @@ from launcher.engine.process import Process
 from launcher.engine.ready import order
 from launcher.engine.ready.order import StartOrder
 from launcher.engine.ready.watch import Watch
+from launcher.model import run_events
 from launcher.model.spec import ProcessSpec
 from launcher.model.supervision import StartRule
 
@@ -120,7 +121,7 @@ class ReadyGate:
         names = ", ".join(after.names)
         text = f"waiting for {names}, at most {after.timeout_s:g} s"
         self._log.log("INFO", process.name, text)
-        self._log.note("waiting", process, after=list(after.names), timeout_s=after.timeout_s)
+        self._log.note(run_events.Waiting(tuple(after.names), after.timeout_s), process)
         self._reported_s = max(self._reported_s, now)
         self._check_soon()  # not now: the launch file may start more of them
 
@@ -255,7 +256,7 @@ class ReadyGate:
                     self._expire(process, action)
                 case order.Ready(took_s=took_s):
                     self._log.log("INFO", process.name, f"ready after {took_s:.2f} s")
-                    self._log.note("ready", process, ready_s=round(took_s, 6))
+                    self._log.note(run_events.Ready(round(took_s, 6)), process)
                 case order.RestartWith(other=other):
                     self._restart(process, other)
                 case order.Circle(chain=chain):
@@ -283,9 +284,8 @@ class ReadyGate:
             self._listener.stop(f"{process.name} has waited for {expired.text}")
 
     def _note_release(self, process: Process, waited_s: float, why: str) -> None:
-        names = self._order.needed(process.name)
-        waited_s = round(waited_s, 6)
-        self._log.note("released", process, None, waited_s=waited_s, why=why, processes=names)
+        names = tuple(self._order.needed(process.name))
+        self._log.note(run_events.Released(round(waited_s, 6), why, names), process)
 
     # ---- for users
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any
 
 import pytest
@@ -15,6 +17,8 @@ from launcher.control.format import (
     unreachable,
     without_colour,
 )
+from launcher.model.run_events import Sample
+from tests.support.run_events import entry, event, line
 
 ROW: dict[str, Any] = {
     "name": "a-1",
@@ -57,33 +61,37 @@ def test_info_tells_how_the_environment_differs(facts: dict[str, Any], lines: li
     assert [one.removeprefix(prefix) for one in shown if one.startswith(prefix)] == lines
 
 
-def test_a_request_is_an_event_of_one_line():
-    item = {"wall_s": 0, "monotonic_s": 0.0, "event": "asked", "process": "a-1", "verb": "stop"}
-    assert event_line(item).endswith(" requested a-1 verb=stop")
-
-
 @pytest.mark.parametrize(
-    ("event", "text"),
+    ("what", "text"),
     [
-        ({"event": "signal", "process": "a-1", "pid": 7, "signal": 2}, "a-1 pid=7 signal=SIGINT"),
+        (event("asked", verb="stop"), "requested a-1 verb=stop"),
+        (event("asked", verb="kill", signal=10), "requested a-1 verb=kill signal=SIGUSR1"),
+        (event("signal", pid=7, signal=2), "signal a-1 pid=7 signal=SIGINT"),
         (
-            {"event": "ended", "pid": 7, "returncode": -11, "asked": False, "restart_in_s": None},
-            "ended pid=7 returncode=SIGSEGV",
+            event("ended", pid=7, returncode=-11, asked=False, restart_in_s=None),
+            "ended a-1 pid=7 returncode=SIGSEGV",
         ),
         (
-            {"event": "ended", "pid": 7, "returncode": 3, "asked": True, "restart_in_s": 0.0},
-            "ended pid=7 returncode=3 requested restart_in_s=0.0",
+            event("ended", pid=None, returncode=3, asked=True, restart_in_s=0.0),
+            "ended a-1 returncode=3 requested restart_in_s=0.0",
         ),
+        (event("waiting", after=("x", "y"), timeout_s=30), "waiting a-1 after=x,y timeout_s=30"),
+        (event("link", host="bot1", state="ready", reason=""), "link host=bot1 state=ready"),
+        (event("stopping", reason="a\nb\x1b[2J"), "stopping reason=a\\nb\\x1b[2J"),
+        (event("withdrawn"), "withdrawn a-1"),
     ],
 )
-def test_an_event_has_names_of_signals_and_only_what_is_known(event: dict, text: str):
-    assert event_line({"wall_s": 0, "monotonic_s": 0.0, **event}).endswith(f" {text}")
+def test_an_event_is_one_line_with_names_of_signals_and_only_what_is_known(what, text: str):
+    assert re.fullmatch(rf"\d\d:\d\d:\d\d {re.escape(text)}", event_line(entry(what).item))
 
 
 def test_memory_is_the_uss_by_this_name_everywhere():
-    sample = {"cpu_percent": 3.2, "rss_bytes": 58_000_000, "uss_bytes": 31_000_000}
-    samples = {"a-1": sample, "b-2": {**sample, "uss_bytes": None}}
-    item = {"wall_s": 0, "monotonic_s": 0.0, "event": "resources", "processes": samples}
+    sample = {
+        "pid": 7, "cpu_percent": 3.2, "rss_bytes": 58_000_000, "uss_bytes": 31_000_000,
+        "threads": 1, "fds": 3, "processes": 1,
+    }  # fmt: skip
+    samples = {"a-1": Sample(**sample), "b-2": Sample(**{**sample, "uss_bytes": None})}
+    item = json.loads(line(entry(event("resources", processes=samples))))
     assert event_line(item).endswith(" resources (CPU, USS): a-1=3%,31MB b-2=3%")
     (head, row) = table([ROW])
     assert head.split()[-1] == "USS" and row.endswith("31.0 MB")

@@ -18,6 +18,7 @@ from launcher.engine.logs.run_directory import (
     log_root,
     new_run_path,
 )
+from launcher.model.run_events import Stopping
 from launcher.model.spec import OutputPolicy
 
 
@@ -116,7 +117,7 @@ def test_a_run_that_goes_on_is_not_pruned_after_its_events_were_rotated(
     monkeypatch.setattr(RotatingFile.__init__, "__kwdefaults__", {"limit_bytes": 200, "backups": 1})
     running, last = folder_in(tmp_path), folder_in(tmp_path)
     for _ in range(9):
-        running.events.note("resources", text="x" * 100)
+        running.events.note(Stopping("x" * 100))
         running.events.flush()
     running.keep_up()
     last.prune(keep=1)
