@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from launcher.bag.model import Message, Topic
 from launcher.bag.words import size
 from launcher.bag.writer import BagWriter, Storage
-from launcher.text import count, escape, how_it_ended
+from launcher.model.event_entries import entry_in
+from launcher.model.run_events import Entry
+from launcher.text import count, escape
 
 INDEX = "index.txt"
 _LOG_BYTES = 1024 * 1024  # of each log file, counted from its end
 _LOG_TIME = re.compile(rb"^(?:\[[^\]]*\] )*?\[?(\d{9,11}\.\d+)\]?[ \]]|\[(\d{9,11}\.\d{6,9})\]")
 _OF_RCL = re.compile(r"_\d+_\d{13}\.log$")  # what each node writes by itself
-_NOISE = ("resources",)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +45,7 @@ class Contents:
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
+class _Line:
     at_ns: int
     text: str
 
@@ -57,8 +56,9 @@ def write(folder: str, contents: Contents, ros_distro: str = "") -> None:
     os.makedirs(partial)
     try:
         _write_bag(os.path.join(partial, "bag"), contents, ros_distro)
-        events = list(_events(contents))
-        _write_lines(os.path.join(partial, "events.jsonl"), (json.dumps(one) for one in events))
+        found = list(_entries(contents))
+        events = [entry for entry, _ in found]
+        _write_lines(os.path.join(partial, "events.jsonl"), (line.decode() for _, line in found))
         logs = _copy_logs(partial, contents)
         plan = _copy_plan(partial, contents)
         lines = _index(contents, events, logs, has_plan=plan)
@@ -88,18 +88,18 @@ def _write_lines(path: str, lines: Iterable[str]) -> None:
         file.writelines(f"{line}\n" for line in lines)
 
 
-def _events(contents: Contents) -> Iterator[dict[str, Any]]:
-    """The events of the span."""
+def _entries(contents: Contents) -> Iterator[tuple[Entry, bytes]]:
+    """The events of the span, with their lines."""
     if contents.run_folder is None:
         return
     for line in _lines_from_end(os.path.join(contents.run_folder, "events.jsonl")):
-        try:
-            event = json.loads(line)
-            at_ns = round(event["wall_s"] * 1e9)
-        except (ValueError, KeyError, TypeError):
-            continue  # cut off
-        if contents.start_ns <= at_ns <= contents.end_ns:
-            yield event
+        entry = entry_in(line)
+        if entry is not None and contents.start_ns <= _at_ns(entry) <= contents.end_ns:
+            yield entry, line
+
+
+def _at_ns(entry: Entry) -> int:
+    return round(entry.wall_s * 1e9)
 
 
 def _lines_from_end(path: str) -> list[bytes]:
@@ -156,7 +156,7 @@ def _copy_plan(folder: str, contents: Contents) -> bool:
 
 
 def _index(
-    contents: Contents, events: list[dict[str, Any]], logs: list[str], *, has_plan: bool
+    contents: Contents, events: list[Entry], logs: list[str], *, has_plan: bool
 ) -> Iterator[str]:
     entries = [*_of_events(events), *_of_topics(contents)]
     entries.sort(key=lambda entry: entry.at_ns)
@@ -167,7 +167,7 @@ def _index(
     yield ""
     yield "seconds before the end"
     for entry in entries:
-        yield f"{(contents.end_ns - entry.at_ns) / 1e9:9.3f}  {escape(entry.text)}"
+        yield f"{(contents.end_ns - entry.at_ns) / 1e9:9.3f}  {escape(entry.text, keep='')}"
     yield ""
     yield "files"
     topics = count(len({message.topic for message, _ in contents.messages}), "topic")
@@ -193,38 +193,17 @@ def _date(ns: int) -> str:
     return f"{time.strftime('%Y-%m-%d %H:%M:%S', local)}.{ns // 10**6 % 1000:03}"
 
 
-def _of_events(events: Iterable[Mapping[str, Any]]) -> Iterator[_Entry]:
-    for event in events:
-        if event.get("event") not in _NOISE:
-            yield _Entry(round(event["wall_s"] * 1e9), _sentence(event))
+def _of_events(entries: Iterable[Entry]) -> Iterator[_Line]:
+    for entry in entries:
+        if not entry.event.is_sample:
+            yield _Line(_at_ns(entry), entry.sentence)
 
 
-def _sentence(event: Mapping[str, Any]) -> str:
-    """`robot_2-4 ended (signal 9)`."""
-    name, process = event["event"], event.get("process", "the launcher")
-    match name:
-        case "ended":
-            return f"{process} ended ({_how(event['returncode'], asked=event.get('asked'))})"
-        case "started":
-            return f"{process} started (pid {event.get('pid')})"
-        case "signal":
-            return f"signal {event.get('signal')} to {process}"
-        case "asked":
-            return f"request: {event.get('verb')} {process}"
-        case _:
-            return f"{process}: {name}"
-
-
-def _how(code: int, *, asked: object) -> str:
-    how = how_it_ended(code)
-    return f"{how}, as requested" if asked else how
-
-
-def _of_topics(contents: Contents) -> Iterator[_Entry]:
+def _of_topics(contents: Contents) -> Iterator[_Line]:
     """The last message of each publisher of a topic."""
     last: dict[tuple[str, bytes], int] = {}
     for message, publisher in contents.messages:
         last[message.topic, publisher] = message.log_ns
     for (topic, publisher), at_ns in last.items():
         node = contents.nodes.get(publisher)
-        yield _Entry(at_ns, f"last {topic}" + (f" of {node.rpartition('/')[2]}" if node else ""))
+        yield _Line(at_ns, f"last {topic}" + (f" of {node.rpartition('/')[2]}" if node else ""))

@@ -25,6 +25,7 @@ from rclpy.executors import MultiThreadedExecutor
 from std_srvs.srv import Trigger
 
 from launcher.control.client import Connection, RefusedError
+from launcher.model.run_events import Resources
 from launcher.ros.diagnostics import Status, all_stale, service_names, statuses
 from launcher.ros.discovery.completeness import knows_all
 from launcher.ros.discovery.domains import environment_domain
@@ -88,8 +89,8 @@ class Bridge:
         """Publish on every change until the run ends; for a thread of its own."""
         try:
             with Connection(self._path) as connection:
-                for event in connection.follow("events", history=False):
-                    if event.get("event") != "resources":
+                for item in connection.follow("events", history=False):
+                    if item.get("event") != Resources.event:
                         self._change.trigger()
         except ControlError:
             pass  # it has ended

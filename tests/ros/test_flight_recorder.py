@@ -108,14 +108,14 @@ def test_a_death_is_recorded_with_what_came_before(tmp_path: Path, domain):
         folder = deaths(run)[0]
         index = (folder / "index.txt").read_text()
         assert run.verb("quit").code == 0
-    assert index.startswith("why: left-1 died (signal 9)\n"), index
+    assert index.startswith("why: left-1 died (SIGKILL)\n"), index
     times = {
         text: float(seconds)
         for seconds, text in re.findall(r"^ +([\d.]+)  (.+)$", index, re.MULTILINE)
     }
-    assert times["left-1 ended (signal 9)"] >= 1.0  # what followed is there, too
-    assert times["last /talk of left"] >= times["left-1 ended (signal 9)"] - 0.5
-    assert times["last /talk of right"] < times["left-1 ended (signal 9)"]
+    assert times["left-1: ended (SIGKILL)"] >= 1.0  # what followed is there, too
+    assert times["last /talk of left"] >= times["left-1: ended (SIGKILL)"] - 0.5
+    assert times["last /talk of right"] < times["left-1: ended (SIGKILL)"]
     found = texts(folder / "bag")
     assert {text.split()[0] for text in found} == {"left", "right"}
     numbers = [int(text.split()[1]) for text in found if text.startswith("right")]
@@ -125,7 +125,7 @@ def test_a_death_is_recorded_with_what_came_before(tmp_path: Path, domain):
     assert any(one["event"] == "ended" and one["process"] == "left-1" for one in events)
     assert (folder / "plan.json").exists()
     assert "process started" in (folder / "logs" / "launch.log").read_text()
-    assert f"/snapshots/{folder.name}: left-1 died (signal 9)" in run.screen
+    assert f"/snapshots/{folder.name}: left-1 died (SIGKILL)" in run.screen
 
 
 @pytest.mark.thorough

@@ -61,7 +61,7 @@ MAY_IMPORT = {
     "console": {"errors", "control", "socket_directory"},
     "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
     "ros": {"errors", "bag", "packages", "command_line", "control", "model", "socket_directory"},
-    "bag": {"errors"},
+    "bag": {"errors", "model"},
     "watch": {"errors", "model", "packages"},
     "web": {"errors", "control", "engine", "socket_directory"},
     "domain_lease": {"errors"},

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 from launcher.engine.logs.rotating_file import BACKUPS
 from launcher.engine.logs.run_directory import EVENTS
 from launcher.errors import UsageError
+from launcher.model.event_entries import entry_in
+from launcher.model.run_events import (
+    Ended,
+    Entry,
+    NotStarted,
+    Ready,
+    Released,
+    RunEvent,
+    Started,
+    Waiting,
+)
 
 # A run folder is named by the time when the launcher began, in local time.
 _STAMP = re.compile(r"(\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)-(\d{6})-.*")
@@ -75,10 +84,10 @@ class Timeline:
 
 def read(folder: str) -> Timeline:
     """The timeline of the run with this log folder; UsageError if it cannot be read."""
-    return timeline(folder, _events(folder))
+    return timeline(folder, _entries(folder))
 
 
-def _events(folder: str) -> Iterator[Mapping[str, Any]]:
+def _entries(folder: str) -> Iterator[Entry]:
     names = [*(f"{EVENTS}.{number}" for number in range(BACKUPS, 0, -1)), EVENTS]
     for name in names:
         path = os.path.join(folder, name)
@@ -86,25 +95,21 @@ def _events(folder: str) -> Iterator[Mapping[str, Any]]:
             continue
         try:
             with open(path, encoding="utf-8", errors="replace") as file:
-                for line in file:
-                    with contextlib.suppress(ValueError):  # cut short by a full disk or a kill
-                        event = json.loads(line)
-                        if isinstance(event, dict) and "wall_s" in event:
-                            yield event
+                yield from filter(None, map(entry_in, file))
         except OSError as error:
             raise UsageError(f"cannot read {path}: {error.strerror}") from None
 
 
-def timeline(folder: str, events: Iterable[Mapping[str, Any]]) -> Timeline:
-    """The timeline of these events, in order."""
+def timeline(folder: str, entries: Iterable[Entry]) -> Timeline:
+    """The timeline of these entries, in order."""
     found = Timeline(folder)
     begun_s = _begun(folder)
-    for event in events:
-        begun_s = float(event["wall_s"]) if begun_s is None else begun_s
-        at_s = max(0.0, float(event["wall_s"]) - begun_s)
+    for entry in entries:
+        begun_s = entry.wall_s if begun_s is None else begun_s
+        at_s = max(0.0, entry.wall_s - begun_s)
         found.until_s = max(found.until_s, at_s)
-        if isinstance(event.get("process"), str):
-            _take(found.processes, event, at_s)
+        if entry.process is not None:
+            _take(found.processes, entry.process, entry.event, at_s)
     return found
 
 
@@ -118,22 +123,21 @@ def _begun(folder: str) -> float | None:
     return None
 
 
-def _take(processes: dict[str, Start], event: Mapping[str, Any], at_s: float) -> None:
-    name, kind = event["process"], event["event"]
-    if kind in ("waiting", "started", "not started"):
+def _take(processes: dict[str, Start], name: str, event: RunEvent, at_s: float) -> None:
+    if isinstance(event, (Waiting, Started, NotStarted)):
         processes.setdefault(name, Start(name, at_s))
     if name not in processes:
         return
     start = processes[name]
-    if kind == "released" and start.released_s is None:
-        start.released_s, start.why = at_s, str(event.get("why", ""))
-        start.waited_for = tuple(map(str, event.get("processes") or ()))
-    elif kind == "started" and start.started_s is None:
-        start.started_s, start.has_facts = at_s, bool(event.get("ready_when"))
-    elif kind == "ready" and start.ready_s is None:
-        start.ready_s, start.has_facts = at_s, True
-    elif kind in ("ended", "not started") and start.ended_s is None:
-        start.ended_s = at_s
+    match event:
+        case Released() if start.released_s is None:
+            start.released_s, start.why, start.waited_for = at_s, event.why, event.processes
+        case Started() if start.started_s is None:
+            start.started_s, start.has_facts = at_s, bool(event.ready_when)
+        case Ready() if start.ready_s is None:
+            start.ready_s, start.has_facts = at_s, True
+        case Ended() | NotStarted() if start.ended_s is None:
+            start.ended_s = at_s
 
 
 def critical_chain(found: Timeline) -> list[Start]:

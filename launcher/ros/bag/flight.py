@@ -30,11 +30,12 @@ from launcher.bag.selection import Selection
 from launcher.bag.snapshot import Contents
 from launcher.bag.writer import BagWriter
 from launcher.control.client import Connection
+from launcher.model.event_entries import entry_of
+from launcher.model.run_events import Ended, Entry, exit_text
 from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
 from launcher.ros.bag.sinks import FileSink, Ring
 from launcher.ros.discovery.observer import Observer
 from launcher.socket_directory import ControlError
-from launcher.text import how_it_ended
 
 AFTER_S = 1.0  # what follows a death belongs to it
 APART_S = 10.0  # between two automatic snapshots: a process may die again and again
@@ -139,9 +140,10 @@ class FlightRecorder:
     def _follow_events(self) -> None:
         silently = contextlib.suppress(ControlError, OSError)  # the launcher is gone
         with silently, Connection(self._settings.socket) as connection:
-            for event in connection.follow("events"):
-                if _is_death(event):
-                    self._requests.put(("death", _story(event)))
+            for item in connection.follow("events"):
+                entry = entry_of(item)
+                if entry is not None and entry.event.is_failure:
+                    self._requests.put(("death", _story(entry)))
 
     def _take_requests(self, now: float) -> None:
         while not self._requests.empty():
@@ -229,17 +231,10 @@ class FlightRecorder:
         say(note=text)
 
 
-def _is_death(event: dict[str, Any]) -> bool:
-    """Whether a process died unasked."""
-    if event.get("event") == "not started":
-        return True
-    return event.get("event") == "ended" and event["returncode"] != 0 and not event["asked"]
-
-
-def _story(event: dict[str, Any]) -> str:
-    if event["event"] == "not started":
-        return f"{event['process']} could not be started"
-    return f"{event['process']} died ({how_it_ended(event['returncode'])})"
+def _story(entry: Entry) -> str:
+    if isinstance(entry.event, Ended):
+        return f"{entry.process} died ({exit_text(entry.event.returncode)})"
+    return f"{entry.process} could not be started"
 
 
 def _unused(path: str) -> str:

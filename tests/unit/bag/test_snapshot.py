@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,9 @@ import pytest
 from launcher.bag import snapshot
 from launcher.bag.reader import Bag
 from launcher.bag.snapshot import Contents
+from launcher.model.run_events import Entry
 from tests.support.bags import START_NS, message, string_topic
+from tests.support.run_events import event, line
 
 LEFT, RIGHT = b"l" * 16, b"r" * 16
 END_S = 60.0
@@ -25,7 +26,7 @@ def contents(run_folder: Path | None, **more: object) -> Contents:
     ]
     messages.sort(key=lambda one: one[0].log_ns)
     return Contents(
-        reason="robot_2-4 died (signal 9)",
+        reason="robot_2-4 died (SIGKILL)",
         end_ns=START_NS + round(END_S * 1e9),
         keep_s=30.0,
         topics=[string_topic("/talk"), string_topic("/alone"), string_topic("/silent")],
@@ -43,20 +44,14 @@ def run_folder(tmp_path: Path) -> Path:
     folder.mkdir()
     base = START_NS / 1e9
     events = [
-        {"wall_s": base + 5, "event": "started", "process": "robot_2-4", "pid": 7},
-        {"wall_s": base + 55, "event": "resources", "processes": {}},
-        {"wall_s": base + 56, "event": "asked", "process": "robot_2-4", "verb": "kill"},
-        {"wall_s": base + 56.1, "event": "signal", "process": "robot_2-4", "signal": 9},
-        {
-            "wall_s": base + 57,
-            "event": "ended",
-            "process": "robot_2-4",
-            "returncode": -9,
-            "asked": False,
-        },
-        {"wall_s": base + 90, "event": "started", "process": "later-9", "pid": 8},
+        (5, "robot_2-4", event("started")),
+        (55, None, event("resources")),
+        (56, "robot_2-4", event("asked", verb="kill")),
+        (56.1, "robot_2-4", event("signal", signal=9)),
+        (57, "robot_2-4", event("ended", returncode=-9, restart_in_s=None)),
+        (90, "later-9", event("started")),
     ]
-    lines = [json.dumps(one) for one in events]
+    lines = [line(Entry(base + at_s, at_s, one, process)) for at_s, process, one in events]
     (folder / "events.jsonl").write_text("\n".join([*lines, '{"wall_s": 17']))
     (folder / "plan.json").write_text("{}")
     (folder / "robot_2-4.log").write_text(
@@ -83,7 +78,7 @@ def test_what_is_in_a_snapshot(tmp_path: Path, run_folder: Path):
     bag = Bag(str(folder / "bag"))
     assert bag.extent.counts == {"/talk": 3, "/alone": 1}
     assert {topic.name for topic in bag.topics} == {"/talk", "/alone", "/silent"}
-    assert bag.metadata.custom_data == {"reason": "robot_2-4 died (signal 9)"}
+    assert bag.metadata.custom_data == {"reason": "robot_2-4 died (SIGKILL)"}
     logs = {path.name: path.read_text() for path in (folder / "logs").iterdir()}
     assert logs.keys() == {"robot_2-4.log", "plain-1.log"}
     assert logs["robot_2-4.log"].endswith(
@@ -99,12 +94,12 @@ def test_the_index_says_what_happened_when(tmp_path: Path, run_folder: Path):
     assert rest.partition("\n\n")[0].splitlines() == [
         "   20.000  last /alone",
         "    9.200  last /talk of left",
-        "    4.000  request: kill robot_2-4",
-        "    3.900  signal 9 to robot_2-4",
-        "    3.000  robot_2-4 ended (signal 9)",
+        "    4.000  robot_2-4: requested: kill",
+        "    3.900  robot_2-4: got SIGKILL",
+        "    3.000  robot_2-4: ended (SIGKILL)",
         "    0.500  last /talk of right",
     ]
-    assert text.startswith("why: robot_2-4 died (signal 9)\nend: ")
+    assert text.startswith("why: robot_2-4 died (SIGKILL)\nend: ")
     assert "\nspan: the last 30 s\n" in text
 
 

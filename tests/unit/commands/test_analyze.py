@@ -13,28 +13,45 @@ from hypothesis import strategies as st
 from launcher.commands.analyze.report import document, lines
 from launcher.commands.analyze.timeline import critical_chain, read, timeline
 from launcher.errors import UsageError
+from launcher.model.run_events import Entry
+from tests.support import run_events
+from tests.support.run_events import T0
 
-T0 = 1_795_000_000.0
 
-
-def event(at_s: float, kind: str, process: str | None = None, **details: Any) -> dict[str, Any]:
-    named = {} if process is None else {"process": process}
-    return {"wall_s": T0 + at_s, "monotonic_s": at_s, "event": kind, **named, **details}
+def event(at_s: float, kind: str, process: str, **details: Any) -> Entry:
+    return run_events.entry(run_events.event(kind, **details), at_s, process)
 
 
 FLEET = [
-    event(0.0, "started", "dispatcher-1", pid=1, ready_when=["x"]),
-    event(0.0, "waiting", "robot_1-2", after=["dispatcher"]),
-    event(0.1, "waiting", "robot_2-3", after=["dispatcher", "robot_1"]),
+    event(0.0, "started", "dispatcher-1", pid=1, ready_when=("x",)),
+    event(0.0, "waiting", "robot_1-2", after=("dispatcher",)),
+    event(
+        0.1,
+        "waiting",
+        "robot_2-3",
+        after=(
+            "dispatcher",
+            "robot_1",
+        ),
+    ),
     event(0.2, "started", "monitor-4", pid=2),
     event(1.0, "ready", "dispatcher-1"),
-    event(1.0, "released", "robot_1-2", why="ready", processes=["dispatcher-1"]),
-    event(1.1, "started", "robot_1-2", pid=3, ready_when=["x"]),
+    event(1.0, "released", "robot_1-2", why="ready", processes=("dispatcher-1",)),
+    event(1.1, "started", "robot_1-2", pid=3, ready_when=("x",)),
     event(3.1, "ready", "robot_1-2"),
-    event(3.1, "released", "robot_2-3", why="ready", processes=["dispatcher-1", "robot_1-2"]),
+    event(
+        3.1,
+        "released",
+        "robot_2-3",
+        why="ready",
+        processes=(
+            "dispatcher-1",
+            "robot_1-2",
+        ),
+    ),
     event(3.2, "started", "robot_2-3", pid=4),
     event(4.0, "ended", "robot_1-2"),
-    event(4.1, "started", "robot_1-2", pid=5, ready_when=["x"]),
+    event(4.1, "started", "robot_1-2", pid=5, ready_when=("x",)),
     event(9.0, "ready", "robot_1-2"),
 ]
 
@@ -58,7 +75,7 @@ def test_a_wait_that_ended_by_its_timeout_is_no_cause():
     late = [
         event(0.0, "started", "a-1"),
         event(0.0, "waiting", "b-2"),
-        event(5.0, "released", "b-2", why="timeout", processes=["a-1"]),
+        event(5.0, "released", "b-2", why="timeout", processes=("a-1",)),
         event(5.0, "started", "b-2"),
     ]
     assert [one.name for one in critical_chain(timeline("x", late))] == ["b-2"]
@@ -88,9 +105,9 @@ def test_one_that_is_not_ready_is_told():
     some = timeline(
         "x",
         [
-            event(0.0, "started", "a-1", ready_when=["x"]),
+            event(0.0, "started", "a-1", ready_when=("x",)),
             event(0.5, "waiting", "b-2"),
-            event(1.0, "started", "c-3", ready_when=["x"]),
+            event(1.0, "started", "c-3", ready_when=("x",)),
             event(2.0, "ended", "c-3"),
         ],
     )
@@ -129,14 +146,14 @@ def test_the_name_of_the_folder_says_when_the_launcher_began(tmp_path: Path):
     stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(int(T0)))
     folder = tmp_path / f"{stamp}-250000-host-7"
     folder.mkdir()
-    text = json.dumps(event(1.0, "started", "a-1"))
+    text = run_events.line(event(1.0, "started", "a-1"))
     (folder / "events.jsonl").write_text(f'{text}\n{{"cut": sh\nnull\n', encoding="utf-8")
     assert read(str(folder)).processes["a-1"].started_s == pytest.approx(0.75)
 
 
 def test_rotated_files_are_read_first(tmp_path: Path):
-    (tmp_path / "events.jsonl.1").write_text(json.dumps(event(0.0, "started", "a-1")) + "\n")
-    (tmp_path / "events.jsonl").write_text(json.dumps(event(1.0, "ready", "a-1")) + "\n")
+    (tmp_path / "events.jsonl.1").write_text(f"{run_events.line(event(0.0, 'started', 'a-1'))}\n")
+    (tmp_path / "events.jsonl").write_text(f"{run_events.line(event(1.0, 'ready', 'a-1'))}\n")
     assert read(str(tmp_path)).processes["a-1"].ready_s == pytest.approx(1.0)
 
 
@@ -145,15 +162,23 @@ def test_a_folder_without_events_is_refused(tmp_path: Path):
         read(str(tmp_path))
 
 
+SOME_EVENTS = [
+    run_events.event(kind) for kind in ("waiting", "started", "ready", "ended", "not started")
+]
+RELEASES = [
+    run_events.event("released", why=why, processes=names)
+    for why in ("ready", "timeout")
+    for names in ((), ("a-1",), ("b-2", "gone"))
+]
+
+
 @given(
     st.lists(
         st.builds(
-            event,
+            run_events.entry,
+            st.sampled_from([*SOME_EVENTS, *RELEASES]),
             st.floats(0, 100),
-            st.sampled_from(["waiting", "released", "started", "ready", "ended", "not started"]),
             st.sampled_from(["a-1", "b-2", "\x1b[31mc-3"]),
-            why=st.sampled_from(["ready", "timeout"]),
-            processes=st.lists(st.sampled_from(["a-1", "b-2", "gone"]), max_size=2),
         )
     )
 )
