@@ -25,6 +25,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from launcher.model.run_events import Ended
     from launcher.smoke.expect.expectation import Verdict
     from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
     from launcher.smoke.run.system import System
@@ -104,8 +105,8 @@ class LaunchedSystem:
             topic, where, within_s=self._limit(timeout_s), since_s=since_s
         )
 
-    def wait_for_exit(self, process: str, timeout_s: float | None = None) -> ProcessEvent:
-        """The end of a process; its `details` have `returncode`."""
+    def wait_for_exit(self, process: str, timeout_s: float | None = None) -> ProcessEvent[Ended]:
+        """The end of a process; its `event` has `returncode` and `asked`."""
         return self.system.wait_for_exit(process, self._limit(timeout_s))
 
     def wait_for_end(self, timeout_s: float | None = None) -> int | None:
@@ -222,8 +223,8 @@ class LaunchedSystem:
         if self.exit_code is not None:
             parts.append(f"the launcher ended with {self.exit_code}")
         for process in facts.processes():
-            ends = [e.details.get("returncode") for e in facts.of("ended", process)]
-            state = f" (ended with {ends[-1]})" if ends else ""
+            end = facts.last_end(process)
+            state = "" if end is None else f" (ended with {end.event.returncode})"
             parts.append(f"--- {process}{state}")
             parts += [line.plain for line in facts.last_lines(process, _LAST_LINES)]
         if not facts.processes():

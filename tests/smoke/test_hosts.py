@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.model.run_events import Ended
 from launcher.smoke import System
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
@@ -30,9 +31,7 @@ def test_a_crash_on_another_host_is_one_for_the_run(tmp_path: Path, hosts: Path)
         system.wait_for_log("here I am", process="patient", within_s=60)
         system.kill("patient")
         end = system.wait_for_exit("patient", within_s=60)
-        assert end.details["returncode"] == -9
-        assert not end.details["asked"]
-        assert end.details["host"] == "bot1"
+        assert (end.event.returncode, end.event.asked, end.host) == (-9, False, "bot1")
     ending = system.stop()
     assert ending.returncode == 130
     assert ending.left_processes == ()
@@ -52,7 +51,7 @@ def test_a_lost_host_is_no_end_of_its_processes(tmp_path: Path, hosts: Path):
         system.wait_for_log("here I am", process="patient", within_s=60)
         fifo.write_text("cut bot1\n")
         wait_until(lambda: system.ps()[0]["unreachable_s"] is not None, "a lost link")
-        assert not list(system.facts().of("ended", "patient"))
+        assert not list(system.facts().of(Ended, "patient"))
         fifo.write_text("restore bot1\n")
         system.wait_for_log("bot1 is reachable again", process="launch", within_s=60)
     assert system.stop().returncode == 0

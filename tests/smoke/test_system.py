@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.model.run_events import Ended
 from launcher.smoke import NotSeenError, System
 
 HEAD = """
@@ -40,7 +41,7 @@ def test_lines_and_exits_of_processes_are_observed(tmp_path: Path):
         line = system.wait_for_log("here I am", process="patient", within_s=60)
         end = system.wait_for_exit("short", within_s=60)
     assert line.process == "patient-1"
-    assert end.details["returncode"] == 3 and not end.details["asked"]
+    assert end.event.returncode == 3 and not end.event.asked
 
 
 def test_a_wait_in_vain_is_an_error_with_the_last_lines(tmp_path: Path):
@@ -67,15 +68,15 @@ def test_a_signal_from_outside_is_an_unexpected_exit_and_a_stop_is_not(tmp_path:
         killed = system.wait_for_exit("patient", within_s=60)
         system.control("stop", "other")
         stopped = system.wait_for_exit("other", within_s=60)
-    assert killed.details["returncode"] == -9 and not killed.details["asked"]
-    assert stopped.details["asked"]
+    assert killed.event.returncode == -9 and not killed.event.asked
+    assert stopped.event.asked
 
 
 def test_a_run_that_ends_at_once_has_reported_everything(tmp_path: Path):
     with system_of(tmp_path, SHORT) as system:
         system.wait_for(lambda facts: not system.is_alive, "the launcher ends", 60)
     facts = system.facts()
-    assert [e.details["returncode"] for e in facts.of("ended")] == [3]
+    assert [e.event.returncode for e in facts.of(Ended)] == [3]
     assert [line.text for line in facts.lines if line.process == "short-1"] == ["last words"]
 
 

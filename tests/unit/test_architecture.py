@@ -80,7 +80,7 @@ MAY_IMPORT = {
         "web",
     },
     "testing": {"errors", "build", "domain_lease", "engine"},
-    "pytest_plugin": {"errors", "smoke", "workspace"},
+    "pytest_plugin": {"errors", "model", "smoke", "workspace"},
     "render": {"errors", "packages", "model", "interpreter", "language", "planner", "hosts"},
     "export": {
         "errors",

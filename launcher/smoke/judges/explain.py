@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
+from launcher.model.run_events import NotStarted, exit_text
 from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import faults, mismatches
 from launcher.smoke.expect.expectation import LAUNCHER
@@ -36,8 +37,8 @@ def _ended(process: str, facts: Facts) -> str | None:
     if end is None or facts.was_running(process, facts.stop_s):
         return None
     why = last_exception(process, facts)
-    code = end.details.get("returncode")
-    return f"ended at {end.at_s:.1f} s (exit code {code})" + (f"; {why}" if why else "")
+    text = f"ended at {end.at_s:.1f} s ({exit_text(end.event.returncode)})"
+    return text + (f"; {why}" if why else "")
 
 
 def _elsewhere(noun: str, name: str, known: Iterable[str]) -> str | None:
@@ -57,8 +58,8 @@ def missing_node(node: str, facts: Facts) -> str | None:
         if similar:
             return f"no process of the launch file has this node; {similar}"
         return _elsewhere("node", node, known)
-    for event in facts.of("not started", process):
-        return f"its process {process} could not be started: {event.details.get('reason')}"
+    for start in facts.of(NotStarted, process):
+        return f"its process {process} {start.event.text}"
     ended = _ended(process, facts)
     if ended:
         return f"its process {process} {ended}"

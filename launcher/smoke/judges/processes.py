@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import signal
 import statistics
 from collections.abc import Iterator
 from typing import Any
 
 from launcher.document.quantities import INFINITY, Span
+from launcher.model.run_events import Ended, Ready, RunEvent, Started, exit_text
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
@@ -20,16 +20,6 @@ from launcher.smoke.judges.common import (
 from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
 
 _MB = 1024 * 1024
-
-
-def exit_text(returncode: int) -> str:
-    """`exit code 3` or `SIGKILL`."""
-    if returncode >= 0:
-        return f"exit code {returncode}"
-    try:
-        return signal.Signals(-returncode).name
-    except ValueError:
-        return f"signal {-returncode}"
 
 
 # ---- running, exited, restarted
@@ -73,27 +63,27 @@ def _verdicts(expectation: Expectation, facts: Facts, name: str, when: Window) -
 
 
 def _exits(wanted: int, facts: Facts, name: str, when: Window) -> Verdict:
-    ends = [e for e in facts.of("ended", name) if e.at_s in when]
+    ends = [e for e in facts.of(Ended, name) if e.at_s in when]
     for end in ends:
-        if end.details.get("returncode") == wanted:
+        if end.event.returncode == wanted:
             seen = f"{name} after {when.since(end.at_s)}"
             return when.met(seen=seen, at_s=end.at_s, value=end.at_s, unit="s")
     if ends:
         seen = f"{name} ended with {_end_text(ends[-1])} after {when.since(ends[-1].at_s)}"
     else:
-        later = next((e for e in facts.of("ended", name) if e.at_s > when.to_s), None)
+        later = next((e for e in facts.of(Ended, name) if e.at_s > when.to_s), None)
         seen = f"{name} did not end"
         seen += f" in time, but after {when.since(later.at_s)}" if later else ""
     return when.not_yet(seen=seen, about=(name,))
 
 
-def _end_text(event: ProcessEvent) -> str:
-    return exit_text(int(event.details.get("returncode", 0)))
+def _end_text(end: ProcessEvent[Ended]) -> str:
+    return exit_text(end.event.returncode)
 
 
 def _restarts(span: Span, facts: Facts, name: str, when: Window) -> Verdict:
-    starts = [e for e in facts.of("started", name) if e.at_s in when]
-    first = next(facts.of("started", name), None)
+    starts = [e for e in facts.of(Started, name) if e.at_s in when]
+    first = next(facts.of(Started, name), None)
     count = sum(event is not first for event in starts)
     seen = f"{name}: {count} restarts"
     if when.is_enough(count, span):
@@ -127,7 +117,7 @@ def ready(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     if not names:
         guess = explain.unknown_process(expectation.subject, facts)
         return when.not_yet(seen="no such process was started", guess=guess)
-    moments = {name: next(facts.of("ready", name), None) for name in names}
+    moments = {name: next(facts.of(Ready, name), None) for name in names}
     missing = [name for name, event in moments.items() if event is None or event.at_s > when.to_s]
     if missing:
         seen = several(_unready(name, moments[name], facts, when) for name in missing)
@@ -138,13 +128,13 @@ def ready(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     return when.met(seen=f"after {when.since(at_s)}", at_s=at_s, value=at_s, unit="s")
 
 
-def _unready(name: str, event: ProcessEvent | None, facts: Facts, when: Window) -> str:
+def _unready(name: str, event: ProcessEvent[Ready] | None, facts: Facts, when: Window) -> str:
     """Why a process is not ready, or when it was."""
     if event is not None:
         return f"{name} was ready after {when.since(event.at_s)}"
     if name in facts.unready(name):
-        start = next(reversed([*facts.of("started", name)]), None)
-        awaited = () if start is None else start.details.get("ready_when", ())
+        start = next(reversed([*facts.of(Started, name)]), None)
+        awaited = () if start is None else start.event.ready_when
         return f"{name} has no {', '.join(awaited)}" if awaited else f"{name} waits for others"
     end = facts.last_end(name)
     if end is not None:
@@ -164,7 +154,7 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         for event in facts.events
         if event.process is not None
         and event.at_s in when
-        and _is_unexpected(event)
+        and event.event.is_failure
         and event.process not in facts.ended_by_steps
         and not any(facts.is_named(event.process, pattern) for pattern in expected_exits)
     ]
@@ -180,20 +170,11 @@ def no_deaths(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
-def _is_unexpected(event: ProcessEvent) -> bool:
-    if event.kind == "not started":
-        return True
-    return (
-        event.kind == "ended"
-        and not event.details.get("asked")
-        and event.details.get("returncode") != 0
-    )
-
-
-def _exit_line(event: ProcessEvent) -> str:
-    if event.kind == "not started":
-        return f"{event.process} could not be started: {event.details.get('reason')}"
-    return f"{event.process} exited at {event.at_s:.1f} s of the run with {_end_text(event)}"
+def _exit_line(one: ProcessEvent[RunEvent]) -> str:
+    if isinstance(one.event, Ended):
+        how = exit_text(one.event.returncode)
+        return f"{one.process} exited at {one.at_s:.1f} s of the run with {how}"
+    return f"{one.process} {one.event.text}"
 
 
 # ---- resource usage

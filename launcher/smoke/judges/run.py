@@ -6,9 +6,9 @@ import signal
 from typing import Any
 
 from launcher.document.quantities import INFINITY, seconds_text
+from launcher.model.run_events import Ended, Signalled, exit_text
 from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
 from launcher.smoke.judges.common import listed, met, several, violated
-from launcher.smoke.judges.processes import exit_text
 from launcher.smoke.observe.facts import Facts, ProcessEvent
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}
@@ -35,10 +35,10 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     if ending is None:
         return Verdict(outcome=Outcome.OPEN, expected=expected)
     took_s = ending.down_s - facts.stop_s
-    harder = {e.process: e for e in facts.of("signal") if _is_harder(e, facts)}
-    faults = [f"{name} needed {_HARD[int(e.details['signal'])]}" for name, e in harder.items()]
-    ends = [e for e in facts.of("ended") if e.at_s >= facts.stop_s]
-    codes = [(e.process, int(e.details.get("returncode", 0))) for e in ends]
+    harder = {e.process: e for e in facts.of(Signalled) if _is_harder(e, facts)}
+    faults = [f"{name} needed {_HARD[e.event.signal]}" for name, e in harder.items()]
+    ends = [e for e in facts.of(Ended) if e.at_s >= facts.stop_s]
+    codes = [(e.process, e.event.returncode) for e in ends]
     crashes = {name: code for name, code in codes if code not in _ORDERLY}
     faults += [f"{name} ended with {exit_text(code)}" for name, code in crashes.items()]
     if ending.returncode is None:
@@ -56,8 +56,8 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
 
 def forced_stop(facts: Facts) -> Verdict | None:
     """The verdict on processes that had to be killed at the stop; None if there are none."""
-    signals = (e for e in facts.of("signal") if _is_harder(e, facts))
-    killed = {e.process: e for e in signals if e.details["signal"] == int(signal.SIGKILL)}
+    signals = (e for e in facts.of(Signalled) if _is_harder(e, facts))
+    killed = {e.process: e for e in signals if e.event.signal == signal.SIGKILL}
     names = sorted(name for name in killed if name)
     if not names:
         return None
@@ -70,9 +70,8 @@ def forced_stop(facts: Facts) -> Verdict | None:
     )
 
 
-def _is_harder(event: ProcessEvent, facts: Facts) -> bool:
-    stopped_s = facts.steps.get(STOP, INFINITY)
-    return event.at_s >= stopped_s and event.details.get("signal") in _HARD
+def _is_harder(sent: ProcessEvent[Signalled], facts: Facts) -> bool:
+    return sent.at_s >= facts.steps.get(STOP, INFINITY) and sent.event.signal in _HARD
 
 
 def shared_memory(expectation: Expectation, facts: Facts) -> Verdict:

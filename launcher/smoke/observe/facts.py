@@ -10,13 +10,25 @@ import functools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
+from launcher.model.run_events import (
+    Ended,
+    NotStarted,
+    Ready,
+    RunEvent,
+    Started,
+    Waiting,
+    Withdrawn,
+    fields_of,
+)
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.traits import Traits
+
+E = TypeVar("E", bound=RunEvent)
 
 _LEVEL = re.compile(r"(?:^|\[)(DEBUG|INFO|WARN|ERROR|FATAL)(?:ING)?\]")
 _COLOUR = re.compile(r"\x1b\[[0-9;:]*m")
@@ -66,13 +78,24 @@ class GraphSeen:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ProcessEvent:
-    """An entry of events.jsonl; `kind` is `started`, `ended`, `signal`, `stopping`, ..."""
+class ProcessEvent(Generic[E]):
+    """An entry of events.jsonl (docs/events.md)."""
 
     at_s: float
-    kind: str
+    event: E
     process: str | None = None
-    details: Mapping[str, Any] = field(default_factory=dict)
+    host: str | None = None
+
+    @property
+    def kind(self) -> str:
+        """`started`, `ended`, `signal`, `stopping`, ..."""
+        return self.event.event
+
+    @property
+    def details(self) -> Mapping[str, Any]:
+        """The fields of the event, and `host` where the process is on another one."""
+        host = {} if self.host is None else {"host": self.host}
+        return {**host, **fields_of(self.event)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +145,7 @@ class Facts:
     lines: tuple[LogLine, ...] = ()
     messages: tuple[Message, ...] = ()
     graphs: tuple[GraphSeen, ...] = ()
-    events: tuple[ProcessEvent, ...] = ()
+    events: tuple[ProcessEvent[RunEvent], ...] = ()
     samples: tuple[Sample, ...] = ()
     answers: Mapping[str, tuple[Answer, ...]] = field(default_factory=dict)
     services: tuple[str, ...] = ()
@@ -151,19 +174,18 @@ class Facts:
 
     def processes(self) -> tuple[str, ...]:
         """All processes that were started or failed to start."""
-        names = (e.process for e in self.events if e.kind in ("started", "not started"))
+        names = (e.process for e in self.events if isinstance(e.event, (Started, NotStarted)))
         return tuple(dict.fromkeys(name for name in names if name))
 
     def unready(self, pattern: str = "*") -> tuple[str, ...]:
         """The processes that wait for others, or are not ready, as the launcher says."""
         found: dict[str, None] = {}
         for event in self.events:
-            if event.process is None:
-                continue
-            if event.kind == "waiting" or event.details.get("ready_when"):
-                found[event.process] = None
-            elif event.kind in ("ready", "started", "withdrawn", "ended", "not started"):
-                found.pop(event.process, None)
+            match event.event:
+                case Waiting() | Started(ready_when=(_, *_)):
+                    found[str(event.process)] = None
+                case Ready() | Started() | Withdrawn() | Ended() | NotStarted():
+                    found.pop(str(event.process), None)
         return tuple(name for name in found if self.is_named(name, pattern))
 
     def named(self, pattern: str) -> tuple[str, ...]:
@@ -186,21 +208,21 @@ class Facts:
         by_label = (p for p in self.processes() if label_of(p) == node.rpartition("/")[2])
         return next(by_name, None) or next(by_label, None)
 
-    def of(self, kind: str, process: str | None = None) -> Iterator[ProcessEvent]:
-        """The events of a kind, of one process or of all."""
+    def of(self, kind: type[E], process: str | None = None) -> Iterator[ProcessEvent[E]]:
+        """The events of a type, of one process or of all."""
         for event in self.events:
-            if event.kind == kind and process in (None, event.process):
-                yield event
+            if isinstance(event.event, kind) and process in (None, event.process):
+                yield cast("ProcessEvent[E]", event)
 
     def was_running(self, process: str, at_s: float) -> bool:
         alive = False
         for event in self.events:
             if event.process == process and event.at_s <= at_s:
-                alive = {"started": True, "ended": False}.get(event.kind, alive)
+                alive = {Started: True, Ended: False}.get(type(event.event), alive)
         return alive
 
-    def last_end(self, process: str) -> ProcessEvent | None:
-        return next(reversed([*self.of("ended", process)]), None)
+    def last_end(self, process: str) -> ProcessEvent[Ended] | None:
+        return next(reversed([*self.of(Ended, process)]), None)
 
     def last_lines(self, process: str, count: int = 10) -> tuple[LogLine, ...]:
         """The last lines of a process, without empty ones."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.control.client import Connection
 from launcher.control.runs import Run, wait_for_run
+from launcher.model.event_entries import entry_of
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import LogLine, Sample
 from launcher.smoke.observe.last_state import LastState
@@ -96,8 +97,9 @@ class Followers:
             pass  # the run is over; its files have the rest
 
     def _event(self, item: Mapping[str, Any]) -> None:
-        if "event" in item:
-            self._recorder.add(log_files.event_of(item, self._recorder))
+        entry = entry_of(item)
+        if entry is not None:  # else some were not read in time
+            self._recorder.add(log_files.event_of(entry, self._recorder))
 
     def _line(self, item: Mapping[str, Any]) -> None:
         if "dropped" in item:

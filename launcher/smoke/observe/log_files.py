@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from launcher.engine.logs.rotating_file import BACKUPS
+from launcher.model.event_entries import entry_in
+from launcher.model.run_events import Entry, RunEvent
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder
 
@@ -23,23 +23,19 @@ def folder_of(log_root: Path, launcher_pid: int) -> Path | None:
     return next((p for p in log_root.glob(f"*-{launcher_pid}") if p.is_dir()), None)
 
 
-def events(folder: Path, recorder: Recorder) -> list[ProcessEvent]:
-    found = []
+def events(folder: Path, recorder: Recorder) -> list[ProcessEvent[RunEvent]]:
+    lines: list[bytes] = []
     with contextlib.suppress(OSError):
-        text = (folder / "events.jsonl").read_text(encoding="utf-8", errors="replace")
-        for line in text.splitlines():
-            with contextlib.suppress(json.JSONDecodeError):  # the launcher was killed meanwhile
-                found.append(event_of(json.loads(line), recorder))
-    return found
+        lines = (folder / "events.jsonl").read_bytes().splitlines()
+    return [event_of(entry, recorder) for entry in filter(None, map(entry_in, lines))]
 
 
-def event_of(entry: Mapping[str, Any], recorder: Recorder) -> ProcessEvent:
-    known = ("event", "process", "monotonic_s", "wall_s")
+def event_of(entry: Entry, recorder: Recorder) -> ProcessEvent[RunEvent]:
     return ProcessEvent(
-        at_s=recorder.of_monotonic(float(entry["monotonic_s"])),
-        kind=str(entry["event"]),
-        process=entry.get("process"),
-        details={name: value for name, value in entry.items() if name not in known},
+        at_s=recorder.of_monotonic(entry.monotonic_s),
+        event=entry.event,
+        process=entry.process,
+        host=entry.host,
     )
 
 

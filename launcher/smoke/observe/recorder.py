@@ -22,6 +22,7 @@ from launcher.smoke.observe.facts import (
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.traits import Traits
+    from launcher.model.run_events import RunEvent
 
 T = TypeVar("T")
 MIN_WAIT_S = 0.01
@@ -73,11 +74,13 @@ class Recorder:
 
     # ---- adding
 
-    def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent) -> None:
+    def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent[RunEvent]) -> None:
         with self._change():
             self._observed[type(observed)].append(observed)
 
-    def replace(self, kind: type[LogLine | ProcessEvent], observed: Iterable[object]) -> None:
+    def replace(
+        self, kind: type[LogLine] | type[ProcessEvent[RunEvent]], observed: Iterable[object]
+    ) -> None:
         """Replace everything of a kind, with what the files of the run have."""
         with self._change():
             self._observed[kind] = list(observed)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from launcher.document.quantities import INFINITY
+from launcher.model.run_events import Ended, Started
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.smoke.expect.expectation import READY
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, label_of
@@ -33,7 +34,7 @@ class Seen:
     @functools.cached_property
     def presence_s(self) -> float:
         """When all nodes and topics were there: another run is ready then."""
-        first_s = min((e.at_s for e in self.facts.of("started")), default=0.0)
+        first_s = min((e.at_s for e in self.facts.of(Started)), default=0.0)
         times_s = [self.node_since(name) for name in self.nodes]
         times_s += [self.topic_since(name) for name in self.topics]
         return max(times_s, default=first_s)
@@ -61,7 +62,7 @@ class Seen:
 
     @functools.cached_property
     def pids(self) -> frozenset[int]:
-        return frozenset(int(event.details.get("pid") or 0) for event in self.facts.of("started"))
+        return frozenset(start.event.pid for start in self.facts.of(Started))
 
     @functools.cached_property
     def processes(self) -> dict[str, list[str]]:
@@ -80,12 +81,12 @@ class Seen:
         ends = [self.facts.last_end(name) for name in self.processes[label]]
         if any(end is None or end.at_s > self.facts.stop_s for end in ends):
             return None
-        codes = {end.details.get("returncode") for end in ends if end is not None}
+        codes = {end.event.returncode for end in ends if end is not None}
         return max(end.at_s for end in ends if end is not None) if codes == {0} else None
 
     def was_restarted(self, label: str) -> bool:
-        ends = (e for name in self.processes[label] for e in self.facts.of("ended", name))
-        return any(end.details.get("restart_in_s") is not None for end in ends)
+        ends = (e for name in self.processes[label] for e in self.facts.of(Ended, name))
+        return any(end.event.restart_in_s is not None for end in ends)
 
     def memory_bytes(self, label: str) -> int:
         """The most of any process of that label; 0 if none was measured."""

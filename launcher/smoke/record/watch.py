@@ -9,6 +9,7 @@ from pathlib import Path
 from launcher.document.quantities import INFINITY
 from launcher.document.source_location import Origin
 from launcher.errors import LauncherError
+from launcher.model.run_events import Started
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, is_hidden
 from launcher.smoke.expect.expectation import START, Expectation
 from launcher.smoke.expect.script import Script
@@ -49,7 +50,7 @@ def is_common(topic: str) -> bool:
 
 def changed_s(facts: Facts) -> float:
     """When a node, an endpoint or a service last came or went, or a process was started."""
-    at_s = max((event.at_s for event in facts.of("started")), default=0.0)
+    at_s = max((event.at_s for event in facts.of(Started)), default=0.0)
     graphs = [graph for graph in facts.graphs if graph.at_s <= facts.stop_s]
     since_s = 0.0
     for graph in reversed(graphs):
@@ -105,7 +106,7 @@ class Watch(Runner):
     def _awaited_nodes(self, facts: Facts) -> bool:
         """Whether a process that was started lately has not made its node."""
         nodes = facts.graph().nodes
-        young = {e.process for e in facts.of("started") if e.at_s > facts.now_s - NODE_S}
+        young = {e.process for e in facts.of(Started) if e.at_s > facts.now_s - NODE_S}
         return any(
             node not in nodes
             for process in young

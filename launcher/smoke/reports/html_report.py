@@ -10,6 +10,7 @@ from typing import Any
 
 from launcher import __version__
 from launcher.errors import ExitCode, LauncherError
+from launcher.model.run_events import Entry
 from launcher.smoke.observe.facts import LogLine
 from launcher.smoke.preflight.planned import planned
 from launcher.smoke.reports import json_report, page_lines, page_processes
@@ -146,17 +147,12 @@ def _run(result: Result, target: str) -> Message:
 
 def _events(result: Result) -> list[Message]:
     """The event log; samples of resources are in the history."""
-    events = [event for event in result.facts.events if event.kind != "resources"]
-    return [
-        {
-            "wall_s": result.started_s + event.at_s,
-            "monotonic_s": event.at_s,
-            "event": event.kind,
-            **({} if event.process is None else {"process": event.process}),
-            **event.details,
-        }
-        for event in events[-MAX_EVENTS:]
+    events = [one for one in result.facts.events if not one.event.is_sample]
+    entries = [
+        Entry(result.started_s + one.at_s, one.at_s, one.event, one.process, one.host)
+        for one in events[-MAX_EVENTS:]
     ]
+    return [{**entry.item, "text": entry.event.text} for entry in entries]
 
 
 def _graph(result: Result, rows: Sequence[Message], wall_s: float) -> Message | None:

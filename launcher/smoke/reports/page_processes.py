@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.smoke.observe.facts import Facts, ProcessEvent, label_of
+from launcher.model.run_events import Ended, Resources, Started, exit_text
+from launcher.smoke.observe.facts import Facts, label_of
 from launcher.smoke.reports.result import Result
 
 MAX_SAMPLES = 600  # as a page keeps of a run that it follows
@@ -34,13 +35,13 @@ def rows_of(
 def _unknown(name: str, facts: Facts) -> Row:
     """A process that was over before anybody could ask."""
     row = dict.fromkeys((*_GONE, "level", "grep", "hidden_by", "debugger", "start"))
-    started = next(facts.of("started", name), None)
+    started = next(facts.of(Started, name), None)
     return {
         **row,
         "name": name,
         "label": label_of(name),
         "state": "RUNNING" if started else "FATAL",
-        "pid": started and started.details.get("pid"),
+        "pid": started and started.event.pid,
         "restarts": 0,
         "node_names": list(facts.node_names.get(name, ())),
         "namespace": "/",
@@ -60,45 +61,38 @@ def _bring_up_to_date(row: Row, result: Result) -> None:
         event
         for event in facts.events
         if event.process == row["name"]
-        and event.kind in ("started", "ended")
+        and isinstance(event.event, (Started, Ended))
         and event.at_s <= facts.stop_s
     ]
-    if not events or events[-1].kind != "ended":
+    end = events[-1].event if events else None
+    if not isinstance(end, Ended):
         return
-    end = events[-1]
     row.update(dict.fromkeys(_GONE))
     if row["state"] not in _FINAL:
         row["state"] = "EXITED"
-    row["last_exit"] = row.get("last_exit") or _exit(end, result.started_s)
+    row["last_exit"] = row.get("last_exit") or _exit(end, result.started_s + events[-1].at_s)
 
 
-def _exit(end: ProcessEvent, started_s: float) -> Row:
-    code = end.details.get("returncode")
-    text = f"exit code {code}"
-    if isinstance(code, int) and code < 0:
-        text = f"signal {-code}"
+def _exit(end: Ended, wall_s: float) -> Row:
     return {
-        "returncode": code,
-        "text": text,
-        "asked": bool(end.details.get("asked")),
-        "at": started_s + end.at_s,
+        "returncode": end.returncode,
+        "text": exit_text(end.returncode),
+        "asked": end.asked,
+        "at": wall_s,
     }
 
 
 def history_of(facts: Facts, started_s: float) -> dict[str, Any]:
     """The message `history`: what the samples of the run say, at most `MAX_SAMPLES`."""
-    samples = [*facts.of("resources")]
+    samples = [*facts.of(Resources)]
     times = [sample.at_s for sample in samples]
-    names = list(facts.processes())
     rates = _rates(facts, times)
-    found = {
-        name: {
-            "cpu": [_value(sample, name, "cpu_percent") for sample in samples],
-            "memory": [_value(sample, name, "uss_bytes") for sample in samples],
-            "lines": rates[name],
-        }
-        for name in names
-    }
+    found: dict[str, dict[str, list[Any]]] = {}
+    for name in facts.processes():
+        used = [sample.event.processes.get(name) for sample in samples]
+        cpu = [one and one.cpu_percent for one in used]
+        memory = [one and one.uss_bytes for one in used]
+        found[name] = {"cpu": cpu, "memory": memory, "lines": rates[name]}
     step = max(1, -(-len(samples) // MAX_SAMPLES))
     thinned = {
         name: {key: _highest(values, step) for key, values in lines.items()}
@@ -108,10 +102,6 @@ def history_of(facts: Facts, started_s: float) -> dict[str, Any]:
     if step > 1 and len(times) % step:
         wall.append(started_s + times[-1])
     return {"event": "history", "wall": wall, "processes": thinned}
-
-
-def _value(sample: ProcessEvent, name: str, key: str) -> Any:
-    return (sample.details.get("processes", {}).get(name) or {}).get(key)
 
 
 def _rates(facts: Facts, times: Sequence[float]) -> dict[str, list[float]]:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.control.selection import ProcessNames
+from launcher.model.run_events import Ended
 from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge
@@ -94,8 +95,8 @@ def _is_past(moment: Moment, facts: Facts) -> bool:
     return bool(names) and all(end is not None and _is_final(end, facts) for end in ends)
 
 
-def _is_final(end: ProcessEvent, facts: Facts) -> bool:
-    return end.details.get("restart_in_s") is None and facts.now_s > end.at_s + SETTLE_S
+def _is_final(end: ProcessEvent[Ended], facts: Facts) -> bool:
+    return end.event.restart_in_s is None and facts.now_s > end.at_s + SETTLE_S
 
 
 def _restarting(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:
@@ -103,7 +104,7 @@ def _restarting(forecast: Forecast, facts: Facts) -> Iterator[ProcessNames]:
     planned = {process.label: process for process in forecast.processes}
     for name in facts.processes():
         last = facts.last_end(name)
-        if last is None or last.details.get("restart_in_s") is None:
+        if last is None or last.event.restart_in_s is None:
             continue
         if not facts.was_running(name, facts.now_s):
             yield planned.get(label_of(name), ProcessNames(name, label_of(name)))

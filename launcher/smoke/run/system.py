@@ -14,6 +14,7 @@ from typing import Any
 from launcher.document.fields import near
 from launcher.domain_lease import leased_domain
 from launcher.hosts.model import LOCAL
+from launcher.model.run_events import Ended
 from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
@@ -352,4 +353,4 @@ class System(Waits):
 
 
 def _ends(facts: Facts, process: str) -> int:
-    return sum(1 for _ in facts.of("ended", process))
+    return sum(1 for _ in facts.of(Ended, process))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from launcher.document.quantities import INFINITY, Span
+from launcher.model.run_events import Ended
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges import explain, judge
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent
@@ -115,10 +116,10 @@ class Waits:
         wanted = Expectation(kind="topic", subject=topic, values=values)
         return self.wait_for_expectation(wanted, within_s)
 
-    def wait_for_exit(self, process: str, within_s: float = 10.0) -> ProcessEvent:
-        """The exit of a process; its `details` have `returncode` and `asked`."""
+    def wait_for_exit(self, process: str, within_s: float = 10.0) -> ProcessEvent[Ended]:
+        """The exit of a process; its `event` has `returncode` and `asked`."""
 
-        def found(facts: Facts) -> ProcessEvent | None:
+        def found(facts: Facts) -> ProcessEvent[Ended] | None:
             ends = [end for name in facts.named(process) if (end := facts.last_end(name))]
             return ends[-1] if ends else None
 

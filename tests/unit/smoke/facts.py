@@ -19,6 +19,7 @@ from launcher.smoke.observe.facts import (
     Sample,
 )
 from launcher.smoke.preflight.loader import parse
+from tests.support import run_events
 
 STRING = "std_msgs/msg/String"
 MB = 1024 * 1024
@@ -49,29 +50,29 @@ def running(now_s: float, **facts: Any) -> Facts:
     return Facts(now_s=now_s, steps=steps, **{"events": started("robot_1-1"), **facts})
 
 
-def started(*names: str, at_s: float = 0.1) -> tuple[ProcessEvent, ...]:
-    return tuple(ProcessEvent(at_s=at_s, kind="started", process=name) for name in names)
+def event(kind: str, name: str, at_s: float, **details: Any) -> ProcessEvent[Any]:
+    return ProcessEvent(at_s=at_s, event=run_events.event(kind, **details), process=name)
 
 
-def ended(name: str, returncode: int, at_s: float, *, asked: bool = False) -> ProcessEvent:
-    details = {"returncode": returncode, "asked": asked}
-    return ProcessEvent(at_s=at_s, kind="ended", process=name, details=details)
+def started(*names: str, at_s: float = 0.1) -> tuple[ProcessEvent[Any], ...]:
+    return tuple(event("started", name, at_s) for name in names)
 
 
-def event(kind: str, name: str, at_s: float, **details: Any) -> ProcessEvent:
-    return ProcessEvent(at_s=at_s, kind=kind, process=name, details=details)
+def ended(name: str, returncode: int, at_s: float, **details: Any) -> ProcessEvent[Any]:
+    given = {"asked": False, "restart_in_s": None, **details}
+    return event("ended", name, at_s, returncode=returncode, **given)
 
 
-def ready(name: str, at_s: float) -> ProcessEvent:
+def ready(name: str, at_s: float) -> ProcessEvent[Any]:
     return event("ready", name, at_s, ready_s=1.0)
 
 
-def unready(name: str, at_s: float) -> ProcessEvent:
-    return event("started", name, at_s, ready_when=["publisher on /t"])
+def unready(name: str, at_s: float) -> ProcessEvent[Any]:
+    return event("started", name, at_s, ready_when=("publisher on /t",))
 
 
-def signalled(name: str, signum: int, at_s: float) -> ProcessEvent:
-    return ProcessEvent(at_s=at_s, kind="signal", process=name, details={"signal": signum})
+def signalled(name: str, signum: int, at_s: float) -> ProcessEvent[Any]:
+    return event("signal", name, at_s, signal=signum)
 
 
 def lines(*texts: str, process: str | None = "robot_1-1", at_s: float = 1.0) -> tuple[LogLine, ...]:

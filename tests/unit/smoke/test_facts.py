@@ -6,7 +6,7 @@ from tests.unit.smoke.facts import event, ready, running, started, unready
 
 
 def test_a_process_that_others_hold_back_is_unready_until_it_is_started():
-    first = (unready("a-1", 0.1), event("waiting", "b-2", 0.1, after=["a"]))
+    first = (unready("a-1", 0.1), event("waiting", "b-2", 0.1))
     released = (ready("a-1", 7.0), event("released", "b-2", 7.0, why="ready"))
     later = started("b-2", at_s=7.1)
     assert running(1.0, events=first).unready() == ("a-1", "b-2")

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.errors import ExitCode, UsageError
+from launcher.model.run_events import Resources, Sample
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts, LogLine, Message, ProcessEvent
 from launcher.smoke.observe.last_state import LastState
@@ -43,9 +44,14 @@ def told(one: Result) -> dict[str, dict[str, Any]]:
     return found
 
 
-def sampled(at_s: float, **cpu: float) -> ProcessEvent:
-    processes = {f"{name}-1": {"cpu_percent": value, "uss_bytes": 7} for name, value in cpu.items()}
-    return ProcessEvent(at_s=at_s, kind="resources", details={"processes": processes})
+def sampled(at_s: float, **cpu: float) -> ProcessEvent[Resources]:
+    processes = {
+        f"{name}-1": Sample(
+            pid=7, cpu_percent=value, rss_bytes=9, uss_bytes=7, threads=1, fds=3, processes=1
+        )
+        for name, value in cpu.items()
+    }
+    return ProcessEvent(at_s=at_s, event=Resources(processes))
 
 
 # ---- lines
@@ -97,7 +103,7 @@ def test_rows_are_those_before_the_stop_with_exits_since_then():
     events = (*started("a-1", "b-2"), ended("a-1", -9, 19.5), ended("b-2", 0, END_S + 0.1))
     found = page_processes.rows_of(result(facts=seen(events=events), last_state=last), {}, {})
     assert [(one["state"], one["pid"]) for one in found] == [("EXITED", None), ("RUNNING", 6)]
-    assert found[0]["last_exit"]["text"] == "signal 9"
+    assert found[0]["last_exit"]["text"] == "SIGKILL"
     assert found[0]["last_exit"]["at"] == START_S + 19.5
 
 
@@ -179,6 +185,10 @@ def test_events_are_those_of_the_log_without_samples():
     facts = seen(events=(*started("a-1"), sampled(1.0, a=1.0), ended("a-1", 3, 5.0)))
     events = told(result(facts=facts))["run_events"]["items"]
     assert [one["event"] for one in events] == ["started", "ended"]
+    assert [one["text"] for one in events] == [
+        "started, pid 4242, restart 2",
+        "ended (exit code 3)",
+    ]
     assert (events[1]["wall_s"], events[1]["returncode"]) == (START_S + 5.0, 3)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from launcher.control.selection import ProcessNames
-from launcher.smoke.observe.facts import ProcessEvent
 from launcher.smoke.preflight.forecast import Forecast, Moment
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.run.prospects import lost
@@ -33,9 +32,7 @@ def verdict(text: str, foreseen: Forecast | None, now_s: float = 4.0, **facts: A
 
 TIMED, AFTER_EXIT = Moment(time_s=60.0), Moment(cause="robot_1")
 GONE = (*started("robot_1-1"), ended("robot_1-1", 0, 1.0))
-RESTARTING = ProcessEvent(
-    at_s=2.0, kind="ended", process="robot_2-2", details={"returncode": 1, "restart_in_s": 9.0}
-)
+RESTARTING = ended("robot_2-2", 1, 2.0, restart_in_s=9.0)
 BOTH = started("robot_1-1", "robot_2-2")
 WAITS: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
     "its time is not over": (NODE, forecast(ROBOT), {"now_s": 3.1}),

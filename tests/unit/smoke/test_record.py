@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.observe.facts import Ending, Facts, LogLine, ProcessEvent, Sample
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, Sample
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.record import lines
 from launcher.smoke.record.document import Head, document_of
@@ -226,9 +226,7 @@ def test_what_differs_between_runs_is_wide_or_left_out_with_the_reason():
 def test_a_process_that_exits_late_or_is_restarted_is_left_out():
     late = run(events=(*started("robot_1-1", "setup-2"), ended("setup-2", 0, END_S - 1)))
     assert "left out: setup: it exited late or not in every run" in recorded(run(), late)
-    again = ProcessEvent(
-        at_s=3.0, kind="ended", process="setup-2", details={"returncode": 0, "restart_in_s": 1.0}
-    )
+    again = ended("setup-2", 0, 3.0, restart_in_s=1.0)
     restarted = run(events=(*started("robot_1-1", "setup-2"), again))
     assert "left out: setup: it was restarted" in recorded(restarted, restarted)
 
