@@ -11,6 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from launcher.control.format import event_line
+from launcher.model.event_entries import entry_of
+from launcher.model.run_events import Ended, Reloaded, Started
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
 from launcher.web.plan_tree import Tree, named, numbered, read_tree
@@ -26,7 +29,6 @@ _SAMPLED = ("cpu", "memory", "lines")  # what a sample holds, in this order
 _FIRST_LINES = 3000  # a page that opens gets these at once, and asks for older ones
 _PLAN_DELAY_S = 0.5
 _EXPECTATIONS = "expectations.json"  # of smoke, in the log folder of the run
-_CHANGES_PROCESSES = frozenset({"started", "ended"})
 
 
 class RunFeed:
@@ -120,28 +122,36 @@ class RunFeed:
             first = self.log.next_number - len(batch)
             self._hub.send({"event": "lines", "first": first, "lines": batch})
 
-    def _take_event(self, entry: dict[str, Any]) -> None:
-        if entry.get("event") == "resources":
+    def _take_event(self, item: dict[str, Any]) -> None:
+        entry = entry_of(item)
+        if entry is None:  # events were not read in time
+            self._tell_event({"event": "other", "wall_s": time.time(), "text": event_line(item)})
+            return
+        if entry.event.is_sample:
             return  # `top` has them
-        self.events.append(entry)
-        self._hub.send({"event": "run_events", "items": [entry], "reset": False})
-        if entry.get("event") in _CHANGES_PROCESSES:
-            self._change(entry)
-            self._plan_soon()
-        if entry.get("event") == "reloaded" and self._reading_tree is not None:
-            self._reading_tree = asyncio.create_task(self._read_tree())
+        self._tell_event({**item, "text": entry.event.text})
+        match entry.event:
+            case Started() | Ended():
+                self._change(entry.process, entry.event)
+                self._plan_soon()
+            case Reloaded() if self._reading_tree is not None:
+                self._reading_tree = asyncio.create_task(self._read_tree())
 
-    def _change(self, entry: dict[str, Any]) -> None:
+    def _tell_event(self, shown: dict[str, Any]) -> None:
+        self.events.append(shown)
+        self._hub.send({"event": "run_events", "items": [shown], "reset": False})
+
+    def _change(self, name: str | None, event: Started | Ended) -> None:
         """Change the row of a process that has started or ended: the last rows of a run are old."""
         for row in self.rows:
-            if row["name"] != entry.get("process"):
+            if row["name"] != name:
                 continue
-            if entry["event"] == "started":
-                row.update(state="RUNNING", pid=entry.get("pid"))
-            elif entry.get("restart_in_s") is not None:
+            if isinstance(event, Started):
+                row.update(state="RUNNING", pid=event.pid)
+            elif event.restart_in_s is not None:
                 row.update(state="BACKOFF", pid=None)
             else:
-                state = "STOPPED" if entry.get("asked") else "EXITED"
+                state = "STOPPED" if event.asked else "EXITED"
                 row.update(state=state, pid=None, uptime_s=None, cpu_percent=None)
 
     def _take_processes(self, item: dict[str, Any]) -> None:

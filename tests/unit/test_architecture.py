@@ -63,7 +63,7 @@ MAY_IMPORT = {
     "ros": {"errors", "bag", "packages", "command_line", "control", "model", "socket_directory"},
     "bag": {"errors", "model"},
     "watch": {"errors", "model", "packages"},
-    "web": {"errors", "control", "engine", "socket_directory"},
+    "web": {"errors", "control", "engine", "model", "socket_directory"},
     "domain_lease": {"errors"},
     "smoke": {
         "bag",

@@ -2,7 +2,7 @@
 
 import { computed, onMounted, onUnmounted, ref } from "vue";
 import { clock } from "page/format.js";
-import { shapeAt } from "page/timeline/words.js";
+import { shapeAt } from "page/timeline/marks.js";
 import { thinned, ticks } from "page/timeline/lanes.js";
 
 const LANE = 26;

@@ -1,6 +1,6 @@
 // The event log as lanes: the lives of each process as bars, and marks for what happened.
 
-import { described } from "page/timeline/words.js";
+import { described } from "page/timeline/marks.js";
 
 export const RUN_LANE = "the run";
 export const EXPECTED_LANE = "expectations";
@@ -24,7 +24,12 @@ function planEvents(plan, started) {
 function expectationEvents(expectations) {
   return expectations
     .filter((one) => one.wall !== null && one.wall !== undefined && one.state !== "open")
-    .map((one) => ({ event: "expectation", wall_s: one.wall, ...one }));
+    .map((one) => ({
+      event: "expectation",
+      wall_s: one.wall,
+      state: one.state,
+      text: `expectation ${one.state}: ${one.title}${one.detail ? ` (${one.detail})` : ""}`,
+    }));
 }
 
 // All events in order of their time, described; `key` counts them.

@@ -5,7 +5,7 @@ import {
   chosen, expectations, hello, link as connection, plan, processes, runEvents, wall,
 } from "page/store.js";
 import { clock } from "page/format.js";
-import { shapeAt } from "page/timeline/words.js";
+import { shapeAt } from "page/timeline/marks.js";
 import { lastAddress, link } from "page/shared/address.js";
 import { TimelineChart } from "page/timeline/chart.js";
 import { allEvents, lanesOf } from "page/timeline/lanes.js";
