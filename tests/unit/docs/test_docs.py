@@ -15,7 +15,7 @@ from launcher.commands.launch import COMMAND
 from launcher.errors import ExitCode
 from launcher.planner import make_plan
 from launcher.render import plan_json
-from tools import command_reference
+from tools import command_reference, event_reference
 
 ROOT = Path(__file__).resolve().parents[3]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -50,6 +50,10 @@ def test_the_control_verbs_are_those_of_their_table_and_documented():
 
 def test_the_page_of_all_options_is_generated_from_the_tables():
     assert command_reference.PAGE.read_text(encoding="utf-8") == command_reference.page()
+
+
+def test_the_page_of_all_events_is_generated_from_their_types():
+    assert event_reference.PAGE.read_text(encoding="utf-8") == event_reference.page()
 
 
 PAGES = (
