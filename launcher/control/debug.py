@@ -9,7 +9,7 @@ from launcher.control.results import sentence
 from launcher.control.verbs import BadCallError, Call
 from launcher.engine.debugger import Debugger, NotDebuggableError, debugger_for
 from launcher.engine.process import Process
-from launcher.engine.request_queue import Asked, ProcessRequest
+from launcher.engine.request_queue import ProcessRequest, Purpose
 from launcher.engine.request_result import Kind, Result
 from launcher.engine.run_control import RunControl
 
@@ -49,7 +49,7 @@ class DebugRequest:
             self._exchange.fail(BadCallError("wrong-state", sentence(result)))
 
         control = self._control.process_control
-        request = control.ask(process, ProcessRequest(Asked.DEBUG, restarted))
+        request = control.ask(process, ProcessRequest(Purpose.DEBUG, restarted))
 
         def left() -> None:
             control.withdraw(process, request)

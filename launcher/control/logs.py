@@ -118,8 +118,9 @@ class Logs:
         left_out = allowance.left_out()
         if not left_out:
             return
-        item = {"dropped": sum(left_out.values()), "processes": left_out, "time": time.time()}
-        exchange.item(item)
+        lines = sum(left_out.values())
+        item = {"dropped": lines, "processes": left_out, "time": time.time()}
+        exchange.item(item, stands_for=lines)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
         wall_s = time.time() - (self._control.reactor.now() - block.read_at_s)

@@ -55,9 +55,12 @@ class Exchange:
     def fail(self, problem: BadCallError) -> None:
         self._last(protocol.failure(self.id, problem))
 
-    def item(self, value: Mapping[str, Any]) -> None:
-        """Send an item of a stream; it is dropped and counted if the client does not read."""
-        if self._has_room():
+    def item(self, value: Mapping[str, Any], *, stands_for: int = 1) -> None:
+        """Send an item of a stream; it is dropped and counted if the client does not read.
+
+        `stands_for`: so many items that were left out are reported by it.
+        """
+        if self._has_room(stands_for):
             self._peer.write(protocol.raw_item(self.id, protocol.to_json(value)))
 
     def item_raw(self, text: str) -> None:
@@ -65,11 +68,11 @@ class Exchange:
         if self._has_room():
             self._peer.write(protocol.raw_item(self.id, text))
 
-    def _has_room(self) -> bool:
+    def _has_room(self, items: int = 1) -> bool:
         if not self.is_open:
             return False
         if self._peer.is_full:
-            self.dropped += 1
+            self.dropped += items
             return False
         self.report_dropped()
         return True

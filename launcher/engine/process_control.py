@@ -13,12 +13,12 @@ from launcher.engine.process_signals import ProcessSignals, may_restart, not_run
 from launcher.engine.request_queue import (
     Act,
     Answer,
-    Asked,
     Do,
     Done,
     Order,
     Phase,
     ProcessRequest,
+    Purpose,
     QueueAction,
     RequestQueue,
     Situation,
@@ -54,15 +54,15 @@ class ProcessControl:
 
     def stop(self, process: Process, done: Done) -> ProcessRequest:
         """Stop it by its stop policy; it may be started again."""
-        return self.ask(process, ProcessRequest(Asked.STOP, done))
+        return self.ask(process, ProcessRequest(Purpose.STOP, done))
 
     def start(self, process: Process, done: Done) -> ProcessRequest:
         """Start it if it is not running; its restarts are counted from 0 again."""
-        return self.ask(process, ProcessRequest(Asked.START, done))
+        return self.ask(process, ProcessRequest(Purpose.START, done))
 
     def restart(self, process: Process, done: Done) -> ProcessRequest:
         """Stop it if it runs, then start it."""
-        return self.ask(process, ProcessRequest(Asked.RESTART, done))
+        return self.ask(process, ProcessRequest(Purpose.RESTART, done))
 
     def suspend(self, process: Process, done: Done) -> ProcessRequest:
         return self._act(process, self._signals.suspend, done)
@@ -89,7 +89,7 @@ class ProcessControl:
         is_urgent: bool = False,
     ) -> ProcessRequest:
         act = functools.partial(do, process)
-        return self.ask(process, ProcessRequest(Asked.ACT, done, act=act, is_urgent=is_urgent))
+        return self.ask(process, ProcessRequest(Purpose.ACT, done, act=act, is_urgent=is_urgent))
 
     def ask(self, process: Process, request: ProcessRequest) -> ProcessRequest:
         """Carry it out when its turn has come; returns it, to `withdraw` it."""
@@ -97,7 +97,7 @@ class ProcessControl:
         self._settle(process)
         self._carry_out(process, queue.add(request, self._situation(process)))
         self._settle(process)
-        if request.asked is not Asked.ACT and queue.holds(request):
+        if request.purpose is not Purpose.ACT and queue.holds(request):
             self._note(process, request)
         return request
 
@@ -187,10 +187,10 @@ class ProcessControl:
         """Log it, once, when it is being carried out or has to wait."""
         if not request.is_noted:
             request.is_noted = True
-            self._log.note(run_events.Asked(request.asked.name.lower()), process)
+            self._log.note(run_events.Asked(request.purpose.name.lower()), process)
 
     def _result(self, process: Process, request: ProcessRequest, kind: Kind, step: Step) -> Result:
-        is_stop, is_restart = request.asked is Asked.STOP, request.asked > Asked.START
+        is_stop, is_restart = request.purpose is Purpose.STOP, request.purpose > Purpose.START
         host, stopped = process.host, None
         if is_restart and step.first_end is not None:
             stopped = self._stopped(process, step.stopped_s - request.asked_s, step.first_end)

@@ -14,7 +14,7 @@ from launcher.engine.machine import ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process, adapted
 from launcher.engine.process_control import ProcessControl
-from launcher.engine.request_queue import Asked, ProcessRequest
+from launcher.engine.request_queue import ProcessRequest, Purpose
 from launcher.engine.request_result import Kind, Result
 from launcher.engine.shutdown import Shutdown
 from launcher.errors import LauncherError
@@ -100,7 +100,7 @@ def restart_changed(
 
     The launch file is not told of its exit: `on_exit` of an edited node must not end the run.
     """
-    control.ask(process, ProcessRequest(Asked.RESTART, done, is_replacement=True))
+    control.ask(process, ProcessRequest(Purpose.RESTART, done, is_replacement=True))
 
 
 def _begun(process: Process) -> Result:

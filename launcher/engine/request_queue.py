@@ -8,6 +8,7 @@ overtakes what would start the process. The table in docs/control.md says which 
 from __future__ import annotations
 
 import enum
+import itertools
 from collections.abc import Callable
 
 from launcher.engine.request_result import Kind, Result
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 Done = Callable[[Result], None]
 
 
-class Asked(enum.IntEnum):
+class Purpose(enum.IntEnum):
     """What a request is for. Of requests that are carried out together, the highest counts."""
 
     ACT = 0  # anything else
@@ -32,7 +33,7 @@ class Asked(enum.IntEnum):
     @property
     def starts(self) -> bool:
         """Whether the process is to run afterwards."""
-        return self >= Asked.START
+        return self >= Purpose.START
 
 
 class ProcessRequest:
@@ -43,18 +44,18 @@ class ProcessRequest:
     the exit. `asked_s` is when it came.
     """
 
-    __slots__ = ("act", "asked", "asked_s", "done", "is_noted", "is_replacement", "is_urgent")
+    __slots__ = ("act", "asked_s", "done", "is_noted", "is_replacement", "is_urgent", "purpose")
 
     def __init__(
         self,
-        asked: Asked,
+        purpose: Purpose,
         done: Done,
         *,
         act: Callable[[Done], None] = lambda done: None,
         is_urgent: bool = False,
         is_replacement: bool = False,
     ) -> None:
-        self.asked = asked
+        self.purpose = purpose
         self.done = done
         self.act = act
         self.is_urgent = is_urgent
@@ -142,8 +143,8 @@ class Step:
     first half of a restart, `old_pid` is that of the process that it stops.
     """
 
-    def __init__(self, asked: Asked, requests: tuple[ProcessRequest, ...] = ()) -> None:
-        self.asked = asked
+    def __init__(self, purpose: Purpose, requests: tuple[ProcessRequest, ...] = ()) -> None:
+        self.purpose = purpose
         self.requests = list(requests)
         self.part = Part.PENDING
         self.last_end: Ended | None = None
@@ -153,12 +154,12 @@ class Step:
 
     def join(self, request: ProcessRequest) -> None:
         self.requests.append(request)
-        self.asked = max(self.asked, request.asked)
+        self.purpose = max(self.purpose, request.purpose)
 
     def leave(self, request: ProcessRequest) -> None:
         self.requests.remove(request)
         if self.part is Part.PENDING and self.requests:
-            self.asked = max(one.asked for one in self.requests)
+            self.purpose = max(one.purpose for one in self.requests)
 
     def enter(self, part: Part, situation: Situation) -> None:
         self.part, self.last_end = part, situation.last_end
@@ -183,41 +184,41 @@ class RequestQueue:
     def add(self, request: ProcessRequest, situation: Situation) -> list[QueueAction]:
         """The queue is settled."""
         request.asked_s = situation.now
-        if request.asked is Asked.STOP:
+        if request.purpose is Purpose.STOP:
             return self._add_stop(request)
         if request.is_urgent and situation.phase in _ALIVE:
-            others = (
-                place for place, step in enumerate(self._steps) if step.asked is not Asked.ACT
-            )
-            self._steps.insert(next(others, len(self._steps)), Step(Asked.ACT, (request,)))
+            acts = itertools.takewhile(lambda step: step.purpose is Purpose.ACT, self._steps)
+            self._steps.insert(len(list(acts)), Step(Purpose.ACT, (request,)))
             return []
-        last = next((step for step in reversed(self._steps) if step.asked is not Asked.ACT), None)
-        if request.asked.starts and last is not None and _serves(last, request, situation.phase):
+        last = next(
+            (step for step in reversed(self._steps) if step.purpose is not Purpose.ACT), None
+        )
+        if request.purpose.starts and last is not None and _serves(last, request, situation.phase):
             last.join(request)
             is_queued = last.part is Part.BEGINNING and situation.phase is Phase.QUEUED
-            is_again = request.asked > Asked.START and is_queued
+            is_again = request.purpose > Purpose.START and is_queued
             return [Do(Order.BEGIN_AGAIN, last)] if is_again else []
-        self._steps.append(Step(request.asked, (request,)))
+        self._steps.append(Step(request.purpose, (request,)))
         return []
 
     def _add_stop(self, request: ProcessRequest) -> list[QueueAction]:
         answers: list[QueueAction] = []
         kept = []
         for step in self._steps:
-            if not step.asked.starts:
+            if not step.purpose.starts:
                 kept.append(step)
                 continue
             answers.append(Answer(tuple(step.requests), Kind.OVERTAKEN, step))
             if step.part is Part.ENDING:  # the stop that it has begun goes on
-                stop = Step(Asked.STOP)
+                stop = Step(Purpose.STOP)
                 stop.part, stop.last_end = step.part, step.last_end
                 kept.append(stop)
         self._steps = kept
         for step in kept:
-            if step.asked is Asked.STOP:
+            if step.purpose is Purpose.STOP:
                 step.join(request)
                 return answers
-        kept.append(Step(Asked.STOP, (request,)))
+        kept.append(Step(Purpose.STOP, (request,)))
         return answers
 
     def withdraw(self, request: ProcessRequest) -> None:
@@ -236,12 +237,12 @@ class RequestQueue:
         step = self.current
         if step is None:
             return []
-        if step.asked is Asked.ACT:
+        if step.purpose is Purpose.ACT:
             is_due = step.part is Part.PENDING
             step.enter(Part.ACTING, situation)
             return [Act(step)] if is_due else []
         if step.part is Part.PENDING:
-            begin = self._begin_stop if step.asked is Asked.STOP else self._begin_start
+            begin = self._begin_stop if step.purpose is Purpose.STOP else self._begin_start
             return begin(step, situation)
         if situation.phase is Phase.STUCK:
             return self._answer(step, Kind.STUCK)
@@ -283,11 +284,11 @@ class RequestQueue:
             case Phase.WAITING:
                 step.enter(Part.BEGINNING, situation)
                 return [Do(Order.SKIP_WAIT, step)]
-            case Phase.QUEUED if step.asked is not Asked.START:
+            case Phase.QUEUED if step.purpose is not Purpose.START:
                 return [Do(Order.BEGIN_AGAIN, step), *self._answer(step, Kind.QUEUED)]
             case Phase.QUEUED:
                 return self._answer(step, Kind.QUEUED)
-            case _ if step.asked is not Asked.START:
+            case _ if step.purpose is not Purpose.START:
                 step.enter(Part.ENDING, situation)
                 return [Do(Order.STOP, step)]
             case Phase.RUNNING:
@@ -304,7 +305,7 @@ class RequestQueue:
         has_ended = situation.last_end is not step.last_end
         if not has_ended and situation.phase not in _OVER:
             return []
-        if step.asked is Asked.STOP:
+        if step.purpose is Purpose.STOP:
             return self._answer(step, Kind.STOPPED if has_ended else Kind.START_CANCELLED)
         if has_ended:
             step.stopped_s, step.first_end = situation.now, situation.last_end
@@ -327,9 +328,9 @@ class RequestQueue:
 
 def _serves(step: Step, request: ProcessRequest, phase: Phase) -> bool:
     """Whether the process that this step starts is what the request asks for."""
-    if not step.asked.starts:
+    if not step.purpose.starts:
         return False
-    if request.asked is Asked.START:
+    if request.purpose is Purpose.START:
         return True
     has_begun = step.part is Part.BEGINNING and phase is Phase.STARTING
-    return step.asked is not Asked.DEBUG and not has_begun
+    return step.purpose is not Purpose.DEBUG and not has_begun

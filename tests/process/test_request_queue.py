@@ -195,7 +195,7 @@ def test_in_a_storm_of_requests_nothing_starts_that_nobody_waits_for(control_ben
         for name in NAMES
     )
     with control_bench.launch(f'{actions}, sh("exec sleep 10000", name="stays")') as run:
-        wait_until(lambda: all(run.row(name)["pid"] for name in NAMES), "all run")
+        wait_until(lambda: started_pids(run, "c-3"), "the last start")
         clients = [StormClient(run, number) for number in range(CLIENTS)]
         for client in clients:
             client.start()

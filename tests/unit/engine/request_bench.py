@@ -21,12 +21,12 @@ from launcher.engine.machine import Order as MachineOrder
 from launcher.engine.request_queue import (
     Act,
     Answer,
-    Asked,
     Do,
     Order,
     Part,
     Phase,
     ProcessRequest,
+    Purpose,
     QueueAction,
     RequestQueue,
     Situation,
@@ -57,8 +57,8 @@ class Clock:
 class Client:
     """One request, and what became of it."""
 
-    def __init__(self, asked: Asked, *, is_urgent: bool) -> None:
-        self.request = ProcessRequest(asked, lambda result: None, is_urgent=is_urgent)
+    def __init__(self, purpose: Purpose, *, is_urgent: bool) -> None:
+        self.request = ProcessRequest(purpose, lambda result: None, is_urgent=is_urgent)
         self.kinds: list[Kind] = []
         self.pid: int | None = None
         self.answered_s = 0.0
@@ -144,8 +144,8 @@ class BenchProcess:
 
     # ---- requests
 
-    def ask(self, asked: Asked, *, is_urgent: bool = False) -> Client:
-        client = Client(asked, is_urgent=is_urgent)
+    def ask(self, purpose: Purpose, *, is_urgent: bool = False) -> Client:
+        client = Client(purpose, is_urgent=is_urgent)
         self._clients[client.request] = client
         self.settle()
         self._carry_out(self.queue.add(client.request, self.situation))
@@ -211,7 +211,7 @@ class BenchProcess:
                 self.feed(Command.USER_STOP)
             case Order.START:
                 living = [one for one in self._clients.values() if one.is_living]
-                starters = [one for one in living if one.request.asked.starts]
+                starters = [one for one in living if one.request.purpose.starts]
                 self.unasked += not starters
                 for one in starters:
                     one.is_living = not one.has_left  # this start was the rest of it

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from launcher.engine.machine import Command, ProcessState
-from launcher.engine.request_queue import Asked, Order, Phase
+from launcher.engine.request_queue import Order, Phase, Purpose
 from launcher.engine.request_result import Kind
 from launcher.model.spec import RestartMode, RestartPolicy
 from tests.unit.engine.request_bench import BenchProcess, Client, Clock
 
 CONTROL = Path(__file__).parents[3] / "docs" / "control.md"
-STOP, START, RESTART, DEBUG, ACT = Asked.STOP, Asked.START, Asked.RESTART, Asked.DEBUG, Asked.ACT
+ACT, STOP, START, RESTART, DEBUG = Purpose
 ALWAYS = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=1000.0)
 
 
@@ -76,7 +76,7 @@ def stopping_otherwise() -> BenchProcess:
     return one
 
 
-def stopping_by(asked: Asked) -> Callable[[], BenchProcess]:
+def stopping_by(asked: Purpose) -> Callable[[], BenchProcess]:
     def make() -> BenchProcess:
         one = running()
         one.ask(asked)
@@ -186,7 +186,7 @@ CELLS = [(state, asked) for state, row in TABLE.items() for asked in row]
 
 
 @pytest.mark.parametrize(("state", "asked"), CELLS)
-def test_a_request_does_what_the_table_says(state: str, asked: Asked):
+def test_a_request_does_what_the_table_says(state: str, asked: Purpose):
     process = STATES[state]()
     process.orders.clear()
     orders, kind, _ = TABLE[state][asked]
@@ -214,7 +214,7 @@ def test_the_document_has_the_table():
 
 @pytest.mark.parametrize("later", [START, RESTART])
 @pytest.mark.parametrize("first", [START, RESTART])
-def test_equal_requests_that_are_pending_get_the_same_pid(first: Asked, later: Asked):
+def test_equal_requests_that_are_pending_get_the_same_pid(first: Purpose, later: Purpose):
     process = stopping_otherwise()
     clients = [process.ask(first), *(process.ask(later) for _ in range(3))]
     process.clock.run()
@@ -362,9 +362,9 @@ def test_in_a_storm_every_request_is_answered_and_the_last_one_counts(seed: int)
         *_, last = (
             client
             for other, client in storm.asked
-            if other is process and client.request.asked is not ACT and not client.is_dropped
+            if other is process and client.request.purpose is not ACT and not client.is_dropped
         )
-        if last.request.asked is STOP:
+        if last.request.purpose is STOP:
             assert process.phase is Phase.ENDED
         else:
             has_ended = process.last_end is not None and not process.last_end.asked
