@@ -8,8 +8,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-import yaml
-
 from launcher.export.discovery import gaps as discovery_gaps
 from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
@@ -21,8 +19,8 @@ from launcher.export.words import Command
 from launcher.hosts.model import Discovery, Host
 from launcher.hosts.order import order_for
 from launcher.hosts.unit import stem_of
-from launcher.language.ros.generated_files import plain
 from launcher.model.options import RunOptions
+from launcher.model.parameter_text import file_text
 from launcher.model.record import replace
 from launcher.model.spec import Limits, ProcessSpec
 
@@ -139,10 +137,9 @@ def with_generated_files(spec: ProcessSpec) -> Iterator[ProcessSpec]:
         for number, source in enumerate(files):
             paths[source.file] = os.path.join(folder, str(number), "params.yaml")
             os.mkdir(os.path.dirname(paths[source.file]))
-            with open(paths[source.file], "w", errors="surrogateescape") as file:
-                yaml.safe_dump(
-                    plain(source.generated), file, default_flow_style=False, sort_keys=False
-                )
+            text = file_text(source.generated)
+            with open(paths[source.file], "w", encoding="utf-8", errors="surrogateescape") as file:
+                file.write(text)
         yield replace(spec, argv=tuple(paths.get(word, word) for word in spec.argv))
 
 

@@ -1,4 +1,7 @@
-"""YAML that is the same each time, with texts of several lines as blocks."""
+"""YAML that is the same each time, with texts of several lines as blocks.
+
+Texts are in quotes where another reader of YAML than PyYAML would take them for something else.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import yaml
+
+from launcher.model.parameter_text import word_value
 
 
 class _Dumper(yaml.SafeDumper):
@@ -19,7 +24,8 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    style = "|" if "\n" in text else None
+    is_misread = text.startswith("0o") or not isinstance(word_value(text), str)
+    style = "|" if "\n" in text else "'" if is_misread else None
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 

@@ -20,6 +20,7 @@ from launcher.hosts.references import Part as Part
 from launcher.hosts.references import SentFile as SentFile
 from launcher.hosts.references import SharedFile as SharedFile
 from launcher.hosts.references import Word as Word
+from launcher.model.parameter_text import file_text
 from launcher.model.record import Record
 from launcher.model.spec import Limits, ProcessSpec, RestartPolicy, StopPolicy
 from launcher.packages.overlay import without_overlays
@@ -236,7 +237,8 @@ class _Writer:
         if references.is_interpreter(path):
             return Interpreter()
         if path in self._generated:
-            return self._send_content("params.yaml", _yaml(self._generated[path]))
+            text = file_text(self._generated[path])
+            return self._send_content("params.yaml", text.encode(errors="surrogateescape"))
         if not os.path.isabs(path) or "\0" in path or not os.path.exists(path):
             return None
         found = references.shared_at(path, self._environ) or references.executable_at(path)
@@ -343,13 +345,6 @@ class _Writer:
         if not references.is_of_system(f"{path}/") and path not in ("/", "/tmp"):
             self._warn(f"the working directory must be there at the same path: {path}")
         return path
-
-
-def _yaml(content: Mapping[str, object]) -> bytes:
-    import yaml
-
-    text: str = yaml.dump(content, default_flow_style=False)
-    return text.encode(errors="surrogateescape")
 
 
 def unused_name(name: str, content: bytes, taken: Mapping[str, bytes]) -> str:

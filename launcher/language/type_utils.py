@@ -44,7 +44,7 @@ def is_instance_of_valid_type(value: Any, can_be_str: bool = False) -> bool:
     """Whether it is a scalar or a uniform list; with `can_be_str`, texts may be mixed in."""
     if not isinstance(value, list):
         return isinstance(value, ScalarTypesTuple)
-    kinds = {type(item) for item in value}
+    kinds = {str if isinstance(item, str) else type(item) for item in value}
     if can_be_str and len(kinds) == 2:
         kinds.discard(str)
     return not kinds or (len(kinds) == 1 and kinds.pop() in ScalarTypesTuple)
@@ -66,8 +66,10 @@ def _load_yaml(value: str, message: str, can_be_str: bool) -> Any:
         return value  # YAML would make None of it
     import yaml
 
+    from launcher.model.parameter_text import value_of
+
     try:
-        output = yaml.safe_load(value)
+        output = value_of(value)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         if can_be_str:
             return value
@@ -181,7 +183,7 @@ def _kinds(value: Any, items: list[Any]) -> set[type]:
     kinds: set[type] = set()
     for item in items:
         if isinstance(item, ScalarTypesTuple):
-            kinds.add(type(item))
+            kinds.add(str if isinstance(item, str) else type(item))
         elif is_substitution(item):
             kinds.add(Substitution)
         else:

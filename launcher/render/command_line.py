@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher.language.ros.generated_files import plain
+from launcher.model.parameter_text import file_text
 from launcher.model.spec import ProcessSpec
 from launcher.render.changed_variables import changed_variables
 
@@ -58,9 +58,7 @@ class ParameterFiles:
 
     def keep(self, label: str, content: Mapping[str, Any]) -> tuple[str | None, str]:
         """(path, text) of a file with this content; the path is None if it cannot be written."""
-        import yaml
-
-        text = yaml.safe_dump(plain(content), default_flow_style=False, sort_keys=False)
+        text = file_text(content)
         digest = hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:12]
         with contextlib.suppress(OSError):
             path = self._own_folder() / f"{_file_name(label)}-{digest}.yaml"

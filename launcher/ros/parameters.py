@@ -283,14 +283,14 @@ def set_atomically(caller: ServiceCaller, node: str, parameters: list[Any]) -> A
 
 
 def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameter file of a node; dots in names become levels."""
+    """The parameter file of a node; dots in names become levels, if there is no such parameter."""
     tree: dict[str, Any] = {}
-    for name, value in values.items():
-        *groups, last = name.split(".")
-        branch = tree
-        for group in groups:
+    for name in sorted(values):
+        branch, rest = tree, name
+        while "." in rest and isinstance(branch.get(rest.partition(".")[0], {}), dict):
+            group, _, rest = rest.partition(".")
             branch = branch.setdefault(group, {})
-        branch[last] = value
+        branch[rest] = values[name]
     return {node: {"ros__parameters": tree}}
 
 

@@ -200,14 +200,14 @@ def _describe(options: Parsed) -> int:
 
 
 def _dump(options: Parsed) -> int:
+    from launcher.model.parameter_text import file_text
     from launcher.ros import parameters
-    from launcher.ros.messages.to_yaml import dump
 
     with _asking(options) as (caller, node):
-        names = parameters.list_names(caller, node)
-        values = [parameters.plain_value(v) for v in parameters.get(caller, node, names)]
-    document = parameters.dump_document(node, dict(zip(names, values, strict=True)))
-    show(options, document, [dump(document, sort=True)])
+        found = parameters.values_of(caller, node, parameters.list_names(caller, node))
+    values = {name: parameters.plain_value(value) for name, value in found.items() if value.type}
+    document = parameters.dump_document(node, values)
+    show(options, document, [file_text(document)])
     return ExitCode.OK
 
 

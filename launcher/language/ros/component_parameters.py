@@ -37,7 +37,14 @@ def parameter_pairs(
             values = parameters
         if not isinstance(values, dict):
             raise RuntimeError(f"invalid evaluated parameters {values!r}")
-        yield from values.items()
+        yield from ((name, _without_mark(value)) for name, value in values.items())
+
+
+def _without_mark(value: Any) -> Any:
+    """The value with `str` in place of ExponentText: a request has types."""
+    if isinstance(value, tuple):
+        return tuple(map(_without_mark, value))
+    return str.__str__(value) if isinstance(value, str) else value
 
 
 def _full_name(node_name: str, namespace: str | None) -> str:

@@ -13,7 +13,9 @@ def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str
     """Write `text` to a new temporary file that the run deletes; `content` is its data."""
     from tempfile import NamedTemporaryFile  # only for nodes with parameters
 
-    with NamedTemporaryFile(mode="w", prefix="launch_params_", delete=False) as file:
+    with NamedTemporaryFile(
+        mode="w", encoding="utf-8", errors="surrogateescape", prefix="launch_params_", delete=False
+    ) as file:
         file.write(text)
     host = getattr(context, "_host", None)  # none: a context of somebody's test
     if host is not None:
@@ -23,11 +25,10 @@ def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str
 
 def write_parameters(context: LaunchContext, node: str, parameters: dict[str, Any]) -> str:
     """Write a parameter file for one node, `/**` for any; the path."""
-    import yaml
+    from launcher.model.parameter_text import file_text
 
-    content = {node: {"ros__parameters": parameters}}
-    text = yaml.dump(content, default_flow_style=False)
-    return write_parameter_file(context, text, plain(content))
+    content = plain({node: {"ros__parameters": parameters}})
+    return write_parameter_file(context, file_text(content), content)
 
 
 def plain(value: Any) -> Any:

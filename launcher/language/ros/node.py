@@ -205,9 +205,11 @@ class Node(ExecuteProcess):
     def _add_global_parameters(self, context: LaunchContext) -> None:
         for parameter in context.launch_configurations.get("global_params", None) or ():
             if isinstance(parameter, tuple):
-                rule = f"{parameter[0]}:={parameter[1]}"
-                self._add_words("-p", rule)
-                self.__expanded_parameter_arguments.append((rule, False))
+                from launcher.model.parameter_text import global_rule
+
+                word = global_rule(*parameter)
+                self._add_words("-p", word)
+                self.__expanded_parameter_arguments.append((word, False))
             else:
                 path = os.path.abspath(parameter)
                 if not os.path.isfile(path):
@@ -235,12 +237,10 @@ class Node(ExecuteProcess):
 
     @staticmethod
     def _get_parameter_rule(parameter: Parameter, context: LaunchContext) -> str:
-        import yaml
+        # Imported only for nodes with parameters, like yaml.
+        from launcher.model.parameter_text import rule
 
-        name, value = parameter.evaluate(context)
-        # PyYAML ends a scalar document with `...`.
-        text = yaml.dump(value).rstrip("\n").removesuffix("\n...")
-        return f"{name}:={text}"
+        return rule(*parameter.evaluate(context))
 
     def _add_remappings(self, context: LaunchContext) -> None:
         rules = evaluate_remap_rules(context, self.__remappings)

@@ -22,6 +22,7 @@ from launcher.language.substitution import (
     perform,
     perform_substitutions,
 )
+from launcher.model.parameter_text import global_rule
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -112,8 +113,7 @@ class Node:
         words: list[str] = []
         for parameter in evaluate_parameters(context, self.__parameters):
             if isinstance(parameter, Parameter):
-                name, value = parameter.evaluate(context)
-                words += ["-p", f"{name}:={value}"]
+                words += ["-p", global_rule(*parameter.evaluate(context))]
             elif isinstance(parameter, dict):
                 node = self.__final_node_name or "/**"
                 words += ["--params-file", write_parameters(context, node, parameter)]

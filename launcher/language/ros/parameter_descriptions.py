@@ -153,12 +153,12 @@ class ParameterFile:
         return self.__evaluated_param_file
 
     def _substituted(self, context: LaunchContext, path: Path) -> Path:
-        import yaml
+        from launcher.model import parameter_text
 
         substitutions = frontend_registry.parse_substitution(path.read_text())
         text = perform_substitutions(context, substitutions)
         try:
-            content = yaml.safe_load(text)
+            content = parameter_text.read(text)
         except Exception:
             raise SubstitutionFailure(
                 "The substituted parameter file is not a valid yaml file"

@@ -65,7 +65,7 @@ def normalize_parameter_dict(
 
 def _normalize_value(value: Any) -> Any:
     if isinstance(value, str):
-        return tuple(normalize_to_list_of_substitutions(_yaml().dump(value)))
+        return tuple(normalize_to_list_of_substitutions(_texts().value_text(value)))
     if isinstance(value, Substitution):
         return tuple(normalize_to_list_of_substitutions(value))
     if isinstance(value, (float, bool, int, bytes, ParameterValue)):
@@ -88,7 +88,7 @@ def _normalize_array(value: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(bool(item) for item in value)
     return tuple(
         normalize_to_list_of_substitutions(
-            _yaml().dump(item) if isinstance(item, _SCALARS) else item
+            _texts().value_text(item) if isinstance(item, _SCALARS) else item
         )
         for item in value
     )
@@ -145,24 +145,25 @@ def _evaluate_value(context: LaunchContext, name: str, value: Any) -> Any:
     if isinstance(value[0], Substitution):
         return _from_yaml(name, perform_substitutions(context, list(value)))
     if isinstance(value[0], Sequence):
-        items = [_yaml().safe_load(perform_substitutions(context, list(v))) for v in value]
+        items = [_texts().value_of(perform_substitutions(context, list(v))) for v in value]
         return _uniform(name, items)
     return tuple(type(value[0])(item) for item in value)
 
 
 def _from_yaml(name: str, text: str) -> Any:
-    yaml = _yaml()
+    import yaml
+
     advice = (
         "If the parameter is meant to be a string, try wrapping it in "
         "launch_ros.parameter_descriptions.ParameterValue(value, value_type=str)"
     )
     try:
-        value = yaml.safe_load(text or "''")
+        value = _texts().value_of(text or "''")
     except yaml.YAMLError:
         raise TypeError(
             f"Unable to parse the value of parameter {name} as yaml. {advice}"
         ) from None
-    if type(value) in (bool, int, float, str, bytes):
+    if isinstance(value, (bool, int, float, str, bytes)):
         return value
     if isinstance(value, Sequence):
         return _uniform(name, value)
@@ -173,17 +174,19 @@ def _from_yaml(name: str, text: str) -> Any:
 
 
 def _uniform(name: str, items: Sequence[Any]) -> tuple[Any, ...]:
-    kind = type(items[0]) if items else None
-    if kind not in _SCALARS or not all(isinstance(item, kind) for item in items):
+    kind = next((one for one in _SCALARS if items and isinstance(items[0], one)), None)
+    if kind is None or not all(isinstance(item, kind) for item in items):
         raise TypeError(
             "Expected a non-empty sequence, with items of uniform type. "
             "Allowed sequence item types are bool, int, float, str. "
             f'Got inconsistent input for "{name}"'
         )
+    if kind is str and len({type(item) for item in items}) > 1:
+        return tuple(map(str, items))  # not one ExponentText among others
     return tuple(items)
 
 
-def _yaml() -> Any:
-    import yaml  # only for launch files with parameters
+def _texts() -> Any:
+    from launcher.model import parameter_text  # only for launch files with parameters
 
-    return yaml
+    return parameter_text

@@ -25,7 +25,7 @@ def test_generated_parameters_become_a_file_of_a_stable_name(exported: Export):
     (process,) = exported("node('a', parameters=[{'x': 1}, {'y': 'z'}])").processes
     assert process.files == {
         "a.params.yaml": b"/**:\n  ros__parameters:\n    x: 1\n",
-        "a.params-2.yaml": b"/**:\n  ros__parameters:\n    y: z\n",
+        "a.params-2.yaml": b'/**:\n  ros__parameters:\n    y: "z"\n',
     }
     assert words_of(process, THERE)[-3:] == [
         "/files/a.params.yaml",

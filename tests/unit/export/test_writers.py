@@ -17,6 +17,7 @@ from launcher.commands.launch.process_options import parse_limit
 from launcher.export.engines import Settings, export
 from launcher.export.kubernetes import Kubernetes
 from launcher.export.model import System
+from launcher.export.yaml_text import document
 from launcher.hosts.model import Host
 from launcher.model.options import RunOptions
 from launcher.model.record import replace
@@ -346,3 +347,12 @@ def test_what_an_engine_cannot_do_is_told(
 def test_a_terminal_of_its_own_is_none_in_a_unit(exported: Export):
     output = export("systemd", exported("node('a', emulate_tty=True)"), Settings())
     assert "emulate_tty" in [gap.what for gap in output.gaps]
+
+
+@pytest.mark.parametrize("text", ["0483", "1e5", "y", "Off", "nan", "0o17", "0x1F", "1_000", ""])
+def test_a_value_that_some_reader_takes_for_no_text_has_quotes(text: str):
+    assert document({"value": text}) == f"value: '{text}'\n"
+
+
+def test_other_values_have_none():
+    assert document({"kind": "Pod", "path": "/a b:c"}) == "kind: Pod\npath: /a b:c\n"
