@@ -346,9 +346,10 @@ def _with_content(source: ParameterSource) -> ParameterSource:
         return source
     import yaml
 
+    from launcher.model.parameter_text import read
+
     try:
-        with path.open() as file:
-            content = yaml.safe_load(file)
+        content = read(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError):
         return source  # the node will complain
     return replace(source, generated=content) if isinstance(content, dict) else source

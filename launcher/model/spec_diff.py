@@ -11,12 +11,9 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from launcher.model.parameter_sections import parameters, sections
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 _SHOWN = 40  # characters of a value
 # Applied to a running process; it is not restarted for them.
@@ -103,20 +100,9 @@ def _parameters(words: Sequence[object]) -> dict[str, object]:
     found: dict[str, object] = {}
     for word in words:
         if isinstance(word, Mapping):
-            for section in word.values():
-                values = section.get("ros__parameters") if isinstance(section, Mapping) else None
-                found.update(_flat(values, ""))
+            for section in sections(word):
+                found.update((name, value) for name, _, value in parameters(section.parameters))
     return found
-
-
-def _flat(values: Any, prefix: str) -> Iterator[tuple[str, object]]:
-    if not isinstance(values, Mapping):
-        return
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
 
 
 def _of_environment(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:

@@ -10,16 +10,16 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import re
 import sys
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
+from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.text import did_you_mean
 
@@ -90,7 +90,7 @@ class NodeToCheck:
         for option, value in ros_options(self._argv):
             if option == PARAMETER:
                 node, _, parameter = value.partition(":=")[0].rpartition(":")
-                if node in ("", name.rpartition("/")[2], name):
+                if not node or f"/{node}" == name:
                     yield Setting(parameter, self._place, value)
             elif option == PARAMETER_FILE:
                 is_own = value in self._generated
@@ -114,30 +114,10 @@ def file_parameters(path: str, node: str) -> Iterator[tuple[str, int]]:
             root = yaml.compose(file)
     except (OSError, ValueError, yaml.YAMLError):
         return  # the node has reported it
-    yield from _sections(root, "", node)
-
-
-def _sections(tree: Any, selector: str, node: str) -> Iterator[tuple[str, int]]:
-    for key, value in getattr(tree, "value", ()) if isinstance(tree, yaml.MappingNode) else ():
-        if key.value != "ros__parameters":
-            yield from _sections(value, f"{selector}/{key.value.strip('/')}", node)
-        elif selects(selector, node):
-            yield from _flat(value, "")
-
-
-def _flat(tree: Any, prefix: str) -> Iterator[tuple[str, int]]:
-    for key, value in tree.value if isinstance(tree, yaml.MappingNode) else ():
-        if isinstance(value, yaml.MappingNode):
-            yield from _flat(value, f"{prefix}{key.value}.")
-        else:
-            yield f"{prefix}{key.value}", key.start_mark.line + 1
-
-
-def selects(selector: str, node: str) -> bool:
-    """Whether the keys of a section (`/arm/*`, `/**`) match the full name of a node."""
-    wild = {"**": r"(/[^/]+)*", "*": r"/[^/]+"}
-    tokens = (wild.get(token, f"/{re.escape(token)}") for token in selector.split("/") if token)
-    return re.fullmatch("".join(tokens), node) is not None
+    for section in sections(root):
+        if section.is_for(node):
+            for name, key, _ in parameters(section.parameters):
+                yield name, key.start_mark.line + 1
 
 
 def _shown(path: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -17,8 +17,10 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 
+from launcher.model.parameter_sections import PARAMETERS, parameters_for, sections
+from launcher.model.parameter_text import word_value
 from launcher.ros.errors import VerbError, did_you_mean
-from launcher.ros.messages.from_yaml import shown, value_of
+from launcher.ros.messages.from_yaml import TEXTS, shown, value_of
 from launcher.ros.services import ServiceCaller
 
 # ParameterType number -> field of ParameterValue, name of the type, label of `param get`
@@ -294,31 +296,54 @@ def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {node: {"ros__parameters": tree}}
 
 
-def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
+class FileValue(NamedTuple):
+    """A value in a parameter file, and the same with each word as it is written there."""
+
+    value: Any
+    words: Any
+
+
+def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, FileValue]:
     """Name -> value for a node from a parameter file; VerbError if it has none for it."""
-    document = _read(path)
-    names = ([node, node.lstrip("/")], ["/**"] if use_wildcard else [])
-    found = [document[name] for group in names for name in group if name in document]
-    if not found:
-        known = ", ".join(map(str, document)) or "nothing"
-        hint = f"it is for: {known}"
-        if "/**" in document and not use_wildcard:
-            hint += "; without --no-use-wildcard, what is below /** is taken"
-        raise VerbError(f"Param file does not contain parameters for {node}", hint=hint)
-    values: dict[str, Any] = {}
-    for section in reversed(found):  # the node's own section wins over the wildcard
-        if not isinstance(section, dict) or not isinstance(section.get("ros__parameters"), dict):
-            raise VerbError(f"{path}: expected 'ros__parameters' below the name of the node")
-        try:
-            values.update(_flat(section["ros__parameters"], ""))
-        except RecursionError:
-            raise VerbError(f"{path}: a section of 'ros__parameters' contains itself") from None
-    return values
+    values, words = (
+        _of_node(_read(path, loader), path, node, use_wildcard=use_wildcard)
+        for loader in (None, TEXTS)
+    )
+    return {name: FileValue(value, words.get(name)) for name, value in values.items()}
 
 
-def _read(path: str) -> dict[str, Any]:
+def file_parameter(name: str, given: FileValue, declared_type: int) -> Any:
+    """A Parameter message; words without quotes are read as the declared type needs."""
+    value, words = given
+    if declared_type in (STRING, STRINGS) and value is not None:
+        value = words
+    if declared_type == DOUBLE and isinstance(value, str):
+        number = word_value(value)  # PyYAML takes 1e-3 for a string
+        value = float(number) if type(number) in (int, float) else value
+    return parameter(name, value, declared_type)
+
+
+def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
     try:
-        document = value_of(Path(path).read_text(encoding="utf-8"))
+        known = list(sections(document))
+        usable = [one for one in known if one.is_exact or use_wildcard]
+        if any(one.is_for(node) for one in usable):
+            return {name: value for name, _, value in parameters_for(node, usable)}
+    except RecursionError:
+        raise VerbError(f"{path}: a section contains itself") from None
+    if not known and document:
+        raise VerbError(f"{path}: expected '{PARAMETERS}' below the name of the node")
+    names = [one.selector for one in known]
+    near = did_you_mean(node, names)
+    hint = f"it is for: {', '.join(names) or 'nothing'}" + (f"; {near}" if near else "")
+    if not use_wildcard and any(one.is_for(node) for one in known):
+        hint += "; without --no-use-wildcard, what is below a wildcard is taken"
+    raise VerbError(f"Param file does not contain parameters for {node}", hint=hint)
+
+
+def _read(path: str, loader: Any) -> dict[str, Any]:
+    try:
+        document = value_of(Path(path).read_text(encoding="utf-8"), loader)
     except (OSError, UnicodeDecodeError) as error:
         raise VerbError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     except yaml.YAMLError as error:
@@ -326,11 +351,3 @@ def _read(path: str) -> dict[str, Any]:
     if not isinstance(document, dict):
         raise VerbError(f"{path}: expected names of nodes at the top")
     return document
-
-
-def _flat(tree: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
-    for name, value in tree.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value

@@ -7,13 +7,12 @@ import warnings
 from collections.abc import Iterator
 
 from launcher.errors import LauncherError
+from launcher.model.parameter_sections import PARAMETERS
 from launcher.watch.contents import content_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
-
-PARAMETERS = "ros__parameters"
 
 
 def error_in(path: str, *, is_parameters: bool) -> LauncherError | None:

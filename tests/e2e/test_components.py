@@ -234,8 +234,8 @@ def test_a_request_carries_everything_that_the_launch_file_says(launched_system:
         ]),
     """)
     (file.parent / "some.yaml").write_text(
-        "/**: {ros__parameters: {from_file: 3, speed_limit: 1.0}}\n"
-        "/arm/a: {ros__parameters: {special: [1]}}\n"
+        "arm: {a: {ros__parameters: {special: [1], of: {it: own}, serial: '0483'}}}\n"
+        "/**: {ros__parameters: {from_file: 3, speed_limit: 1.0, of: {it: any, all: 1}}}\n"
         "/other: {ros__parameters: {no: 1}}\n"
     )
     system = launched_system(file, **LONG_STOP)
@@ -248,6 +248,7 @@ def test_a_request_carries_everything_that_the_launch_file_says(launched_system:
     parameters = [literal_eval(text) for text in texts if text]
     assert parameters == [
         {"of_all": 7, "from_file": 3, "special": [1], "speed_limit": 2.0, "deep.er": 3}
+        | {"of.it": "own", "of.all": 1, "serial": "0483"}
         | {"b": True, "i": -1, "f": 0.5, "s": "\u00fc", "y": [b"a", b"b"]}
         | {"bs": [True, False], "is": [1, 2], "fs": [1.5], "ss": ["x", "y"]},
         {"of_all": 7},

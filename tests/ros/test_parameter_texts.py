@@ -27,7 +27,7 @@ TEXTS = (
 )
 
 IMPORTS = """
-import json, sys
+import json, sys, tempfile
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteLocal
 from launch.substitutions import LaunchConfiguration
@@ -40,6 +40,11 @@ PRINTER = ["-m", "tests.support.parameter_printer"]
 
 def named():
     return {f"t{number}": text for number, text in enumerate(TEXTS)}
+
+def copied(path):
+    with tempfile.NamedTemporaryFile("w", delete=False) as file:
+        file.write(open(path).read())
+    return file.name
 
 def printer(name, **options):
     return Node(
@@ -156,21 +161,23 @@ def test_a_value_without_a_type_is_a_number_where_ros_2_makes_it_one(printed: Pr
     assert found["x"] == {"v": 2e6, "several": [0.001, 0.002]}
 
 
-def test_a_file_with_substitutions_is_exported_with_the_types_that_it_has(
-    printed: Printed, env: dict[str, str], tmp_path: Path
+@pytest.mark.parametrize(
+    "given", ["ParameterFile({path!r}, allow_substs=True)", "copied({path!r})"]
+)
+def test_a_temporary_file_is_planned_with_the_types_that_it_has(
+    printed: Printed, env: dict[str, str], tmp_path: Path, given: str
 ):
-    (tmp_path / "p.yaml").write_text(
-        "/**: {ros__parameters: {axis: y, speed: 1e5, octal: 0123, serial: '0483', name: $(var n)}}"
+    file = tmp_path / "p.yaml"
+    file.write_text(
+        "/**: {ros__parameters: {axis: y, speed: 1e5, octal: 0123, serial: '0483', name: null}}"
     )
-    actions = f"""
-        DeclareLaunchArgument("n", default_value="null"),
-        printer("x", parameters=[ParameterFile({str(tmp_path / "p.yaml")!r}, allow_substs=True)]),
-        """
+    actions = f'printer("x", parameters=[{given.format(path=str(file))}]),'
     expected = {"axis": True, "speed": 1e5, "octal": 83, "serial": "0483", "name": "null"}
     assert printed(actions)["x"] == expected
     command = [sys.executable, "-m", "launcher", "plan", str(tmp_path / "a.launch.py")]
     plan = subprocess.run(command, env=env, cwd=REPOSITORY, capture_output=True, text=True)
     (line,) = [line.partition("$ ")[2] for line in plan.stdout.splitlines() if "$ " in line]
+    assert "launcher-plan" in line
     pasted = subprocess.run(
         line, shell=True, env=env, cwd=REPOSITORY, capture_output=True, text=True, timeout=60
     )

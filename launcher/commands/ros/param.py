@@ -220,7 +220,7 @@ def _load(options: Parsed) -> int:
         )
         types = parameters.declared_types(caller, node, list(values))
         messages = [
-            parameters.parameter(name, value, types.get(name, parameters.NOT_SET))
+            parameters.file_parameter(name, value, types.get(name, parameters.NOT_SET))
             for name, value in values.items()
         ]
         results = parameters.set_all(caller, node, messages)
@@ -306,8 +306,8 @@ COMMAND = Command(
             NODE,
             option("FILE", name="parameter_file"),
             HIDDEN,
-            option("--no-use-wildcard", "not those below /**"),
-            option("--use-wildcard", "ignored, for compatibility: those below /** are taken"),
+            option("--no-use-wildcard", "only those below the full name of the node"),
+            option("--use-wildcard", "ignored, for compatibility: wildcards are taken"),
             TIMEOUT,
         ),
     ),

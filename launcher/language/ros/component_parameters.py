@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,18 +10,18 @@ from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
+from launcher.model.parameter_sections import parameters_for, sections
 
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
-_PARAMETERS = "ros__parameters"
 _NO_NAME = "_"  # `/*` matches it
 
 
 def parameter_pairs(
     context: LaunchContext, node_name: str, namespace: str | None, evaluated: Iterable[Any]
 ) -> Iterator[tuple[str, object]]:
-    """Pairs in order; of a file, the sections that match the node's full name.
+    """Pairs in order; of a file, the parameters for the node's full name.
 
     A service call cannot carry a file, so the file is read here, as in ROS 2.
     """
@@ -62,27 +61,10 @@ def _from_file(path: Path, full_name: str) -> dict[str, Any]:
         content = yaml.safe_load(file)
     if not isinstance(content, dict):
         raise RuntimeError(f"invalid yaml file {path}, error: it holds no parameters")
-    sections = dict(_sections(content, []))
-    if not sections:
-        return content or {}
-    found: dict[str, Any] = {}
-    for key, values in sections.items():
-        pattern = (key if key.startswith("/") else f"/{key}").replace("/*", r"(/\w+)")
-        try:
-            if re.fullmatch(pattern, full_name):
-                found.update(values)
-        except re.error as error:
-            raise RuntimeError(f"invalid yaml file {path}, error: {error}") from error
-    return found
-
-
-def _sections(content: Mapping[Any, Any], keys: list[str]) -> Iterator[tuple[str, Any]]:
-    for key, value in content.items():
-        if key == _PARAMETERS:
-            yield "/".join(keys), value
-            return
-        if isinstance(value, Mapping):
-            yield from _sections(value, [*keys, str(key).lstrip("/")])
+    known = list(sections(content))
+    if not known:
+        return content
+    return {name: value for name, _, value in parameters_for(full_name, known)}
 
 
 class NamedValue(NamedTuple):

@@ -205,18 +205,22 @@ def _named(value: Any) -> str:
 
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+TEXTS: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 # deeper than any message; far deeper text would overflow the parser's C stack
 _DEPTH = 100
 # raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
 _TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
 
 
-def value_of(text: str) -> Any:
-    """The value of a YAML text, None if it is empty; raises yaml.YAMLError only."""
+def value_of(text: str, loader: Any = None) -> Any:
+    """The value of a YAML text, None if it is empty; raises yaml.YAMLError only.
+
+    `loader`: TEXTS takes every word for a text.
+    """
     try:
         if len(text) > _DEPTH:
             _refuse_depth(text)
-        return yaml.load(text, Loader=_LOADER)
+        return yaml.load(text, Loader=loader or _LOADER)
     except ValueError as error:  # an invalid date, `!!int x`
         raise yaml.YAMLError(str(error)) from error
     except _TAG_ERRORS as error:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from launcher.model.ros_arguments import full_node_name, ros_options
-from launcher.ros.parameter_check import Comparison, NodeToCheck, file_parameters, selects
+from launcher.ros.parameter_check import Comparison, NodeToCheck, file_parameters
 
 
 @pytest.mark.parametrize(
@@ -31,25 +31,6 @@ def test_options_behind_the_flag_are_found_in_all_spellings():
     words = "exe -p no:=1 --ros-args -p a:=1 --param b:=2 --params-file f x -- -p no:=1"
     found = [("-p", "a:=1"), ("-p", "b:=2"), ("--params-file", "f")]
     assert list(ros_options(words.split())) == found
-
-
-@pytest.mark.parametrize(
-    ("selector", "node", "matches"),
-    [
-        ("/a", "/a", True),
-        ("/a", "/x/a", False),
-        ("/x/a", "/x/a", True),
-        ("/**", "/x/y/a", True),
-        ("/**/a", "/x/y/a", True),
-        ("/**/a", "/a", True),
-        ("/*/a", "/x/a", True),
-        ("/*/a", "/x/y/a", False),
-        ("/*", "/x/a", False),
-        ("/a.b", "/axb", False),
-    ],
-)
-def test_selectors_are_those_of_parameter_files(selector: str, node: str, matches: bool):
-    assert selects(selector, node) is matches
 
 
 FILE = """\
@@ -103,6 +84,9 @@ def test_a_similar_name_is_suggested_that_was_not_set():
 
 def test_a_setting_for_another_node_of_the_process_is_none():
     assert reported(node("n", "-p", "other:x:=1", declared=set())) == []
+    # The name in front of a parameter has no namespace.
+    in_namespace = ("-r", "__ns:=/s", "-p", "n:x:=1")
+    assert reported(node("n", *in_namespace, declared=set())) == []
 
 
 def test_what_nodes_share_is_reported_only_if_all_are_known_and_none_declares_it():

@@ -115,3 +115,45 @@ def test_a_section_of_a_parameter_file_that_holds_itself(tmp_path):
     path.write_text("/n:\n  ros__parameters: &a\n    b: *a\n", encoding="utf-8")
     with pytest.raises(VerbError, match="contains itself"):
         parameters.file_values(str(path), "/n", use_wildcard=False)
+
+
+SECTIONS = """
+/**: {ros__parameters: {speed: 1, group: {a: 1, b: 2}}}
+site: {east: {n: {ros__parameters: {speed: 2, group: {a: 3}}}}}
+/*/east/n: {ros__parameters: {speed: 3}}
+/site/west/n: {ros__parameters: {speed: 4}}
+"""
+
+
+def test_the_sections_of_a_parameter_file_are_those_that_rcl_reads(tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text(SECTIONS, encoding="utf-8")
+    for use_wildcard, expected in (
+        (True, {"speed": 2, "group.a": 3, "group.b": 2}),
+        (False, {"speed": 2, "group.a": 3}),
+    ):
+        found = parameters.file_values(str(path), "/site/east/n", use_wildcard=use_wildcard)
+        assert {name: given.value for name, given in found.items()} == expected
+    with pytest.raises(VerbError, match="does not contain parameters for /n"):
+        parameters.file_values(str(path), "/n", use_wildcard=False)
+    assert "speed" in parameters.file_values(str(path), "/n", use_wildcard=True)
+
+
+@pytest.mark.parametrize(
+    ("word", "declared", "value"),
+    [
+        ("0123", parameters.STRING, "0123"),
+        ("2026-01-01", parameters.STRING, "2026-01-01"),
+        ("'0123'", parameters.STRING, "0123"),
+        ("[0123, y]", parameters.STRINGS, ["0123", "y"]),
+        ("1e-3", parameters.DOUBLE, 0.001),
+        ("5", parameters.DOUBLE, 5.0),
+        ("1e5", parameters.NOT_SET, "1e5"),
+    ],
+)
+def test_a_word_of_a_parameter_file_is_read_as_its_parameter(tmp_path, word, declared, value):
+    path = tmp_path / "p.yaml"
+    path.write_text(f"n: {{ros__parameters: {{p: {word}}}}}", encoding="utf-8")
+    (given,) = parameters.file_values(str(path), "/n", use_wildcard=True).values()
+    message = parameters.file_parameter("p", given, declared)
+    assert parameters.plain_value(message.value) == value
