@@ -204,6 +204,7 @@ class _VirtualTime:
             self._run_timers()
             self._plan.declared = dict(interpreter.host.declared_values)
             self._run_exits()
+            interpreter.host.judge_parameter_files(lambda: False)
         finally:
             interpreter.close()
         if interpreter.failure is not None:

@@ -187,6 +187,7 @@ class Interpreter:
         self.context.emit_event_sync(event)
         try:
             self._drain()
+            self._judge_parameter_files()
         except (Exception, SystemExit) as error:
             self.failure = self._explained(error)
             if self._is_virtual:
@@ -206,6 +207,7 @@ class Interpreter:
             for event in events:
                 self._accept(event)
             self._drain(None if self._is_virtual else MAX_EVENTS)
+            self._judge_parameter_files()
         except (Exception, SystemExit) as error:
             self._fail(error)
         return self.take_effects()
@@ -366,6 +368,26 @@ class Interpreter:
                 visit_all_entities_and_collect_futures(entity, self.context)
             self.context._pop_locals()
 
+    # ---- parameter files
+
+    def _judge_parameter_files(self) -> None:
+        if not self._is_virtual:
+            self.host.judge_parameter_files(lambda: self._may_start_nodes)
+
+    @property
+    def _may_start_nodes(self) -> bool:
+        """Whether a timer or an event may start nodes that are not known yet."""
+        from launcher.interpreter.empty_run import may_start
+
+        if self.host.timers:
+            return True
+        for handler in self._own_handlers:
+            is_of_user = type(handler) is OnProcessExit or handler._origin is not None
+            _, entities = handler.describe() if is_of_user else ("", [None])
+            if not entities or any(map(may_start, filter(None, entities))):
+                return True
+        return False
+
     # ---- the end
 
     def _begin_shutdown(self, event: launch_events.Shutdown) -> None:
@@ -379,6 +401,7 @@ class Interpreter:
         """Request the shutdown; the last handler, so that those of the launch file have run."""
         if not self.context.is_shutdown:
             self.context._set_is_shutdown(True)
+            self.host.judge_parameter_files(lambda: False)
             if event.reason != "idle" and not self._is_asked_to_end:
                 self._tell_empty_run()
             # The launcher's own SIGINT does not reach the processes, which have their own sessions.

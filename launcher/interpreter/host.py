@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.interpreter.node_names import NodeNames
+    from launcher.interpreter.parameter_files import ParameterFiles
     from launcher.interpreter.scopes import Scopes
     from launcher.interpreter.trace import Trace
     from launcher.language.actions.process import ExecuteLocal
@@ -72,6 +73,8 @@ class RunHost:
         self.waiting: dict[int, Callable[[Any], None]] = {}
         self.lifecycle_watchers: dict[str, list[Callable[[Any], None]]] = {}
         self.generated: dict[str, Any] = {}
+        self._sources: dict[str, str] = {}  # of generated files
+        self._parameter_files: ParameterFiles | None = None
         self.declared_values: dict[str, str] = {}
         self.declared_arguments: dict[str, Any] = {}
         self.names_read: set[str] = set()
@@ -131,6 +134,8 @@ class RunHost:
         self.processes[process_id] = Process(action)
         if "--ros-args" in spec.argv:
             self._names_of_nodes.add_process(spec, self.processes[process_id])
+        if "--params-file" in spec.argv:
+            self._files_of_nodes.add_process(spec, action._origin)
         self.request(model.StartProcess(process_id=process_id, spec=spec))
 
     @property
@@ -141,6 +146,22 @@ class RunHost:
 
             self._node_names = NodeNames(self)
         return self._node_names
+
+    @property
+    def _files_of_nodes(self) -> ParameterFiles:
+        """Imported with the first parameter file."""
+        if self._parameter_files is None:
+            from launcher.interpreter.parameter_files import ParameterFiles
+
+            self._parameter_files = ParameterFiles(self.generated, self._sources, self.warn_quirk)
+        return self._parameter_files
+
+    def judge_parameter_files(self, is_more_expected: Callable[[], bool]) -> None:
+        """Warn of those that have nothing for any node, before what was requested meanwhile."""
+        if self._parameter_files is not None and self._parameter_files.has_unused:
+            before = len(self.effects)
+            self._parameter_files.judge(is_more_expected=is_more_expected())
+            self.effects = self.effects[before:] + self.effects[:before]
 
     def _new_id(self) -> int:
         self._next_id += 1
@@ -221,8 +242,13 @@ class RunHost:
         self.declared_values[argument.name] = value
         self.declared_arguments[argument.name] = argument
 
-    def remember_file(self, path: str, content: Any) -> None:
+    def remember_file(self, path: str, content: Any, source: str | None = None) -> None:
         self.generated[path] = content
+        if source is not None:
+            self._sources[path] = source
+
+    def uses_parameter_file(self, path: str, node: str | None, origin: Origin | None) -> None:
+        self._files_of_nodes.add_component(path, node, origin)
 
     def load_component(
         self, request: Any, done: Callable[[Any], None], origin: Origin | None = None

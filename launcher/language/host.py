@@ -77,8 +77,14 @@ if TYPE_CHECKING:
         def declared(self, argument: Any, value: str) -> None:
             """The declaration of a launch argument was executed; `value` is its value."""
 
-        def remember_file(self, path: str, content: Any) -> None:
-            """Register a generated parameter file: shown in plans, deleted after the run."""
+        def remember_file(self, path: str, content: Any, source: str | None = None) -> None:
+            """Register a generated parameter file: shown in plans, deleted after the run.
+
+            `source` is the file of which the substitutions were replaced.
+            """
+
+        def uses_parameter_file(self, path: str, node: str | None, origin: Origin | None) -> None:
+            """A component with this full name gets a parameter file; None: it is not known."""
 
         def load_component(
             self, request: Any, done: Callable[[Any], None], origin: Origin | None = None
@@ -125,4 +131,4 @@ class NullHost:
     later = spawn = request = cancel_call = log = _ignore
     visiting = visited = skipped = warn_quirk = _ignore
     configuration_read = configuration_written = declared = remember_file = _ignore
-    load_component = change_state = watch_lifecycle = _ignore
+    uses_parameter_file = load_component = change_state = watch_lifecycle = _ignore

@@ -25,11 +25,11 @@ def parameter_pairs(
 
     A service call cannot carry a file, so the file is read here, as in ROS 2.
     """
-    full_name = _full_name(node_name, namespace)
+    node = full_name(node_name, namespace)
     values: Any = {}
     for parameters in evaluated:
         if isinstance(parameters, Path):
-            found = _from_file(parameters, full_name)
+            found = _from_file(parameters, node)
             if found:
                 values = evaluate_parameter_dict(context, normalize_parameter_dict(found))
         else:
@@ -46,7 +46,8 @@ def _without_mark(value: Any) -> Any:
     return str.__str__(value) if isinstance(value, str) else value
 
 
-def _full_name(node_name: str, namespace: str | None) -> str:
+def full_name(node_name: str, namespace: str | None) -> str:
+    """The name with its namespace."""
     # The plug-in chooses a name that is not given: only sections with wildcards can match.
     name = f"/{node_name.lstrip('/') or _NO_NAME}"
     if namespace and namespace != "/":
@@ -54,7 +55,7 @@ def _full_name(node_name: str, namespace: str | None) -> str:
     return name
 
 
-def _from_file(path: Path, full_name: str) -> dict[str, Any]:
+def _from_file(path: Path, node: str) -> dict[str, Any]:
     import yaml
 
     with path.open() as file:
@@ -64,7 +65,7 @@ def _from_file(path: Path, full_name: str) -> dict[str, Any]:
     known = list(sections(content))
     if not known:
         return content
-    return {name: value for name, _, value in parameters_for(full_name, known)}
+    return {name: value for name, _, value in parameters_for(node, known)}
 
 
 class NamedValue(NamedTuple):

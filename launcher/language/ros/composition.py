@@ -9,7 +9,7 @@ from launcher.language.action import Action
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
-from launcher.language.ros.component_parameters import parameter_pairs
+from launcher.language.ros.component_parameters import full_name, parameter_pairs
 from launcher.language.ros.names import (
     add_node_name,
     evaluate_remap_rules,
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import Origin
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
@@ -170,7 +171,7 @@ class LoadComposableNodes(Action):
         else:
             self.__container_name = perform(context, self.__target_container)
         requests = [
-            _load_request(description, context, self.__container_name)
+            _load_request(description, context, self.__container_name, self._origin)
             for description in self.__composable_node_descriptions
         ]
         wanted = [request for request in requests if request is not None]
@@ -210,12 +211,15 @@ def get_composable_node_load_request(
     """The request as ROS 2 sends it; None if the description's condition is false."""
     from launcher.language.ros.load_requests import ros_request  # imports messages
 
-    request = _load_request(composable_node_description, context, "")
+    request = _load_request(composable_node_description, context, "", None)
     return None if request is None else ros_request(request)
 
 
 def _load_request(
-    composable_node_description: ComposableNode, context: LaunchContext, container: str
+    composable_node_description: ComposableNode,
+    context: LaunchContext,
+    container: str,
+    origin: Origin | None,
 ) -> LoadRequest | None:
     """The request to the container; None if the description's condition is false."""
     description = composable_node_description
@@ -226,6 +230,9 @@ def _load_request(
 
     def pairs(parameters: Iterable[Any]) -> tuple[tuple[str, object], ...]:
         evaluated = evaluate_parameters(context, parameters)
+        for path in (str(one) for one in evaluated if isinstance(one, Path)):
+            node = full_name(name, namespace) if name else None
+            context._host.uses_parameter_file(path, node, origin)
         return tuple(parameter_pairs(context, name, namespace, evaluated))
 
     parameters = [*_global_parameters(context), *(description.parameters or ())]

@@ -9,8 +9,13 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 
-def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str:
-    """Write `text` to a new temporary file that the run deletes; `content` is its data."""
+def write_parameter_file(
+    context: LaunchContext, text: str, content: Any, source: str | None = None
+) -> str:
+    """Write `text` to a new temporary file that the run deletes; `content` is its data.
+
+    `source` is the file from which it was made.
+    """
     from tempfile import NamedTemporaryFile  # only for nodes with parameters
 
     with NamedTemporaryFile(
@@ -19,7 +24,7 @@ def write_parameter_file(context: LaunchContext, text: str, content: Any) -> str
         file.write(text)
     host = getattr(context, "_host", None)  # none: a context of somebody's test
     if host is not None:
-        host.remember_file(file.name, content)
+        host.remember_file(file.name, content, source)
     return file.name
 
 

@@ -164,7 +164,7 @@ class ParameterFile:
                 "The substituted parameter file is not a valid yaml file"
             ) from None
         self.__created_tmp_file = True
-        return Path(write_parameter_file(context, text, content))
+        return Path(write_parameter_file(context, text, content, str(path)))
 
     def cleanup(self) -> None:
         """Delete the copy, if one was made."""
