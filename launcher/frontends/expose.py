@@ -6,7 +6,7 @@ imported, which takes time, only for a name that is not built in.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from launcher.frontends.entity import Entity
 from launcher.frontends.errors import StructureError
@@ -41,10 +41,23 @@ def instantiate_action(entity: Entity, parser: Any) -> Action:
     method = action_parser(entity.type_name)
     if method is None:
         raise _unknown_tag(entity)
-    action_type, arguments = method(entity, parser)
+    action_type, arguments = class_and_arguments(method, method(entity, parser))
     entity.assert_entity_completely_parsed()
     action: Action = action_type(**arguments)
     return action
+
+
+def class_and_arguments(method: _ParseMethod, result: Any) -> tuple[Any, Mapping[str, Any]]:
+    """What a parse method returned; TypeError if it is something else."""
+    try:
+        cls, arguments = result
+        if callable(cls) and isinstance(arguments, Mapping):
+            return cls, arguments
+    except (TypeError, ValueError):
+        pass
+    from launcher.language.diagnostics.wrong_returns import wrong_result
+
+    raise wrong_result(method, result, "a class and a dictionary of arguments")
 
 
 def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) -> Any:
@@ -52,7 +65,8 @@ def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) 
     method = substitution_parser(type_name)
     if method is None:
         raise StructureError(f"Unknown substitution: {type_name}")
-    substitution_type, arguments = method([] if args is None else list(args))
+    result = method([] if args is None else list(args))
+    substitution_type, arguments = class_and_arguments(method, result)
     return substitution_type(**arguments)
 
 

@@ -92,7 +92,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
         message = f"unknown substitution $({call.name} ...)"
         raise StructureError(message, place=here, hint=hint, ros_type="VisitError")
     try:
-        substitution_type, arguments = method(words)
+        substitution_type, arguments = expose.class_and_arguments(method, method(words))
         made: Substitution = substitution_type(**arguments)
     except FrontendError as error:
         locate(error, here)
@@ -104,7 +104,8 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
         if mistake is not None:
             raise mistake from problem
         message = f"$({call.name} ...): {problem}"
-        raise FrontendError(message, place=here, ros_type="VisitError") from problem
+        hint = getattr(problem, "_launcher_hint", None)
+        raise FrontendError(message, place=here, hint=hint, ros_type="VisitError") from problem
     return made
 
 

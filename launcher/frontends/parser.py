@@ -160,8 +160,9 @@ class Parser:
             if mistake is not None:
                 raise mistake from problem
             message = f"<{entity.type_name}>: {problem}"
-            ros_type = type(problem).__name__
-            raise FrontendError(message, place=place, ros_type=ros_type) from problem
+            hint = getattr(problem, "_launcher_hint", None)
+            ros_type = getattr(problem, "ros_type", type(problem).__name__)
+            raise FrontendError(message, place=place, hint=hint, ros_type=ros_type) from problem
         if place is not None:
             action._origin = Origin(place.path, place.line)
         return action

@@ -29,7 +29,9 @@ def make_spec(
 ) -> ProcessSpec:
     """The final spec; `generated` maps parameter files written so far to their content."""
     description = action.process_description
-    assert description.final_cmd is not None and description.final_env is not None
+    if description.final_cmd is None or description.final_env is None:
+        name = type(description).__name__
+        raise RuntimeError(f"{name}.prepare() prepares no command: call super().prepare() in it")
     if not description.final_cmd:
         # Imported only for an error.
         from launcher.language.diagnostics.bad_entries import NoCommandError

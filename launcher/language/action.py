@@ -15,6 +15,17 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 
+def holds(condition: Condition, context: LaunchContext) -> bool:
+    """Whether a condition, also of a launch file's own class, is true in this context."""
+    truth: Any = condition.evaluate(context)
+    if truth is None or isinstance(truth, (str, list, tuple, dict)):
+        # Imported only for a possible mistake.
+        from launcher.language.diagnostics.wrong_returns import warn_of_no_truth
+
+        warn_of_no_truth(condition, truth, context)
+    return bool(truth)
+
+
 @public("launch.action")
 class Action(LaunchDescriptionEntity):
     """Base of all actions; subclasses override `execute`."""
@@ -38,7 +49,7 @@ class Action(LaunchDescriptionEntity):
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Execute if the condition allows it, then emit ExecutionComplete."""
-        if self.__condition is not None and not self.__condition.evaluate(context):
+        if self.__condition is not None and not holds(self.__condition, context):
             context._host.skipped(self)
             return None
         try:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
+from launcher.language.class_tools import is_iterable
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.naming import public
 from launcher.language.utilities import remember_place
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
 
 
+# Methods that say which entities there are; the former call the latter.
+_SUB_ENTITIES = ("describe_sub_entities", "get_sub_entities")
+_CONDITIONAL = ("describe_conditional_sub_entities", "get_sub_entities")
 _MAX_SELF_INCLUDES = 6  # levels of a file that includes itself, searched for arguments
 
 
@@ -125,8 +129,10 @@ class _ArgumentSearch:
             except Exception as error:
                 remember_place(error, entity)
                 raise
+            if not is_iterable(known):
+                raise _wrong_return(entity, _SUB_ENTITIES, known, "a list of entities")
             self.search(entity, known, conditional=False, includes=below)
-            for _, conditionals in entity.describe_conditional_sub_entities():
+            for conditionals in _conditionals(entity):
                 self.search(entity, conditionals, conditional=True, includes=below)
 
     def _search_description(
@@ -148,3 +154,24 @@ class _ArgumentSearch:
             return
         argument._conditionally_included = conditional or argument.condition is not None
         self.found[argument.name] = (argument, includes)
+
+
+def _conditionals(entity: Any) -> list[Any]:
+    """The entities of each condition that a visit may yield later."""
+    described = entity.describe_conditional_sub_entities()
+    try:
+        found = [entities for _, entities in described]
+    except (TypeError, ValueError):
+        expected = "a list of (text, entities) pairs"
+        raise _wrong_return(entity, _CONDITIONAL[:1], described, expected) from None
+    for entities in found:
+        if not is_iterable(entities):
+            raise _wrong_return(entity, _CONDITIONAL, entities, "a list of entities")
+    return found
+
+
+def _wrong_return(entity: Any, names: Sequence[str], value: Any, expected: str) -> Exception:
+    # Imported only for an error.
+    from launcher.language.diagnostics.wrong_returns import wrong_return
+
+    return wrong_return(entity, names, value, expected)

@@ -126,7 +126,18 @@ def optional_substitutions(subs: Any) -> list[Substitution] | None:
 
 def perform_substitutions(context: LaunchContext, subs: Any) -> str:
     """The texts of the substitutions, joined."""
-    return "".join([context.perform_substitution(sub) for sub in subs])
+    return joined(subs, [context.perform_substitution(sub) for sub in subs])
+
+
+def joined(subs: Any, texts: Sequence[str]) -> str:
+    """The texts that the substitutions gave as one; TypeError if one of them is no text."""
+    try:
+        return "".join(texts)
+    except TypeError:
+        # Imported only for an error.
+        from launcher.language.diagnostics.wrong_returns import no_text
+
+        raise no_text(subs, texts) from None
 
 
 def perform(context: LaunchContext, subs: Any) -> str:

@@ -182,8 +182,15 @@ class RegisterEventHandler(Action):
             from launcher.language.diagnostics.bad_entries import not_a_handler
 
             raise not_a_handler(handler, self)
-        description = handler.describe()
-        return [(description[0], description[1])]
+        description: Any = handler.describe()
+        try:
+            return [(description[0], list(description[1]))]
+        except (TypeError, LookupError):
+            # Imported only for an error.
+            from launcher.language.diagnostics.wrong_returns import wrong_return
+
+            expected = "a text and a list of entities"
+            raise wrong_return(handler, "describe", description, expected) from None
 
 
 @public("launch.actions.unregister_event_handler")

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import Origin
     from launcher.language.entity import LaunchDescriptionEntity
 
+# Every description has this method.
+_ARGUMENTS = "get_launch_arguments_with_include_launch_description_actions"
+
 
 @public("launch.actions.include_launch_description")
 @parsed
@@ -72,6 +75,11 @@ class IncludeLaunchDescription(Action):
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Load, check the arguments, yield; RuntimeError if a required one is not given."""
         description = self._load(context)
+        if not hasattr(type(description), _ARGUMENTS):
+            # Imported only for an error.
+            from launcher.language.diagnostics.wrong_returns import no_description
+
+            raise no_description(self, description)
         context.extend_locals(
             {
                 "current_launch_file_path": self._get_launch_file(),

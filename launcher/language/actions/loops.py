@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 from launcher.language.action import Action
+from launcher.language.class_tools import is_iterable
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -43,6 +45,11 @@ class ForEach(Action):
     def function(self) -> Any:
         return self._function
 
+    @property
+    def _function_called(self) -> Any:
+        """The function whose result is visited, for messages."""
+        return getattr(self._function, "__wrapped__", self._function)
+
     def describe(self) -> str:
         values = describe_substitutions(self._input_values)
         return f"ForEach(input_values={values}, function={self._function})"
@@ -55,7 +62,17 @@ class ForEach(Action):
         field_sets = [yaml.safe_load(part) for part in text.split(self.SEPARATOR) if part.strip()]
         if self._function is None:
             return None
-        return [entity for fields in field_sets for entity in self._function(**fields) or []]
+        return [entity for fields in field_sets for entity in self._entities(fields)]
+
+    def _entities(self, fields: dict[str, Any]) -> Any:
+        assert self._function is not None
+        found = self._function(**fields) or []
+        if is_iterable(found):
+            return found
+        # Imported only for an error.
+        from launcher.language.diagnostics.bad_entries import not_a_list
+
+        raise not_a_list(found, self)
 
 
 @public("launch.actions.for_loop")
@@ -102,4 +119,9 @@ class ForLoop(Action):
         function = self._function
         count = int(perform_substitutions(context, self._length))
         indices = ForEach.SEPARATOR.join([f"{{i: {index}}}" for index in range(count)])
-        return [ForEach(indices, function=lambda i: function(i))]
+
+        @functools.wraps(function)
+        def call(i: int) -> Any:
+            return function(i)
+
+        return [ForEach(indices, function=call)]

@@ -78,7 +78,7 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     """The error about `item`, one of the `entries` of an entity or of its function's result."""
     if holder._to_arguments == "includes":
         return WrongEntryError(
-            f"the included launch file returns {_shown(item)}, not a LaunchDescription",
+            f"the included launch file returns {shown(item)}, not a LaunchDescription",
             "end its generate_launch_description() with return LaunchDescription([...])",
             holder._origin,
         )
@@ -88,14 +88,14 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     among = "an entry" if index is None else f"entry {index + 1} of {len(written)}"
     node = None
     if function is not None:
-        source, place = f"what {_name(function)}() returned", return_place(function)
+        source, place = f"what {name_of(function)}() returned", return_place(function)
     else:
         node = _entry_node(holder, index)
         source, place = f"{type(holder).__name__}([...])", holder._origin
     if node is not None and place is not None:
         place = Origin(place.path, node.lineno)
     return WrongEntryError(
-        f"{among} in {source} is not an action: {_shown(item)}", _repair(item, holder, node), place
+        f"{among} in {source} is not an action: {shown(item)}", _repair(item, holder, node), place
     )
 
 
@@ -112,7 +112,7 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
 def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
     """The error about what a RegisterEventHandler was given instead of a handler."""
     return NotAHandlerError(
-        f"RegisterEventHandler takes an event handler, not {_shown(item)}",
+        f"RegisterEventHandler takes an event handler, not {shown(item)}",
         "write RegisterEventHandler(OnProcessExit(target_action=..., on_exit=[...]))",
         action._origin,
     )
@@ -121,13 +121,13 @@ def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
 def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
     """The error about a function, or an `execute` method, that did not return a list."""
     function = getattr(holder, "_function_called", None)
-    source = f"{type(holder).__name__}.execute" if function is None else _name(function)
+    source = f"{type(holder).__name__}.execute" if function is None else name_of(function)
     place = holder._origin if function is None else return_place(function)
     hint = "return a list of actions, or nothing"
     if is_entity(result):
         hint = f"return [{type(result).__name__}(...)]"
     kind = WrongEntryError if isinstance(result, str) else NotAListError
-    return kind(f"{source}() did not return a list of actions: {_shown(result)}", hint, place)
+    return kind(f"{source}() did not return a list of actions: {shown(result)}", hint, place)
 
 
 def return_place(function: Any) -> Origin | None:
@@ -222,13 +222,15 @@ def _entry_node(holder: Any, index: int | None) -> ast.expr | None:
 # ---- texts of the messages
 
 
-def _name(function: Any) -> str:
+def name_of(function: Any) -> str:
+    """The name of a function, also of a partial one."""
     while isinstance(function, functools.partial):
         function = function.func
     return str(getattr(function, "__name__", type(function).__name__))
 
 
-def _shown(item: Any) -> str:
+def shown(item: Any) -> str:
+    """A value in a message."""
     import reprlib
 
     if is_entity(item):
@@ -255,7 +257,6 @@ def _unpacked(node: ast.expr | None) -> str:
 
 def _repair(item: Any, holder: Any, node: ast.expr | None = None) -> str:
     from launcher.language.events.base import BaseEventHandler, Event
-    from launcher.language.substitution import Substitution
 
     kind = item if isinstance(item, type) else type(item)
     name = kind.__name__
@@ -276,10 +277,10 @@ def _repair(item: Any, holder: Any, node: ast.expr | None = None) -> str:
         return f"a handler is registered by RegisterEventHandler({name}(...))"
     if hasattr(kind, "get_launch_description"):
         return f"a launch file is included by IncludeLaunchDescription({name}(...))"
-    if isinstance(item, Substitution):
+    if hasattr(kind, "perform"):
         return "a substitution is a value for an action, as in LogInfo(msg=...)"
     if callable(item):
-        return f"a function is called by OpaqueFunction(function={_name(item)})"
+        return f"a function is called by OpaqueFunction(function={name_of(item)})"
     if kind.__module__.startswith(("launch.descriptions", "launch_ros.descriptions")):
         package = kind.__module__.partition(".")[0]
         return f"import {name} from {package}.actions instead of {package}.descriptions"

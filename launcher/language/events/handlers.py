@@ -114,6 +114,7 @@ class OnShutdown(BaseEventHandler):
     def __init__(self, *, on_shutdown: Any, **kwargs: Any) -> None:
         super().__init__(matcher=lambda event: is_a_subclass(event, Shutdown), **kwargs)
         self.__on_shutdown = on_shutdown
+        self._function_called = on_shutdown if callable(on_shutdown) else None  # for messages
 
     @property
     def handler_description(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.language.action import Action
+from launcher.language.action import Action, holds
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
@@ -138,7 +138,7 @@ class ComposableNodeContainer(Node):
 
 def _is_wanted(description: ComposableNode, context: LaunchContext) -> bool:
     condition = description.condition()
-    return condition is None or condition.evaluate(context)
+    return condition is None or holds(condition, context)
 
 
 @public("launch_ros.actions.load_composable_nodes")

@@ -13,6 +13,7 @@ from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
     describe_substitutions,
+    joined,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -43,7 +44,11 @@ class PathJoinSubstitution(Substitution):
         return f"PathJoin('{describe_substitutions(self.substitutions)}')"
 
     def perform(self, context: LaunchContext) -> str:
-        return os.path.join(*[sub.perform(context) for sub in self.substitutions])
+        parts = [sub.perform(context) for sub in self.substitutions]
+        try:
+            return os.path.join(*parts)
+        except TypeError:
+            return joined(self.substitutions, parts)  # which tells what is no text
 
 
 @public("launch.substitutions.path_substitution")
@@ -75,7 +80,7 @@ class _Joined(Substitution):
         return describe_substitutions(self._parts)
 
     def perform(self, context: LaunchContext) -> str:
-        return "".join([part.perform(context) for part in self._parts])
+        return joined(self._parts, [part.perform(context) for part in self._parts])
 
 
 class _Directory(Substitution):
