@@ -343,8 +343,20 @@ def _warnings(plan: Plan, placing: Placing | None, file: HostsFile | None) -> li
         warnings = (*placing.findings.warnings, *placing.warnings)
         lines += [f"warning: {warning}" for warning in warnings]
         lines += [f"note: {remark}" for remark in placing.findings.remarks]
+    lines += [f"warning: {message}" for message in _programs(plan, placing)]
     lines += [f"warning: {message}" for message in _crowds(plan, file)]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines
+
+
+def _programs(plan: Plan, placing: Placing | None) -> list[str]:
+    """About programs of this machine that cannot be executed now."""
+    from launcher.commands.launch.programs import program_warnings
+
+    specs = [process.spec for process in plan.processes]
+    if placing is None:
+        return program_warnings(specs)
+    placed = zip(specs, placing.placed, strict=True)
+    return program_warnings(spec for spec, one in placed if one.host is None)
 
 
 def _crowds(plan: Plan, file: HostsFile | None) -> list[str]:

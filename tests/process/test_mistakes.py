@@ -92,3 +92,56 @@ def test_a_warning_about_the_reason_precedes_the_error_that_ends_a_launch(worksp
     assert "write [LaunchConfiguration('name'), '_node']" in warning
     assert error.startswith(f"error: {file}:6: Invalid node name")
     assert done.returncode == 2
+
+
+PROGRAMS = """
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess, TimerAction
+from launch_ros.actions import Node
+
+def generate_launch_description():
+    return LaunchDescription([
+        Node(executable="./no_bit.py"),
+        ExecuteProcess(cmd=["windows.sh"], cwd="scripts"),
+        ExecuteProcess(cmd=["echo", "runs"], output="screen"),
+        TimerAction(period=0.1, actions=[ExecuteProcess(cmd=["./late.sh"])]),
+    ])
+"""
+NO_BIT = (
+    "'./no_bit.py' is not executable; hint: chmod +x ./no_bit.py, and write "
+    "'#!/usr/bin/env python3' into its first line"
+)
+NOT_IN_PATH = (
+    "there is no program 'windows.sh' in PATH; hint: write './windows.sh' for the file in the "
+    "working directory"
+)
+LATE = "the '#!' line of './late.sh' names '/no/such', which does not exist"
+
+
+def test_programs_that_cannot_be_executed_are_told_before_the_start(workspace: Workspace):
+    folder = workspace.folder
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "windows.sh").write_bytes(b"#!/bin/sh\r\n")
+    (folder / "no_bit.py").write_text("print(1)\n")
+    (folder / "late.sh").write_text("#!/no/such\n")
+    (folder / "late.sh").chmod(0o755)
+    file = folder / "programs.launch.py"
+    file.write_text(PROGRAMS)
+
+    done = workspace.call(file)
+
+    lines = done.stdout.splitlines()
+    said = [line for line in lines if line.startswith("[WARNING] [launch]: ")]
+    expected = [f"{file}:{line}: {text}" for line, text in ((8, NO_BIT), (9, NOT_IN_PATH))]
+    assert [line.partition("]: ")[2] for line in said] == expected, done.stdout
+    first = next(number for number, line in enumerate(lines) if "process" in line)
+    assert all(lines.index(line) < first for line in said)
+    assert "[echo-3] runs" in lines
+    (late,) = [line for line in lines if "[late.sh-4]: process could not be started" in line]
+    assert late.endswith(f"No such file or directory, cmd './late.sh'; {LATE}")
+    assert done.returncode == 1
+
+    plan = workspace.call("plan", file).stdout.splitlines()
+
+    said = [line for line in plan if line.startswith("warning: ")]
+    assert said == [f"warning: {one}" for one in (*expected, f"{file}:11: {LATE}")]

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from launcher.commands.launch.hosts import Preparation
     from launcher.engine.core_driver import Core
+    from launcher.engine.hosts.fleet import FleetPlan
     from launcher.interpreter import Interpreter
 
 FEW_NODES = 20  # find each other in any case
@@ -180,6 +181,7 @@ def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource)
 
                 is_all = not interpreter.host.timers
                 warn_of_crowd(core.effects, request, is_all=is_all, absorbed=absorbed)
+            _warn_of_programs(core, fleet)
             off = core.switched_off
             supervised = supervising(run, options, run_path, request, session, fleet, off)
             with supervised as (supervisor, _):
@@ -224,6 +226,22 @@ def _read_log_formats() -> None:
         config.reset()
     except ValueError as error:
         raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
+
+
+def _warn_of_programs(core: LaunchCore, fleet: FleetPlan | None) -> None:
+    """Before the start, of programs on this machine that cannot be executed."""
+    from launcher.engine.posix.spawn import is_plain
+    from launcher.model.events import StartProcess
+
+    specs = [effect.spec for effect in core.effects if isinstance(effect, StartProcess)]
+    if all(map(is_plain, specs)):
+        return  # nearly always, so that nothing is imported for it
+    from launcher.commands.launch.programs import program_warnings
+
+    here = [spec for spec in specs if fleet is None or fleet.host_of(spec) is None]
+    for text in program_warnings(here):
+        core.interpreter.host.warn_quirk(text, None)
+    core.effects = [*core.interpreter.take_effects(), *core.effects]
 
 
 def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:

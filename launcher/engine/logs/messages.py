@@ -6,6 +6,7 @@ Messages of ROS 2 (CONFORMANCE 1.16, 1.22, 1.23) are kept word for word: scripts
 from __future__ import annotations
 
 import errno
+import os
 import signal
 from collections.abc import Iterable
 
@@ -79,7 +80,19 @@ def not_started(process: Process, number: int, what: str) -> Line:
     text = f"process could not be started: {refusal(number, what)}, cmd '{process.command_line}'"
     if process.host is not None and number == errno.ENOENT:
         text += f"; {_repair(process)}"
+    if process.host is None and not what and not process.history.refusals:
+        text += _fault(process)
     return Line("ERROR", text)
+
+
+def _fault(process: Process) -> str:
+    """What is wrong with a program, as far as its file tells."""
+    from launcher.packages.program_fault import fault_of  # only after a failure
+
+    spec = process.spec
+    beside = os.path.dirname(spec.place.rpartition(":")[0]) or None
+    fault = None if spec.shell else fault_of(spec.argv[0], spec.env, spec.cwd, beside)
+    return "" if fault is None else f"; {fault}"
 
 
 def _repair(process: Process) -> str:

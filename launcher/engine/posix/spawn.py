@@ -110,6 +110,21 @@ def _candidates(program: str, env: Mapping[str, str]) -> Iterator[str]:
             yield path
 
 
+def is_plain(spec: ProcessSpec) -> bool:
+    """Whether the program can certainly be executed; false where that is still to be found out."""
+    program = spec.argv[0]
+    if spec.cwd is not None or spec.shell:
+        return spec.cwd is None
+    if spec.ros is not None and spec.ros.package and program.endswith(f"/{spec.ros.executable}"):
+        return True  # it was looked for in its package
+    path = next(_candidates(program, spec.env), program)
+    try:
+        with open(path, "rb", buffering=0) as file:
+            return os.access(path, os.X_OK) and file.read(4) == b"\x7fELF"
+    except OSError:
+        return False
+
+
 def _is_absence(error: OSError) -> bool:
     return error.errno in (errno.ENOENT, errno.ENOTDIR)
 
