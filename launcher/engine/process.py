@@ -35,9 +35,9 @@ class History:
 
     `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
     outcome of the first. `refusals` are starts that failed, but for those of which a stop was
-    requested meanwhile. `run_s` is the sum of all lives, `peak_uss` the largest sample in bytes.
-    `core_note` is about the core file of the last death, `hang` the stack of the last life that
-    ended while its node did not answer.
+    requested meanwhile. `unshown_lines` are those that went to log files only. `run_s` is the sum
+    of all lives, `peak_uss` the largest sample in bytes. `core_note` is about the core file of the
+    last death, `hang` the stack of the last life that ended while its node did not answer.
     """
 
     __slots__ = (
@@ -50,10 +50,11 @@ class History:
         "refusals",
         "run_s",
         "starts",
+        "unshown_lines",
     )
 
     def __init__(self) -> None:
-        self.starts = self.refusals = 0
+        self.starts = self.refusals = self.unshown_lines = 0
         self.deaths = 0
         self.first_death: Outcome | None = None
         self.first_error = self.core_note = ""

@@ -56,6 +56,7 @@ def make_spec(
         emulate_tty=action._spawn_emulates_tty(context),
         output=action._output_policy,
         output_given=action._output_given,
+        chooses_output=action._chooses_output,
         restart=_restart_policy(action, context),
         stop=_stop_policy(action, context, sigterm, sigkill),
         ros=_with_contents(action._ros_identity(), generated),

@@ -178,10 +178,10 @@ class ProcessSpec(Record):
 
     `name` is the label with its running number (`robot_1-2`), unique in a run; `label` is the
     same without it. `output_given` is the launch file's own spelling of `output`, for the plan,
-    and so are the two timeouts `..._given`. `place` is the file and line of the action. `scopes`
-    are what is around it, the outermost first; only runs with a hosts file have them. `members`
-    are the processes of the launch file that this one is instead of; `is_essential`: the end of
-    this member ends all.
+    and so are the two timeouts `..._given`; `chooses_output`: it is not the default of ROS 2.
+    `place` is the file and line of the action. `scopes` are what is around it, the outermost first;
+    only runs with a hosts file have them. `members` are the processes of the launch file that this
+    one is instead of; `is_essential`: the end of this member ends all.
     """
 
     name: str
@@ -193,6 +193,7 @@ class ProcessSpec(Record):
     emulate_tty: bool = False
     output: OutputPolicy = OutputPolicy()
     output_given: str | Mapping[str, object] = "log"
+    chooses_output: bool = True
     restart: RestartPolicy = RestartPolicy()
     stop: StopPolicy = StopPolicy()
     limits: Limits | None = None

@@ -76,6 +76,11 @@ class RunLog:
         self._directory.keep_up()
 
     @property
+    def has_files(self) -> bool:
+        """Whether the output of processes is kept in files."""
+        return self._directory.path is not None
+
+    @property
     def has_lost_output(self) -> bool:
         """Whether output was dropped because the disk is full."""
         return self._screen.dropped_bytes > 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 import bisect
 import itertools
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from launcher.engine.output.filters import ERROR, level_of
 from launcher.engine.output.lines import for_terminal, without_colour
@@ -27,6 +27,7 @@ MIN_ENDED = 20
 FIGURES = 30  # columns of restarts, time and memory with their gaps
 MIN_ERROR = 24  # columns for the first error; with fewer it is on a line of its own
 ERROR_CHARS = 300  # where there is no terminal
+MAX_UNSHOWN = 3  # processes
 MAX_HANGS, MAX_STACK = 3, 40  # processes, and lines of each
 INDENT = "    "
 GAP = "  "
@@ -56,6 +57,8 @@ def conclude(
         log.log("WARNING", "launch", text)
     if shutdown.first_failure is not None:
         log.log("ERROR", "launch", shutdown.first_failure)
+    for text in unshown(processes, has_logs=log.has_files):
+        log.log("INFO", "launch", text)
     write(
         log,
         processes,
@@ -65,6 +68,23 @@ def conclude(
         end_reason=shutdown.end_reason,
         is_script=is_script,
     )
+
+
+def unshown(processes: Iterable[Process], *, has_logs: bool) -> Iterator[str]:
+    """That lines were not on the screen, since the launch file does not say where they go."""
+    found = [one for one in processes if one.history.unshown_lines and not one.spec.chooses_output]
+    if not found:
+        return
+    parts = [f"{one.history.unshown_lines} of {one.name}" for one in found[:MAX_UNSHOWN]]
+    number, _, rest = parts[0].partition(" ")
+    parts[0] = f"{count(int(number), 'line')} {rest}"
+    more = len(found) - MAX_UNSHOWN
+    parts += [f"those of {more} more"] if more > 0 else []
+    *before, last = parts
+    listed = f"{', '.join(before)} and {last}" if before else last
+    verb, them = ("is", "it") if listed.startswith("1 line of") and not before else ("are", "them")
+    where = f"only in {'their logs' if before else 'its log'}" if has_logs else "not shown"
+    yield f"{listed} {verb} {where}; output='screen' shows {them}"
 
 
 def write(

@@ -169,6 +169,8 @@ class OutputReader:
             if passed:
                 unchanged = passed is lines
                 self._show(process, fd, stream, passed, shown if unchanged else 0)
+        else:
+            process.history.unshown_lines += lines.count(b"\n")
         policy = process.spec.output
         self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
         if process.on_lines is not None:

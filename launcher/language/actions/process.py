@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from launcher.language.events.base import Event
 
 
+_OVERRIDE = "OVERRIDE_LAUNCH_PROCESS_OUTPUT"
 _SIGTERM_TIMEOUT = LaunchConfiguration("sigterm_timeout", default=5)
 _SIGKILL_TIMEOUT = LaunchConfiguration("sigkill_timeout", default=5)
 
@@ -76,7 +77,7 @@ class ExecuteLocal(Action):
         self.__sigterm_timeout = normalize_to_list_of_substitutions(sigterm_timeout)
         self.__sigkill_timeout = normalize_to_list_of_substitutions(sigkill_timeout)
         self.__emulate_tty = emulate_tty
-        output = os.environ.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT", output)
+        output = os.environ.get(_OVERRIDE, output)
         self.__output = (
             output if isinstance(output, dict) else normalize_to_list_of_substitutions(output)
         )
@@ -95,6 +96,7 @@ class ExecuteLocal(Action):
         self.__return_code: int | None = None
         # Here, although `execute` sets them: later attributes would not be in the shared keys of
         # the class, and each action would take 1.3 KB more.
+        self._chooses_output = True
         self._output_given: Any = None
         self._output_policy: Any = None
 
@@ -367,6 +369,7 @@ class ExecuteProcess(ExecuteLocal):
             cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env
         )
         super().__init__(process_description=executable, **kwargs)
+        self._chooses_output = "output" in kwargs or _OVERRIDE in os.environ
 
     @classmethod
     def parse(cls, entity: Any, parser: Any, ignore: list[str] | None = None) -> Any:

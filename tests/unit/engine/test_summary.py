@@ -13,6 +13,7 @@ from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
 from launcher.hosts.model import Host
 from launcher.model.events import Outcome
+from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec, RestartPolicy
 
 STOPPED = Ended(Outcome(returncode=-2), asked=True, retry_in_s=None)
@@ -227,3 +228,33 @@ def test_the_exception_of_a_logged_traceback_is_found():
     one = process("a-1")
     one.ring.append("both", 1.0, b"[ERROR] [1.0] [n]: " + TRACEBACK)
     assert summary.first_error(one) == "ValueError: 3"
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [
+        ([1], "1 line of p0 is only in its log; output='screen' shows it"),
+        ([3], "3 lines of p0 are only in its log; output='screen' shows them"),
+        ([1, 2], "1 line of p0 and 2 of p1 are only in their logs; output='screen' shows them"),
+        (
+            [5, 4, 3, 2, 1],
+            "5 lines of p0, 4 of p1, 3 of p2 and those of 2 more are only in their logs; "
+            "output='screen' shows them",
+        ),
+    ],
+)
+def test_lines_that_were_not_shown_are_counted(lines: list[int], text: str):
+    found = [process(f"p{number}") for number in range(len(lines))]
+    for one, number in zip(found, lines, strict=True):
+        one.spec = replace(one.spec, chooses_output=False)
+        one.history.unshown_lines = number
+    assert list(summary.unshown(found, has_logs=True)) == [text]
+    (without,) = summary.unshown(found, has_logs=False)
+    assert without == re.sub("only in (its log|their logs)", "not shown", text)
+
+
+def test_what_the_launch_file_has_chosen_not_to_show_is_not_told():
+    chosen, silent = process("a"), process("b")
+    chosen.history.unshown_lines = 3
+    silent.spec = replace(silent.spec, chooses_output=False)
+    assert list(summary.unshown([chosen, silent], has_logs=True)) == []
