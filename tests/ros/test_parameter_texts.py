@@ -154,11 +154,12 @@ def test_a_value_without_a_type_is_a_number_where_ros_2_makes_it_one(printed: Pr
         """
         DeclareLaunchArgument("v", default_value="2E6"),
         DeclareLaunchArgument("several", default_value="[1e-3, 2e-3]"),
+        DeclareLaunchArgument("mixed", default_value="[1e-3, a]"),
         printer("x", parameters=[
-            {"v": LaunchConfiguration("v"), "several": LaunchConfiguration("several")}]),
+            {name: LaunchConfiguration(name) for name in ("v", "several", "mixed")}]),
         """
     )
-    assert found["x"] == {"v": 2e6, "several": [0.001, 0.002]}
+    assert found["x"] == {"v": 2e6, "several": [0.001, 0.002], "mixed": ["1e-3", "a"]}
 
 
 @pytest.mark.parametrize(
