@@ -103,6 +103,7 @@ def generate_launch_description():
     return LaunchDescription([
         Node(executable="./no_bit.py"),
         ExecuteProcess(cmd=["windows.sh"], cwd="scripts"),
+        Node(executable="node_of_a_package"),
         ExecuteProcess(cmd=["echo", "runs"], output="screen"),
         TimerAction(period=0.1, actions=[ExecuteProcess(cmd=["./late.sh"])]),
     ])
@@ -115,6 +116,7 @@ NOT_IN_PATH = (
     "there is no program 'windows.sh' in PATH; hint: write './windows.sh' for the file in the "
     "working directory"
 )
+NO_PACKAGE = "there is no program 'node_of_a_package' in PATH; hint: give its package=, or a path"
 LATE = "the '#!' line of './late.sh' names '/no/such', which does not exist"
 
 
@@ -127,21 +129,22 @@ def test_programs_that_cannot_be_executed_are_told_before_the_start(workspace: W
     (folder / "late.sh").chmod(0o755)
     file = folder / "programs.launch.py"
     file.write_text(PROGRAMS)
+    texts = (NO_BIT, NOT_IN_PATH, NO_PACKAGE)
 
     done = workspace.call(file)
 
     lines = done.stdout.splitlines()
     said = [line for line in lines if line.startswith("[WARNING] [launch]: ")]
-    expected = [f"{file}:{line}: {text}" for line, text in ((8, NO_BIT), (9, NOT_IN_PATH))]
+    expected = [f"{file}:{line}: {text}" for line, text in enumerate(texts, 8)]
     assert [line.partition("]: ")[2] for line in said] == expected, done.stdout
     first = next(number for number, line in enumerate(lines) if "process" in line)
     assert all(lines.index(line) < first for line in said)
-    assert "[echo-3] runs" in lines
-    (late,) = [line for line in lines if "[late.sh-4]: process could not be started" in line]
+    assert "[echo-4] runs" in lines
+    (late,) = [line for line in lines if "[late.sh-5]: process could not be started" in line]
     assert late.endswith(f"No such file or directory, cmd './late.sh'; {LATE}")
     assert done.returncode == 1
 
     plan = workspace.call("plan", file).stdout.splitlines()
 
     said = [line for line in plan if line.startswith("warning: ")]
-    assert said == [f"warning: {one}" for one in (*expected, f"{file}:11: {LATE}")]
+    assert said == [f"warning: {one}" for one in (*expected, f"{file}:12: {LATE}")]

@@ -26,4 +26,6 @@ def _warnings(specs: Iterable[ProcessSpec]) -> Iterator[str]:
             known[key] = fault_of(program, spec.env, spec.cwd, beside)
         fault = known[key]
         if fault is not None:
-            yield f"{spec.place}: {fault}"
+            is_of_package = fault.hint is None and spec.ros is not None and "/" not in program
+            hint = "; hint: give its package=, or a path" if is_of_package else ""
+            yield f"{spec.place}: {fault}{hint}"

@@ -118,9 +118,11 @@ def is_plain(spec: ProcessSpec) -> bool:
     if spec.ros is not None and spec.ros.package and program.endswith(f"/{spec.ros.executable}"):
         return True  # it was looked for in its package
     path = next(_candidates(program, spec.env), program)
+    if not (os.path.isfile(path) and os.access(path, os.X_OK)):
+        return False
     try:
         with open(path, "rb", buffering=0) as file:
-            return os.access(path, os.X_OK) and file.read(4) == b"\x7fELF"
+            return file.read(4) == b"\x7fELF"
     except OSError:
         return False
 
