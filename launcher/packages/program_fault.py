@@ -1,6 +1,6 @@
-"""Why a program cannot be executed, before it is tried; the system says only `No such file`.
+"""Why a program cannot be executed, before it is tried; the system reports only `No such file`.
 
-What is said here is certain now. A file may change until it is executed.
+The faults are certain now. A file may change until it is executed.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ def _own_machine() -> int:
 
 
 def _handlers() -> bool:
-    """Whether the kernel has been told to execute further formats."""
+    """Whether the kernel has handlers for further formats."""
     try:
         return any(name not in ("register", "status") for name in os.listdir(_BINFMT))
     except OSError:

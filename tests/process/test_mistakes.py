@@ -120,7 +120,7 @@ NO_PACKAGE = "there is no program 'node_of_a_package' in PATH; hint: give its pa
 LATE = "the '#!' line of './late.sh' names '/no/such', which does not exist"
 
 
-def test_programs_that_cannot_be_executed_are_told_before_the_start(workspace: Workspace):
+def test_programs_that_cannot_be_executed_are_reported_before_the_start(workspace: Workspace):
     folder = workspace.folder
     (folder / "scripts").mkdir()
     (folder / "scripts" / "windows.sh").write_bytes(b"#!/bin/sh\r\n")
@@ -134,11 +134,11 @@ def test_programs_that_cannot_be_executed_are_told_before_the_start(workspace: W
     done = workspace.call(file)
 
     lines = done.stdout.splitlines()
-    said = [line for line in lines if line.startswith("[WARNING] [launch]: ")]
+    warned = [line for line in lines if line.startswith("[WARNING] [launch]: ")]
     expected = [f"{file}:{line}: {text}" for line, text in enumerate(texts, 8)]
-    assert [line.partition("]: ")[2] for line in said] == expected, done.stdout
+    assert [line.partition("]: ")[2] for line in warned] == expected, done.stdout
     first = next(number for number, line in enumerate(lines) if "process" in line)
-    assert all(lines.index(line) < first for line in said)
+    assert all(lines.index(line) < first for line in warned)
     assert "[echo-4] runs" in lines
     (late,) = [line for line in lines if "[late.sh-5]: process could not be started" in line]
     assert late.endswith(f"No such file or directory, cmd './late.sh'; {LATE}")
@@ -146,5 +146,5 @@ def test_programs_that_cannot_be_executed_are_told_before_the_start(workspace: W
 
     plan = workspace.call("plan", file).stdout.splitlines()
 
-    said = [line for line in plan if line.startswith("warning: ")]
-    assert said == [f"warning: {one}" for one in (*expected, f"{file}:12: {LATE}")]
+    warned = [line for line in plan if line.startswith("warning: ")]
+    assert warned == [f"warning: {one}" for one in (*expected, f"{file}:12: {LATE}")]

@@ -212,16 +212,16 @@ def test_compact_lines_on_a_terminal_have_the_level_as_a_colour(bench: Bench):
 QUIET = 'ExecuteProcess(cmd=["sh", "-c", "echo a; echo b; printf c; echo d >&2"], name="quiet")'
 
 
-def test_lines_that_only_a_log_has_are_told_unless_that_was_chosen(bench: Bench):
-    told = b"only in its log"
+def test_lines_that_only_a_log_has_are_counted_unless_that_was_chosen(bench: Bench):
+    reminder = b"only in its log"
     lines = bench.run(QUIET).stdout.decode().splitlines()
     text = "3 lines of quiet-1 are only in its log; output='screen' shows them"
     assert lines[-2] == f"[INFO] [launch]: {text}"
     assert lines[-1].startswith("[INFO] [launch]: exit code 0: ")
     log = (bench.folder / "log" / "latest" / "quiet-1.log").read_text()
     assert log.count("[quiet-1] ") == 4
-    assert told not in bench.run(WRITES.format("'log'")).stdout
-    assert told not in bench.run('ExecuteProcess(cmd=["sh", "-c", "echo >&2"])').stdout
-    assert told not in bench.run(QUIET, "-a").stdout
+    assert reminder not in bench.run(WRITES.format("'log'")).stdout
+    assert reminder not in bench.run('ExecuteProcess(cmd=["sh", "-c", "echo >&2"])').stdout
+    assert reminder not in bench.run(QUIET, "-a").stdout
     bench.env["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "log"
-    assert told not in bench.run(QUIET).stdout
+    assert reminder not in bench.run(QUIET).stdout

@@ -39,16 +39,16 @@ def launcher(folder: Path, *words: str) -> str:
     return done.stdout
 
 
-def test_a_file_whose_keys_match_no_node_is_told_before_the_first_process(tmp_path: Path):
+def test_a_file_whose_keys_match_no_node_is_reported_before_the_first_process(tmp_path: Path):
     (tmp_path / "a.launch.py").write_text(LAUNCH)
     for name, key in (("nav", "talker"), ("late", "late")):
         (tmp_path / f"{name}.yaml").write_text(f"{key}: {{ros__parameters: {{p: 1}}}}\n")
     lines = launcher(tmp_path, "a.launch.py").splitlines()
-    told = [number for number, line in enumerate(lines) if "the parameter file" in line]
+    reported = [number for number, line in enumerate(lines) if "the parameter file" in line]
     started = [number for number, line in enumerate(lines) if "process started" in line]
-    assert len(told) == 1
-    assert lines[told[0]].endswith(WARNING)
-    assert told[0] < started[0]
+    assert len(reported) == 1
+    assert lines[reported[0]].endswith(WARNING)
+    assert reported[0] < started[0]
     plan = launcher(tmp_path, "plan", "a.launch.py").splitlines()
     assert [line for line in plan if "the parameter file" in line] == [plan[-1]]
     assert plan[-1].endswith(WARNING)

@@ -86,7 +86,7 @@ def not_started(process: Process, number: int, what: str) -> Line:
 
 
 def _fault(process: Process) -> str:
-    """What is wrong with a program, as far as its file tells."""
+    """What is wrong with a program, as far as its file shows."""
     from launcher.packages.program_fault import fault_of  # only after a failure
 
     spec = process.spec

@@ -48,7 +48,7 @@ class PathJoinSubstitution(Substitution):
         try:
             return os.path.join(*parts)
         except TypeError:
-            return joined(self.substitutions, parts)  # which tells what is no text
+            return joined(self.substitutions, parts)  # which names what is no text
 
 
 @public("launch.substitutions.path_substitution")

@@ -39,7 +39,7 @@ def warnings_of(*entities: Any) -> list[str]:
         return [warning.text for warning in interpreter.warnings]
 
 
-def test_the_name_and_the_keys_are_told(file: Path):
+def test_the_name_and_the_keys_are_reported(file: Path):
     (warning,) = warnings_of(node("camera", "p.yaml"))
     assert warning == (
         "the parameter file p.yaml has nothing for /camera: it is for /talker, /site/east/lidar; "
@@ -48,17 +48,17 @@ def test_the_name_and_the_keys_are_told(file: Path):
 
 
 @pytest.mark.parametrize(
-    ("entities", "told"),
+    ("entities", "reported"),
     [
         ([node("talker", "p.yaml", namespace="ns")], "/ns/talker: it is for /talker, "),
         ([PushROSNamespace("n"), node("lidar", "p.yaml")], "/n/lidar: it is for /site/east/lidar"),
     ],
     ids=["namespace", "pushed"],
 )
-def test_a_missing_or_another_namespace_is_the_hint(file: Path, entities: Any, told: str):
+def test_a_missing_or_another_namespace_is_the_hint(file: Path, entities: Any, reported: str):
     (warning,) = warnings_of(*entities)
-    assert f"has nothing for {told}" in warning
-    name = told.partition(":")[0]
+    assert f"has nothing for {reported}" in warning
+    name = reported.partition(":")[0]
     last = name.rpartition("/")[2]
     assert warning.endswith(f"write '{name}:', or '/**/{last}:' for any namespace")
 
@@ -73,7 +73,7 @@ def test_a_file_that_one_node_uses_is_for_others_as_well(file: Path):
     assert warnings_of(SetParametersFromFile("p.yaml"), node("a"), node("talker")) == []
 
 
-def test_a_file_of_several_nodes_is_told_once(file: Path):
+def test_a_file_of_several_nodes_is_reported_once(file: Path):
     (warning,) = warnings_of(SetParametersFromFile("p.yaml"), node("a"), node("b"), node("talkr"))
     assert "has nothing for /a, /b, /talkr: " in warning
     assert warning.endswith("write '/talkr:' instead of '/talker:'")
@@ -93,7 +93,7 @@ def test_a_file_of_several_nodes_is_told_once(file: Path):
         "[",
     ],
 )
-def test_a_file_with_something_for_the_node_or_without_names_is_not_told(file: Path, text: str):
+def test_a_file_with_something_for_the_node_or_without_names_is_not_reported(file: Path, text: str):
     file.write_text(text)
     assert warnings_of(node("camera", str(file))) == []
 
@@ -103,13 +103,13 @@ def test_a_node_whose_name_only_its_program_knows_may_be_meant(file: Path):
     assert warnings_of(node("camera", "p.yaml"), node(None, "p.yaml")) == []
 
 
-def test_a_level_that_is_missing_is_told(file: Path):
+def test_a_level_that_is_missing_is_reported(file: Path):
     file.write_text("talker: {p: 1}\n")
     (warning,) = warnings_of(node("talker", "p.yaml"))
     assert "p.yaml has no 'ros__parameters:', so that /talker cannot read it" in warning
 
 
-def test_a_file_with_substitutions_is_told_by_its_own_name(file: Path):
+def test_a_file_with_substitutions_is_reported_by_its_own_name(file: Path):
     (warning,) = warnings_of(node("camera", ParameterFile("p.yaml", allow_substs=True)))
     assert "the parameter file p.yaml has nothing for /camera" in warning
 
@@ -148,7 +148,7 @@ LATER = {
 
 
 @pytest.mark.parametrize("later", LATER)
-def test_with_more_nodes_to_come_only_what_is_probable_is_told(file: Path, later: str):
+def test_with_more_nodes_to_come_only_what_is_probable_is_reported(file: Path, later: str):
     assert warnings_of(node("camera", "p.yaml"), LATER[later]()) == []
     (warning,) = warnings_of(node("talkr", "p.yaml"), LATER[later]())
     assert "has nothing for /talkr" in warning
@@ -159,7 +159,7 @@ def test_what_starts_nothing_is_not_waited_for(file: Path):
     assert len(warnings_of(node("camera", "p.yaml"), harmless)) == 1
 
 
-def test_the_rest_is_told_when_nothing_more_can_come(file: Path):
+def test_the_rest_is_reported_when_nothing_more_can_come(file: Path):
     timer = TimerAction(period=1.0, actions=[OpaqueFunction(function=lambda context: None)])
     with interpreting([node("camera", "p.yaml"), timer]) as interpreter:
         (call,) = [one for one in interpreter.start() if isinstance(one, model.CallLater)]

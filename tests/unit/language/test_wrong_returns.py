@@ -153,9 +153,9 @@ def test_a_configuration_that_is_set_to_no_text_is_no_fault_of_the_launcher(tmp_
 @pytest.mark.parametrize(
     ("value", "truth"), [("None", "false"), ("'false'", "true"), ("[]", "false")]
 )
-def test_a_condition_that_gives_no_truth_value_is_told(value: str, truth: str, tmp_path: Path):
+def test_a_condition_that_gives_no_truth_value_is_reported(value: str, truth: str, tmp_path: Path):
     definition = own("Condition", "evaluate(self, context)", value)
-    for entry, said in (
+    for entry, name in (
         ("Own()", "Own.evaluate()"),
         (f"Condition(predicate=lambda context: {value})", "<lambda>(), a predicate of Condition,"),
     ):
@@ -163,7 +163,7 @@ def test_a_condition_that_gives_no_truth_value_is_told(value: str, truth: str, t
         (warning,) = plan.warnings
         shown = value.replace('"', "'")
         assert warning.text == (
-            f"{said} returned {shown}, which counts as {truth}; hint: return True or False"
+            f"{name} returned {shown}, which counts as {truth}; hint: return True or False"
         )
         assert [log for log, _ in plan.logs] == (["x"] if truth == "true" else [])
 
@@ -175,7 +175,7 @@ def test_a_truth_value_or_a_number_is_a_condition(value: str, tmp_path: Path):
     assert plan.warnings == ()
 
 
-def test_an_included_file_that_returns_nothing_is_told_with_its_place(tmp_path: Path):
+def test_an_included_file_that_returns_nothing_is_reported_with_its_place(tmp_path: Path):
     included = tmp_path / "included.launch.py"
     included.write_text("def generate_launch_description():\n    pass\n")
     error = planned(tmp_path, "", f"IncludeLaunchDescription({str(included)!r})").error
@@ -205,7 +205,9 @@ class OwnSubstitution(Substitution):
 
 @pytest.mark.parametrize("tag", ["<own_action/>", '<log message="$(own-substitution)"/>'])
 @pytest.mark.parametrize("value", ["None", "5", "cls", "(cls,)", "(cls, None)", "(None, {})"])
-def test_a_parse_method_that_returns_something_else_is_told(tag: str, value: str, tmp_path: Path):
+def test_a_parse_method_that_returns_something_else_is_reported(
+    tag: str, value: str, tmp_path: Path
+):
     markup = tmp_path / "own.launch.xml"
     markup.write_text(f"<launch>\n{tag}\n</launch>\n")
     definition = MARKUP.format(value=value)

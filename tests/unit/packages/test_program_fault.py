@@ -1,4 +1,4 @@
-"""Why a program cannot be executed: what is said, and that the system refuses it, too."""
+"""Why a program cannot be executed: the reason, and that the system refuses it, too."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def is_refused(word: str) -> bool:
 
 @pytest.mark.parametrize("name", FAULTY)
 def test_what_the_system_refuses_is_explained(name: str, monkeypatch: pytest.MonkeyPatch):
-    # The kernel of this machine may have been told to execute other formats.
+    # The kernel of this machine may have handlers for other formats.
     is_other = program_fault._handlers() and name in ("bytes", "machine")
     monkeypatch.setattr(program_fault, "_BINFMT", "/no/such/folder")
     make, text, hint = FAULTY[name]
