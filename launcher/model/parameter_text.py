@@ -72,11 +72,6 @@ def rule(name: str, value: Any) -> str:
     return f"{name}:={text}"
 
 
-def global_rule(name: str, value: Any) -> str:
-    """The word behind `-p` for SetParameter: ROS 2 writes a value as Python does."""
-    return rule(name, value) if isinstance(value, str) else f"{name}:={value}"
-
-
 def value_of(text: str) -> Any:
     """The value of a text of the launch file by YAML's rules; raises yaml.YAMLError."""
     import yaml

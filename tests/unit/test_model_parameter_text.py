@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from launcher.model.parameter_text import (
     ExponentText,
     file_text,
-    global_rule,
     read,
     rule,
     value_of,
@@ -89,8 +88,6 @@ def test_a_rule_has_quotes_only_where_it_needs_them():
     assert rule("a", "0483") == "a:='0483'"
     assert rule("a", "") == "a:=''"
     assert rule("a", [1, 2]) == "a:=- 1\n- 2"
-    assert global_rule("a", "y") == "a:='y'"
-    assert global_rule("a", True) == "a:=True"
 
 
 def test_a_number_without_a_point_is_a_text_that_gets_no_quotes():

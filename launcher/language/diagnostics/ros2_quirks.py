@@ -75,6 +75,15 @@ def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> N
     context._host.warn_quirk(text, origin)
 
 
+def text_is_no_text(context: LaunchContext, name: str, value: str, origin: Origin | None) -> None:
+    """SetParameter passes texts without quotes, and rcl reads a number or something else."""
+    from launcher.model.parameter_text import rule
+
+    if rule(name, value) != f"{name}:={value}":
+        text = f"SetParameter passes '{value}' without quotes: nodes do not get it as a text"
+        context._host.warn_quirk(text, origin)
+
+
 def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
     """A node starts without a parameter file that does not exist."""
     text = f"Parameter file path is not a file: {path}; the node starts without it"

@@ -205,11 +205,9 @@ class Node(ExecuteProcess):
     def _add_global_parameters(self, context: LaunchContext) -> None:
         for parameter in context.launch_configurations.get("global_params", None) or ():
             if isinstance(parameter, tuple):
-                from launcher.model.parameter_text import global_rule
-
-                word = global_rule(*parameter)
-                self._add_words("-p", word)
-                self.__expanded_parameter_arguments.append((word, False))
+                rule = f"{parameter[0]}:={parameter[1]}"
+                self._add_words("-p", rule)
+                self.__expanded_parameter_arguments.append((rule, False))
             else:
                 path = os.path.abspath(parameter)
                 if not os.path.isfile(path):

@@ -22,7 +22,7 @@ from launcher.language.substitution import (
     perform,
     perform_substitutions,
 )
-from launcher.model.parameter_text import global_rule
+from launcher.model.parameter_text import rule
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -113,7 +113,9 @@ class Node:
         words: list[str] = []
         for parameter in evaluate_parameters(context, self.__parameters):
             if isinstance(parameter, Parameter):
-                words += ["-p", global_rule(*parameter.evaluate(context))]
+                name, value = parameter.evaluate(context)
+                is_text = isinstance(value, str)
+                words += ["-p", rule(name, value) if is_text else f"{name}:={value}"]
             elif isinstance(parameter, dict):
                 node = self.__final_node_name or "/**"
                 words += ["--params-file", write_parameters(context, node, parameter)]

@@ -14,6 +14,7 @@ from launcher.language.ros.names import (
     prefix_namespace,
     validate_namespace,
 )
+from launcher.language.ros.parameter_descriptions import ParameterValue
 from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
@@ -96,6 +97,9 @@ class SetParameter(Action):
 
     def execute(self, context: LaunchContext) -> None:
         evaluated = evaluate_parameter_dict(context, self.__param_dict)
+        if isinstance(self.value, ParameterValue) and self.value.value_type is str:
+            for name, text in evaluated.items():
+                ros2_quirks.text_is_no_text(context, name, text, self._origin)
         _shared_list(context, "global_params", self).extend(evaluated.items())
 
 

@@ -66,7 +66,7 @@ def test_arrows_and_digits_choose_a_process(keys: str, name: str):
     [
         ("c-m", "logs robot_1-2"),
         ("s", "stop robot_1-2"),
-        ("k", "kill robot_1-2 -s SIGKILL"),
+        ("k", "kill robot_1-2"),
         ("r", "restart robot_1-2"),
         ("m", "mute robot_1-2"),
         ("o", "solo robot_1-2"),

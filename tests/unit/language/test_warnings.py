@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
 from launcher.language.actions.events import RegisterEventHandler
@@ -13,6 +15,7 @@ from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import RosTimer, TimerAction
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from launcher.language.ros.node import Node
+from launcher.language.ros.parameter_descriptions import ParameterValue
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
 from launcher.model import events as model
 from launcher.planner import make_plan
@@ -87,6 +90,18 @@ def test_a_missing_parameter_file_gives_the_near_name(tmp_path: Path):
     (warning,) = warnings_of(Node(executable="x", parameters=[str(tmp_path / "robto.yaml")]))
 
     assert warning.endswith("the node starts without it; hint: did you mean 'robot.yaml'?")
+
+
+@pytest.mark.parametrize("text", ["0483", "1e5", "y", "nan", "a: b"])
+def test_a_text_that_nodes_do_not_get_as_one_gives_a_warning(text: str):
+    (warning,) = warnings_of(SetParameter("a", ParameterValue(text, value_type=str)))
+
+    assert warning.startswith(f"SetParameter passes '{text}' without quotes")
+
+
+@pytest.mark.parametrize("value", ["text", "12", 12, True, ParameterValue("a", value_type=str)])
+def test_what_nodes_get_as_it_is_gives_none(value: object):
+    assert warnings_of(SetParameter("a", value)) == []
 
 
 def test_a_parameter_that_leaks_out_of_its_group_gives_a_warning():
