@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 
 from launcher.language.diagnostics.truth_values import configurations_in
-from launcher.language.substitution import plain_text
+from launcher.language.substitution import description_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -75,14 +75,4 @@ def _false(action: Any, values: Mapping[str, Any]) -> str:
         for name, value in values.items()
     ]
     given = f" ({', '.join(known)})" if known else ""
-    return f"{_described(action.condition)} of {type(action).__name__}{place}{given}"
-
-
-def _described(condition: Any) -> str:
-    name = getattr(condition, "launch_configuration_name", None)
-    if name is not None:
-        expected = condition.expected_value
-        value = None if expected is None else plain_text(expected) or "..."
-        return f"{type(condition).__name__}({name!r}, {value!r})"
-    text: str = condition.describe()
-    return type(condition).__name__ if "object at 0x" in text else text
+    return f"{description_of(action.condition)} of {type(action).__name__}{place}{given}"

@@ -142,6 +142,11 @@ class LaunchConfigurationEquals(Condition):
     def expected_value(self) -> list[Substitution] | None:
         return self.__expected_value
 
+    def describe(self) -> str:
+        expected = self.__expected_value
+        value = None if expected is None else describe_substitutions(expected)
+        return f"{type(self).__name__}({self.__launch_configuration_name!r}, {value})"
+
     def _predicate_func(self, context: LaunchContext) -> bool:
         name = self.__launch_configuration_name
         expected = self.__expected_value

@@ -11,7 +11,12 @@ from types import ModuleType
 from launcher.language import frontend_registry
 from launcher.language.context import LaunchContext
 from launcher.language.naming import public
-from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.substitution import (
+    describe_substitutions,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    plain_text,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -90,10 +95,15 @@ class LaunchDescriptionSource:
 
     @property
     def location(self) -> str:
-        """The path once it is known, before that its substitutions as a text."""
-        if self.__expanded_location is None:
-            return " + ".join([str(sub) for sub in self.__location])
-        return self.__expanded_location
+        """The path once it is known, before that the description of its substitutions."""
+        if self.__expanded_location is not None:
+            return self.__expanded_location
+        text = plain_text(self.__location)
+        return describe_substitutions(self.__location) if text is None else text
+
+    @property
+    def _is_located(self) -> bool:
+        return self.__expanded_location is not None
 
     @property
     def method(self) -> str:

@@ -157,4 +157,20 @@ def plain_text(subs: Iterable[Substitution]) -> str | None:
 
 def describe_substitutions(subs: Iterable[Substitution]) -> str:
     """The descriptions of the substitutions, joined by plus signs."""
-    return " + ".join([sub.describe() for sub in subs])
+    return " + ".join([description_of(sub) for sub in subs])
+
+
+def description_of(part: Any) -> str:
+    """What a substitution or a condition says of itself, without addresses of objects.
+
+    `describe` of a launch file's own class may fail or say nothing, and some of ROS 2 give
+    addresses of their operands: then the class with its operands, if it has any.
+    """
+    try:
+        text = part.describe()
+    except Exception:
+        text = None
+    if isinstance(text, str) and text.strip() and " object at 0x" not in text:
+        return text
+    name, operands = type(part).__name__, getattr(part, "_operands", None)
+    return f"{name}({', '.join(map(describe_substitutions, operands))})" if operands else name

@@ -23,7 +23,9 @@ from launcher.language.conditions import IfCondition, LaunchConfigurationEquals,
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
 from launcher.language.events import process as process_events
 from launcher.language.substitution import (
+    Substitution,
     describe_substitutions,
+    description_of,
     normalize_to_list_of_substitutions,
     plain_text,
 )
@@ -81,7 +83,7 @@ def condition_text(condition: Any) -> str:
         expected = condition.expected_value
         value = "None" if expected is None else repr(described(expected))
         return f"if {condition.launch_configuration_name} {sign} {value}"
-    return f"if {condition.describe()}"
+    return f"if {description_of(condition)}"
 
 
 def happening(event: Any) -> str:
@@ -137,6 +139,10 @@ def _timer(action: TimerAction) -> str:
     return f"after {period} s" if isinstance(period, float) else f"after {described(period)} s"
 
 
+def _reason(reason: Any) -> str:
+    return described(reason) if isinstance(reason, (Substitution, list)) else str(reason)
+
+
 def _variable(action: Any) -> str:
     return f"environment {described(action.name)} = {described(action.value)}"
 
@@ -156,7 +162,7 @@ _HEADLINES: tuple[tuple[type, Any], ...] = (
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),
     (Log, lambda a: f"log {described(a.msg)}"),
-    (Shutdown, lambda a: f"shutdown: {a.event.reason}"),
+    (Shutdown, lambda a: f"shutdown: {_reason(a.event.reason)}"),
     (EmitEvent, lambda a: f"emit {type(a.event).__name__}"),
     (RegisterEventHandler, lambda a: "event handler"),
     (ExecuteLocal, _program),

@@ -51,11 +51,47 @@ def test_the_document_is_all_that_is_on_standard_output(workspace: Workspace):
         assert text in done.stderr
 
 
-def test_the_document_is_the_same_each_time(workspace: Workspace):
-    file = workspace.write('LogInfo(msg=LaunchConfiguration("x", default="1")),')
-    first, second = (workspace.call("plan", file, "--json").stdout for _ in range(2))
-    assert first == second
-    assert first.startswith("{")
+UNLIKE = """
+DeclareLaunchArgument("a", default_value="no"),
+*[LogInfo(msg="m", condition=IfCondition(value)) for value in (
+    EqualsSubstitution(LaunchConfiguration("a"), "yes"),
+    NotEqualsSubstitution("b", ["b", ""]),
+    AndSubstitution(LaunchConfiguration("a"), OrSubstitution("false", "no")),
+    NotSubstitution("true"),
+    AnySubstitution("false", LaunchConfiguration("a")),
+    IfElseSubstitution(NotSubstitution("true"), "1", "0"),
+    EqualsSubstitution(PathJoinSubstitution(["x", LaunchConfiguration("a")]), "y"),
+    type("Mute", (Substitution,), {"describe": lambda self: "", "perform": lambda *_: "0"})(),
+)],
+LogInfo(msg="m", condition=Condition(predicate=lambda context: False)),
+IncludeLaunchDescription("/no/b.launch.py", condition=IfCondition("0")),
+IncludeLaunchDescription(["/no/", LaunchConfiguration("a")], condition=IfCondition("0")),
+SetEnvironmentVariable("B", EqualsSubstitution(LaunchConfiguration("a"), "b")),
+Node(executable="x", name=EqualsSubstitution("a", "b"), parameters=[{"b": [1, 2]}]),
+"""
+UNLIKE_XML = """<launch>
+<log message="m" if="$(equals $(env HOME) $(and true false))"/>
+<include file="$(dirname)/b.launch.py" if="$(not true)"/>
+<shutdown reason="because $(env HOME)" unless="$(or true 1)"/>
+<timer period="1"><shutdown reason="of $(env HOME)"/></timer>
+</launch>
+"""
+
+
+@pytest.mark.parametrize("kind", ["py", "xml"])
+def test_a_plan_is_the_same_in_every_process(workspace: Workspace, kind: str):
+    more = "from launch import Condition, Substitution; from launch_ros.actions import Node"
+    workspace.HEAD = f"{more}{Workspace.HEAD}"
+    file = workspace.write(UNLIKE)
+    if kind == "xml":
+        file = file.with_suffix(".xml")
+        file.write_text(UNLIKE_XML)
+    for words in [(), ("--json",)]:
+        seeds = ("1", "2", "3")
+        plans = [workspace.call("plan", file, *words, PYTHONHASHSEED=seed) for seed in seeds]
+        assert len({one.stdout for one in plans}) == 1
+        assert "object at" not in plans[0].stdout + plans[0].stderr
+        assert plans[0].returncode == 0
 
 
 def test_a_failing_file_gives_a_document_with_the_error_and_exit_code_0(workspace: Workspace):

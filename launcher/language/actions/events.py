@@ -15,6 +15,7 @@ from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
+    perform,
     perform_substitutions,
 )
 
@@ -60,7 +61,11 @@ class Shutdown(EmitEvent):
         if isinstance(event, ProcessExited):
             text = f"process[{event.process_name}] was required: shutting down launched system"
             context._host.log("launch", "INFO", text)
-        super().execute(context)
+        reason = getattr(self.event, "reason", None)
+        if isinstance(reason, (Substitution, list)):  # of XML and YAML; the event has a text
+            context.emit_event_sync(ShutdownEvent(reason=perform(context, reason)))
+        else:
+            super().execute(context)
 
 
 _LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL", "WARN", "FATAL")

@@ -95,8 +95,8 @@ class IncludeLaunchDescription(Action):
             return self.launch_description_source.get_launch_description(context)
         except Exception as error:
             path = self._get_launch_file()
-            location = self.launch_description_source.location
-            if not os.path.lexists(path) and " object at 0x" not in location:
+            is_located = self.launch_description_source._is_located
+            if is_located and " object at 0x" not in path and not os.path.lexists(path):
                 # Imported only for an error.
                 from launcher.language.diagnostics.includes import explain_missing
 

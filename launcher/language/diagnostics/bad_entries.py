@@ -237,6 +237,8 @@ def shown(item: Any) -> str:
         return f"a {type(item).__name__}"
     if isinstance(item, (list, tuple, set)) and any(map(is_entity, item)):
         return f"a {type(item).__name__} of actions"
+    if repr(item) == object.__repr__(item):  # which gives an address
+        return f"a {type(item).__module__}.{type(item).__qualname__}"
     short = reprlib.Repr()
     short.maxother = short.maxstring = 60
     return short.repr(item)

@@ -47,8 +47,7 @@ def add_source(error: Any, context: LaunchContext, expression: Any, value: str) 
     near = near_truth(value)
     if not known:
         source = describe_substitutions(expression)
-        is_clear = source.lower() != f"'{value}'" and "object at 0x" not in source
-        parts = [f"{source} is '{value}'"] if is_clear else []
+        parts = [f"{source} is '{value}'"] if source.lower() != f"'{value}'" else []
         error._launcher_hint = (
             "; ".join([*parts, *([f"did you mean {near}?"] if near else [])]) or None
         )

@@ -54,6 +54,10 @@ class OneValue(Substitution):
 class NotSubstitution(OneValue):
     """The opposite of a truth value."""
 
+    @property
+    def _operands(self) -> list[list[Substitution]]:
+        return [self.value]
+
     def describe(self) -> str:
         return f"NotSubstitution({self.value})"
 
@@ -76,6 +80,10 @@ class _TwoSided(Substitution):
     @property
     def right(self) -> list[Substitution]:
         return self.__right
+
+    @property
+    def _operands(self) -> list[list[Substitution]]:
+        return [self.left, self.right]
 
     def describe(self) -> str:
         return f"{type(self).__name__}({self.left} {self.right})"
@@ -111,6 +119,10 @@ class _ManySided(Substitution):
     @property
     def args(self) -> list[list[Substitution]]:
         return self.__args
+
+    @property
+    def _operands(self) -> list[list[Substitution]]:
+        return self.args
 
     def describe(self) -> str:
         return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"

@@ -30,6 +30,7 @@ from launcher.language.events.launch import Shutdown as ShutdownEvent
 from launcher.language.events.launch import matches_action
 from launcher.language.events.process import ProcessStdin, ShutdownProcess, SignalProcess
 from launcher.language.ros.node import Node
+from launcher.language.substitution import TextSubstitution
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.model import events as model
 from launcher.model.spec import RestartMode
@@ -177,6 +178,12 @@ def test_shutdown_in_the_list_starts_none_of_its_processes():
             "no process was started, since the launch file requests a shutdown: enough"
         ]
         assert shutdown == model.RequestShutdown(reason="enough")
+
+
+def test_the_reason_of_a_shutdown_may_be_substitutions():
+    reason = [TextSubstitution(text="no "), LaunchConfiguration("what", default="map")]
+    with interpreting([process(), Shutdown(reason=reason)]) as interpreter:
+        assert interpreter.start()[-1] == model.RequestShutdown(reason="no map")
 
 
 @pytest.mark.parametrize("noninteractive", [False, True])

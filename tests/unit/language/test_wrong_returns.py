@@ -125,7 +125,11 @@ def test_no_value_of_a_function_makes_a_fault_of_the_launcher(entry: str, tmp_pa
         ("['a']", "['a']", "return a text"),
         ("3", "3", "write 'return str(...)'"),
         ("pathlib.Path('/a')", "PosixPath('/a')", "write 'return str(...)'"),
-        ("LaunchConfiguration('a')", "<launch", "write 'return ....perform(context)'"),
+        (
+            "LaunchConfiguration('a')",
+            "a launch.substitutions.launch_configuration.LaunchConfiguration",
+            "write 'return ....perform(context)'",
+        ),
     ],
 )
 def test_a_substitution_that_gives_no_text_is_named_with_its_line(
