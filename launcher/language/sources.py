@@ -205,10 +205,15 @@ def get_launch_description_from_python_launch_file(
     module = load_python_launch_file_as_module(python_launch_file_path)
     function = getattr(module, _REQUIRED, None)
     if function is None:
-        raise InvalidPythonLaunchFileError(
-            f"launch file at '{os.fsdecode(python_launch_file_path)}' does not contain the "
-            f"required function '{_REQUIRED}()'"
+        path = os.fsdecode(python_launch_file_path)
+        error = InvalidPythonLaunchFileError(
+            f"launch file at '{path}' does not contain the required function '{_REQUIRED}()'"
         )
+        # Imported only for an error.
+        from launcher.language.diagnostics import hints, launch_tests
+
+        hints.attach(error, **launch_tests.details(module, path))
+        raise error
     description: LaunchDescription = function()
     return description
 

@@ -11,6 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+_TOP_NAMES = ("launch", "launch_ros")
 # Modules that launch files import from, the most usual one of a name first.
 _MODULES = (
     "launch",
@@ -64,25 +65,36 @@ def _names_of(module: str) -> tuple[str, ...]:
 
 
 def _module_hint(name: str) -> str:
-    import pkgutil
-
     package, _, last = name.rpartition(".")
-    if package.partition(".")[0] in ("launch", "launch_ros"):
+    if package.partition(".")[0] in _TOP_NAMES:
         written = _from_import(last)
         near = suggest(name, list(_known_modules()))
         if written is not None:
             return written
         if near is not None:
             return f"did you mean '{near}'?"
+    from launcher.language.diagnostics import launch_tests
+
     top = name.partition(".")[0]
-    near = did_you_mean(top, [module.name for module in pkgutil.iter_modules()])
+    if top in launch_tests.PROGRAMS:
+        return launch_tests.how_to_run(top)
+    near = did_you_mean(top, _importable(top))
     return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
+
+
+def _importable(name: str) -> list[str]:
+    """Modules that may be meant by a name: private ones, and the launcher, are not."""
+    import pkgutil
+
+    found = [module.name for module in pkgutil.iter_modules()]
+    public = [one for one in found if one != "launcher" and not one.startswith("_")]
+    return [*_TOP_NAMES, *(found if name.startswith("_") else public)]
 
 
 def _known_modules() -> Iterator[str]:
     import pkgutil
 
-    for top in ("launch", "launch_ros"):
+    for top in _TOP_NAMES:
         path = getattr(importlib.import_module(top), "__path__", ())
         for module in pkgutil.iter_modules(path, f"{top}."):
             yield module.name
