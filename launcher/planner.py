@@ -19,6 +19,7 @@ from pathlib import Path
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
+from launcher.language.configurations import ROS_NAMES
 from launcher.model import events as model
 from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
@@ -88,6 +89,7 @@ class Plan:
         self.switched_off: tuple[ProcessSpec, ...] = ()
         self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
+        self.reads_arguments = False  # of the command line, by itself
         self.absorbed: frozenset[str] = frozenset()  # none of their own, since composed with others
         self.start_rules: tuple[StartRule, ...] = ()  # of a supervision file
         # For the analysis of errors.
@@ -101,8 +103,6 @@ class Plan:
 
         Contains ALL_NAMES if the launch file reads all configurations.
         """
-        from launcher.language.diagnostics.includes import ROS_NAMES
-
         listed = [argument.name for argument in self.arguments or ()]
         return frozenset([*listed, *self.declared, *self.names_read, *ROS_NAMES])
 
@@ -118,10 +118,11 @@ def make_plan(
     arguments = list(arguments)
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
-    with vocabulary(words), contextlib.redirect_stdout(sys.stderr):
+    with vocabulary(words) as session, contextlib.redirect_stdout(sys.stderr):
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments, with_scopes)
+        plan.reads_arguments = session.reads_arguments
     return plan
 
 
@@ -199,7 +200,6 @@ class _VirtualTime:
         interpreter.host.trace = self._trace
         self._plan.visits = self._trace.roots
         try:
-            self._list_arguments(description)
             interpreter.begin()
             self._run_timers()
             self._plan.declared = dict(interpreter.host.declared_values)
@@ -207,6 +207,7 @@ class _VirtualTime:
             interpreter.host.judge_parameter_files(lambda: False)
         finally:
             interpreter.close()
+        self._list_arguments(description)  # those of files that were not loaded, too
         if interpreter.failure is not None:
             self._plan.error = plan_error(interpreter.failure, "run", self._phase)
 

@@ -283,7 +283,9 @@ def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
     if unknown and plan.description is not None and not request.lenient:
         with stdout_to_stderr():
             known = known_names(plan)
-        errors += mistakes.unknown_names(request.arguments, known, plan.declared)
+        errors, warnings = mistakes.unknown_names(request.arguments, known, plan.declared)
+        for warning in warnings:
+            print(f"warning: {warning}", file=sys.stderr)
     if plan.error is not None:
         if plan.error.phase == "exit" and not plan.error.fault.hint:
             plan.error.fault.hint = "this happens later, when a process has ended"

@@ -378,8 +378,7 @@ class Supervisor:
     def start(self, effect: StartProcess) -> None:
         number = len(self._processes)
         spec = adapted(effect.spec, self._options)
-        if self._fleet is not None and (host := self._fleet.skipped(spec)):
-            self._log.log("WARNING", spec.name, f"not started: {host} is skipped")
+        if self._fleet is not None and self._fleet.refuses(spec):
             self._core_driver.not_started(effect.process_id, errno.ECANCELED)
             return
         prefix = self._screen.prefix(spec, number)

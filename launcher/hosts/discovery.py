@@ -114,25 +114,44 @@ def wire(
     known: Collection[str] = (),
     *,
     domain: str = "",
+    without: dict[str, UsageError] | None = None,
 ) -> Wiring:
     """Find the addresses that the mode needs. UsageError if there is none.
 
     `hosts` are those of the run; a server on others that are `known` is left out. `domain` is
-    ROS_DOMAIN_ID: runs on different domains shall have different servers.
+    ROS_DOMAIN_ID: runs on different domains shall have different servers. With a dictionary
+    `without`, a host that has no address and no server is left out, and named there with the error.
     """
     if discovery.mode is None:
         return Wiring()
     if discovery.mode is DiscoveryMode.MULTICAST:
         return Wiring(mode=discovery.mode)
-    addresses = {host.name: address_of(host) for host in hosts}
+    addresses, own = _addresses(discovery, hosts, without)
     return Wiring(
         mode=discovery.mode,
         addresses=addresses,
-        own={name: own_address(address) for name, address in addresses.items()},
+        own=own,
         servers=_servers(discovery, addresses, known, usual_port(domain))
         if discovery.mode is DiscoveryMode.SERVER
         else (),
     )
+
+
+def _addresses(
+    discovery: Discovery, hosts: Sequence[Host], without: dict[str, UsageError] | None
+) -> tuple[dict[str, str], dict[str, str]]:
+    """(the address of each host, that of this machine on the way to it)."""
+    addresses, own = {}, {}
+    for host in hosts:
+        try:
+            address = address_of(host)
+            addresses[host.name], own[host.name] = address, own_address(address)
+        except UsageError as error:
+            if without is None or host.name in (discovery.server, discovery.backup):
+                raise
+            addresses.pop(host.name, None)
+            without[host.name] = error
+    return addresses, own
 
 
 def _servers(

@@ -26,10 +26,12 @@ class Component(Record):
 class Candidates(Record):
     """What a launch file would start: `specs`, and `off`, what conditions keep away.
 
-    `is_complete`: nothing else can be started.
+    Of those that come `later`, only what could be known before is known. `is_complete`: nothing
+    else can be started.
     """
 
     specs: tuple[ProcessSpec, ...]
+    later: tuple[ProcessSpec, ...] = ()
     off: tuple[ProcessSpec, ...] = ()
     components: tuple[Component, ...] = ()
     is_complete: bool = True
@@ -77,11 +79,13 @@ class Placement:
 
     def check(self, candidates: Candidates) -> Findings:
         """What is wrong with the rules, for what a launch file would start."""
-        errors = list(self._conflicts(candidates.specs))
+        errors = list(self._conflicts((*candidates.specs, *candidates.later)))
         warnings: list[str] = []
         remarks: list[str] = []
         for rule, pattern in self._rules:
             if any(pattern.rank(spec) is not None for spec in candidates.specs):
+                continue
+            if any(_may_match(pattern, spec) for spec in candidates.later):
                 continue
             off = [spec for spec in candidates.off if _may_match(pattern, spec)]
             if off:
@@ -89,7 +93,7 @@ class Placement:
             elif pattern.rank(_ANY_NODE) in (Rank.ALL, Rank.ALL_NODES):
                 warnings.append(f"{rule.where}: '{rule.pattern}' matches nothing here")
             elif not candidates.is_complete:
-                text = "matches nothing that a plan can foresee; functions may start more"
+                text = "matches nothing that can be foreseen; functions may start more"
                 warnings.append(f"{rule.where}: '{rule.pattern}' {text}")
             else:
                 errors.append(_no_match(rule, pattern, candidates))
@@ -172,7 +176,8 @@ def _no_match(rule: Rule, pattern: Pattern, candidates: Candidates) -> UsageErro
             message = f"'{rule.pattern}' is a component, which runs where its container does"
             hint = f"place the container: '{component.container}: {rule.host}'"
             return _error(rule, message, hint)
-    return _error(rule, f"'{rule.pattern}' matches no process", _hint(pattern, candidates.specs))
+    known = (*candidates.specs, *candidates.later)
+    return _error(rule, f"'{rule.pattern}' matches no process", _hint(pattern, known))
 
 
 def _as_node(component: Component) -> ProcessSpec:

@@ -13,6 +13,7 @@ from launcher.language import session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
 from launcher.language.class_tools import is_a_subclass, is_iterable
+from launcher.language.configurations import ALL_NAMES, ROS_NAMES
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
@@ -109,6 +110,12 @@ class Interpreter:
     def warnings(self) -> Sequence[Quirk]:
         """Warnings about the launch file so far, each once."""
         return tuple(self.host.quirks)
+
+    @property
+    def unused_arguments(self) -> list[str]:
+        """The arguments that nothing has declared or read so far."""
+        used = {*self.host.declared_values, *self.host.names_read, *ROS_NAMES}
+        return [] if ALL_NAMES in used else [name for name in self.arguments if name not in used]
 
     @property
     def may_start_more(self) -> bool:
@@ -238,9 +245,9 @@ class Interpreter:
     def _accept(self, event: model.Event) -> None:
         match event:
             case model.TimerFired(timer_id=timer_id):
-                callback = self.host.timers.pop(timer_id, None)
-                if callback is not None:
-                    callback()
+                timer = self.host.timers.pop(timer_id, None)
+                if timer is not None:
+                    timer.callback()
             case model.TimerLost(timer_id=timer_id, reason=reason):
                 if self.host.timers.pop(timer_id, None) is not None:
                     self.host.log("launch", "ERROR", f"a timer never fires: {reason}")

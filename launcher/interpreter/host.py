@@ -41,6 +41,17 @@ class Process:
         self.active = True
 
 
+class PendingTimer:
+    """A requested timer; `action` is the one of the launch file that has requested it, if any."""
+
+    __slots__ = ("action", "callback", "delay_s")
+
+    def __init__(self, delay_s: float, callback: Callable[[], None], action: Any) -> None:
+        self.delay_s = delay_s
+        self.callback = callback
+        self.action = action
+
+
 class Quirk(Record):
     """A warning about surprising behaviour copied from ROS 2, and its place."""
 
@@ -69,7 +80,7 @@ class RunHost:
         self.answers: deque[model.Event] = deque()
         self.steps: deque[Callable[[], None]] = deque()
         self.processes: dict[int, Process] = {}
-        self.timers: dict[int, Callable[[], None]] = {}
+        self.timers: dict[int, PendingTimer] = {}
         self.waiting: dict[int, Callable[[Any], None]] = {}
         self.lifecycle_watchers: dict[str, list[Callable[[Any], None]]] = {}
         self.generated: dict[str, Any] = {}
@@ -187,9 +198,10 @@ class RunHost:
         *,
         outlives_shutdown: bool = False,
         on_ros_clock: bool = False,
+        action: Any = None,
     ) -> int:
         timer_id = self._new_id()
-        self.timers[timer_id] = callback
+        self.timers[timer_id] = PendingTimer(delay_s, callback, action)
         self.request(model.CallLater(timer_id, delay_s, outlives_shutdown, on_ros_clock))
         return timer_id
 
@@ -251,13 +263,17 @@ class RunHost:
         self._files_of_nodes.add_component(path, node, origin)
 
     def load_component(
-        self, request: Any, done: Callable[[Any], None], origin: Origin | None = None
+        self,
+        request: Any,
+        done: Callable[[Any], None],
+        origin: Origin | None = None,
+        rest: tuple[Any, ...] = (),
     ) -> None:
         self._names_of_nodes.add_component(request, origin)
         request_id = self._new_id()
         self.waiting[request_id] = done
         place = "the launch file" if origin is None else str(origin)
-        self.request(model.LoadComponent(request_id, request, place))
+        self.request(model.LoadComponent(request_id, request, place, rest))
 
     def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
         request_id = self._new_id()

@@ -9,6 +9,7 @@ result is a `Reload`.
 from __future__ import annotations
 
 import errno
+import functools
 import heapq
 import itertools
 import os
@@ -32,8 +33,7 @@ class Replay:
     """One evaluation.
 
     `done` are the requests to ROS nodes that the run has made, `said` its messages. `adapt` applies
-    the options of the run to a spec. The containers `stale` are restarted, since their nodes have
-    changed.
+    the options of the run to a spec.
     """
 
     def __init__(
@@ -45,15 +45,14 @@ class Replay:
         said: Collection[model.LogMessage],
         adapt: Callable[[ProcessSpec], ProcessSpec],
         numbered: int,
-        stale: Collection[str] = (),
     ) -> None:
         self._interpreter = interpreter
         self._left = list(known)
+        self._known = {one.process_id: one for one in known}
         self._done = done
         self._said = said
         self._adapt = adapt
         self._numbered = numbered
-        self._stale = stale
         self._kept: list[Kept] = []
         self._effects: list[model.Effect] = []
         self._after: dict[int, list[model.Effect]] = {}
@@ -61,8 +60,10 @@ class Replay:
         self._queue: list[tuple[float, int, model.Event]] = []
         self._sequence = itertools.count()
         self._elapsed_s = 0.0
-        self.loads: list[model.LoadRequest] = []
+        self._loads: list[model.LoadComponent] = []
         self.repeated: list[model.Effect] = []  # what the run has done already
+        # Containers that are restarted, and whose start the interpreter has been told.
+        self.started: set[int] = set()
 
     def run(self, elapsed_s: float) -> Reload:
         """Evaluate up to this time since the start of the run; LaunchFileError."""
@@ -78,6 +79,7 @@ class Replay:
         host.shutdown_filter = lambda event: True
         self._interpreter.stay_while(lambda: False)
         host.numbered = self._numbered
+        self._restart_containers()
         for timer_id, (due_s, effect) in self._timers.items():
             if timer_id in host.timers:
                 self._effects.append(replace(effect, delay_s=max(0.0, due_s - elapsed_s)))
@@ -136,8 +138,6 @@ class Replay:
         planned = replace(effect.spec, name=known.name)
         spec = self._adapt(planned)
         changes = differences(known.spec, comparable(spec))
-        if full_node_name(spec.argv) in self._stale:
-            changes.append("components")
         if known.is_edited:
             changes.append("files")
         postponed: list[str] = []
@@ -162,7 +162,7 @@ class Replay:
 
     def _restarting(self, node: str) -> int | None:
         """The process of this node, if it is restarted."""
-        node = f"/{node.lstrip('/')}"
+        node = _absolute(node)
         for one in self._kept:
             if needs_restart(one.changes) and full_node_name(one.spec.argv) == node:
                 return one.process_id
@@ -171,7 +171,7 @@ class Replay:
     def _is_done(self, request: Requests, node: str) -> bool:
         if request not in self._done or self._restarting(node) is not None:
             return False
-        return any(full_node_name(one.spec.argv) == f"/{node.lstrip('/')}" for one in self._kept)
+        return any(full_node_name(one.spec.argv) == _absolute(node) for one in self._kept)
 
     def _send(self, effect: model.Effect, node: str) -> None:
         process_id = self._restarting(node)
@@ -183,7 +183,7 @@ class Replay:
     def _load(
         self, effect: model.LoadComponent, load: model.LoadRequest, request_id: int, now_s: float
     ) -> None:
-        self.loads.append(load)
+        self._loads.append(effect)
         if not self._is_done(load, load.container):
             self._send(effect, load.container)
             return
@@ -202,17 +202,70 @@ class Replay:
         for label, start, goal in transition_steps(change.transition_id):
             self._at(now_s, model.TransitionSeen(change.node, label, start, goal))
 
+    # ---- containers whose nodes have changed
 
-def stale_containers(
-    before: Sequence[model.LoadRequest], replay: Replay, reload: Reload
-) -> set[str]:
-    """The full names of containers that run on, and whose nodes are not the same any more.
+    def _restart_containers(self) -> None:
+        """Restart containers that run on although their nodes are not the same any more.
 
-    A container is restarted then, and loads all of them again.
-    """
-    changed = [one for one in before if one not in replay.loads]
-    changed += [one for one in replay.loads if one not in before]
-    running = {
-        full_node_name(one.spec.argv) for one in reload.kept if not needs_restart(one.changes)
-    }
-    return {f"/{one.container.lstrip('/')}" for one in changed} & {name for name in running if name}
+        That is known only now, when the interpreter has taken their nodes for loaded: they are
+        loaded again, all of them, when the container runs.
+        """
+        stale = self._stale_containers()
+        for index, kept in enumerate(self._kept):
+            if full_node_name(kept.spec.argv) not in stale:
+                continue
+            known = self._known[kept.process_id]
+            if known.is_debugged:
+                postponed = (*kept.postponed, "components")
+                self._kept[index] = replace(kept, spec=known.spec.spec, postponed=postponed)
+                continue
+            self._kept[index] = replace(kept, changes=(*kept.changes, "components"))
+            if known.has_started and not known.is_stopped:
+                self.started.add(kept.process_id)
+            self._repeat_after(kept.process_id, str(full_node_name(kept.spec.argv)))
+
+    def _stale_containers(self) -> set[str]:
+        """Their full names."""
+        before = [one for one in self._done if isinstance(one, model.LoadRequest)]
+        now = [effect.request for effect in self._loads]
+        changed = [one for one in before if one not in now]
+        changed += [one for one in now if one not in before]
+        running = {
+            full_node_name(one.spec.argv) for one in self._kept if not needs_restart(one.changes)
+        }
+        return {_absolute(one.container) for one in changed} & {name for name in running if name}
+
+    def _repeat_after(self, process_id: int, node: str) -> None:
+        """Send the requests to this node when its process has been restarted."""
+        again = [
+            one
+            for one in (*self.repeated, *self._effects)
+            if isinstance(one, (model.LoadComponent, model.ChangeState)) and _node_of(one) == node
+        ]
+        self.repeated = [one for one in self.repeated if one not in again]
+        self._effects = [one for one in self._effects if one not in again]
+        again.sort(key=lambda one: one.request_id)
+        self._after.setdefault(process_id, []).extend(again)
+        waiting = self._interpreter.host.waiting
+        for one in again:
+            if isinstance(one, model.LoadComponent):
+                waiting.setdefault(one.request_id, functools.partial(self._loaded, one.request))
+
+    def _loaded(self, load: model.LoadRequest, answer: model.ComponentLoaded) -> None:
+        """The answer about a node that the interpreter takes for loaded."""
+        if answer.error is not None:
+            text = (
+                f"Failed to load node '{load.name}' of type '{load.plugin}' again: {answer.error}"
+            )
+            self._interpreter.host.log("launch", "ERROR", text)
+
+
+def _absolute(node: str) -> str:
+    return f"/{node.lstrip('/')}"
+
+
+def _node_of(effect: model.LoadComponent | model.ChangeState) -> str:
+    """The node that a request is for."""
+    if isinstance(effect, model.LoadComponent):
+        return _absolute(effect.request.container)
+    return _absolute(effect.request.node)

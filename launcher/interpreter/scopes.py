@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.interpreter.switched_off import Search, described_scope
+from launcher.interpreter.unvisited import Search, described_scope, handler_entities
 from launcher.language.actions.events import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteLocal
@@ -93,9 +93,14 @@ class Scopes:
         """The condition of the action being visited was false."""
         parent = self._path[-1].parent if self._path else None
         outer = () if parent is None else parent.scopes
-        search = Search(self._context, outer)
-        self.off += search.processes(action)
+        search = Search(self._context)
+        self.off += [one.spec for one in search.processes([action], outer)]
         self.is_off_complete &= search.is_complete
+
+    def around_later(self, entity: Any) -> tuple[Scope, ...]:
+        """The scopes of an entity of a timer or an event handler."""
+        known = self._later.get(id(entity))
+        return known[1].scopes if known else ()
 
     def _begin_push(self, level: Level | None) -> None:
         while level is not None and not isinstance(level.entity, GroupAction):
@@ -120,10 +125,3 @@ def _deferred(entity: Any) -> Iterable[Any]:
     if isinstance(entity, RegisterEventHandler):
         return handler_entities(entity.event_handler)
     return entity.get_sub_entities() if isinstance(entity, ExecuteLocal) else ()
-
-
-def handler_entities(handler: Any) -> list[Any]:
-    """Entities of a handler that are known before it is called."""
-    at_shutdown = vars(handler).get("_OnShutdown__on_shutdown")
-    more = at_shutdown if isinstance(at_shutdown, list | tuple) else ()
-    return [*handler.describe()[1], *more]

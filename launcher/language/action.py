@@ -30,6 +30,8 @@ def holds(condition: Condition, context: LaunchContext) -> bool:
 class Action(LaunchDescriptionEntity):
     """Base of all actions; subclasses override `execute`."""
 
+    _was_executed = False  # in this run
+
     def __init__(self, *, condition: Condition | None = None) -> None:
         self.__condition = condition
 
@@ -52,6 +54,7 @@ class Action(LaunchDescriptionEntity):
         if self.__condition is not None and not holds(self.__condition, context):
             context._host.skipped(self)
             return None
+        self._was_executed = True
         try:
             below: list[LaunchDescriptionEntity] | None = self.execute(context)
             return below

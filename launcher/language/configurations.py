@@ -16,6 +16,14 @@ else:
 
 _ABSENT = object()
 ALL_NAMES = "*"  # recorded when a launch file reads all of them
+# ROS 2 reads these for every launch file.
+ROS_NAMES = (
+    "emulate_tty",
+    "launch-prefix",
+    "launch-prefix-filter",
+    "sigkill_timeout",
+    "sigterm_timeout",
+)
 
 
 class Configurations(_Table):

@@ -6,7 +6,8 @@ import os
 from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
 
-from launcher.language.configurations import ALL_NAMES, Configurations
+from launcher.language import session
+from launcher.language.configurations import Configurations
 from launcher.language.naming import public
 from launcher.language.session import replace_environment
 
@@ -82,7 +83,7 @@ class LaunchContext:
     @property
     def argv(self) -> Any:
         """The words `name:=value` of the command line."""
-        self._host.configuration_read(ALL_NAMES)
+        session.current().note_arguments_read()
         return self.__argv
 
     @property

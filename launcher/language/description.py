@@ -66,8 +66,14 @@ class LaunchDescription(LaunchDescriptionEntity):
         self, conditional_inclusion: bool = False
     ) -> list[tuple[DeclareLaunchArgument, list[Any] | None]]:
         """(argument, the includes that lead to it); the first declaration of a name counts."""
-        found = _ArgumentSearch()
-        found.search(self, self.entities, conditional=conditional_inclusion, includes=None)
+        return self._declarations(conditional=conditional_inclusion, loads=True)
+
+    def _declarations(
+        self, *, conditional: bool = False, loads: bool
+    ) -> list[tuple[DeclareLaunchArgument, list[Any] | None]]:
+        """As above; without `loads`, of files that have been loaded already."""
+        found = _ArgumentSearch(loads=loads)
+        found.search(self, self.entities, conditional=conditional, includes=None)
         return list(found.found.values())
 
     @property
@@ -90,9 +96,13 @@ class LaunchDescription(LaunchDescriptionEntity):
 
 
 class _ArgumentSearch:
-    """Collects declarations in the order of the description, each name once."""
+    """Collects declarations in the order of the description, each name once.
 
-    def __init__(self) -> None:
+    Without `loads` it does not enter includes whose file was not loaded yet.
+    """
+
+    def __init__(self, *, loads: bool) -> None:
+        self._loads = loads
         self.found: dict[str, tuple[DeclareLaunchArgument, list[Any] | None]] = {}
         self._enclosing: list[Origin] = []  # of the descriptions being searched
 
@@ -120,6 +130,8 @@ class _ArgumentSearch:
             if meaning == "declares":
                 self._add(entity, conditional, includes)
             below = includes
+            if meaning == "includes" and not self._enters(entity):
+                continue
             if meaning == "includes":
                 # One list for all nested includes of a branch, as in ROS 2.
                 below = [] if includes is None else includes
@@ -134,6 +146,9 @@ class _ArgumentSearch:
             self.search(entity, known, conditional=False, includes=below)
             for conditionals in _conditionals(entity):
                 self.search(entity, conditionals, conditional=True, includes=below)
+
+    def _enters(self, include: Any) -> bool:
+        return self._loads or include.launch_description_source._loaded is not None
 
     def _search_description(
         self, description: LaunchDescription, includes: list[Any] | None

@@ -44,10 +44,12 @@ if TYPE_CHECKING:
             *,
             outlives_shutdown: bool = False,
             on_ros_clock: bool = False,
+            action: Any = None,
         ) -> int:
             """Call `callback` after `delay_s` seconds; the result is for `cancel_call`.
 
-            If it outlives a shutdown, the run does not end before.
+            If it outlives a shutdown, the run does not end before. `action` is the timer of the
+            launch file, if it is one.
             """
 
         def cancel_call(self, timer_id: int) -> None:
@@ -87,9 +89,16 @@ if TYPE_CHECKING:
             """A component with this full name gets a parameter file; None: it is not known."""
 
         def load_component(
-            self, request: Any, done: Callable[[Any], None], origin: Origin | None = None
+            self,
+            request: Any,
+            done: Callable[[Any], None],
+            origin: Origin | None = None,
+            rest: tuple[Any, ...] = (),
         ) -> None:
-            """Ask a container to load a node, described at `origin`; `done` gets the answer."""
+            """Ask a container to load a node, described at `origin`; `done` gets the answer.
+
+            `rest` are those that will follow.
+            """
 
         def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
             """Ask a lifecycle node for a transition; `done` gets the answer event."""
@@ -118,7 +127,7 @@ class NullHost:
     def process_of(self, action: Any) -> int | None:
         return None
 
-    def call_later(self, delay_s: float, callback: Callable[[], None], **options: bool) -> int:
+    def call_later(self, delay_s: float, callback: Callable[[], None], **options: Any) -> int:
         return 0
 
     def asyncio_loop(self) -> Any:

@@ -56,7 +56,8 @@ class Session:
     `environment` is that of the call: launch files change `os.environ` already while they are
     loaded. `sink` takes messages while an interpreter runs; `pending` keeps earlier
     ones for it. `warn` does the same for warnings with a place, each once. `modules` are those that
-    were imported before any launch file.
+    were imported before any launch file. `reads_arguments`: the launch file has looked at the words
+    of the command line itself.
     """
 
     def __init__(self, *, is_script: bool = False) -> None:
@@ -67,6 +68,7 @@ class Session:
         self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
         self.modules = frozenset(sys.modules)
+        self.reads_arguments = False
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
@@ -88,6 +90,9 @@ class Session:
             self.pending.append(((logger, level, text), {"sink": sink, "line": line}))
         else:
             self.sink(logger, level, text, sink=sink, line=line)
+
+    def note_arguments_read(self) -> None:
+        self.reads_arguments = True
 
     def forget_log_dir(self) -> None:
         """Make another folder for the next run, unless the script has set one."""

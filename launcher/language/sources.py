@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from launcher.language.description import LaunchDescription
     from launcher.language.some_types import FilePath
+    from launcher.language.substitution import Substitution
 
 
 _MODULE_NAME = "python_launch_file"  # `__name__` of launch files
@@ -54,6 +55,28 @@ class InvalidLaunchFileError(Exception):
         return self._error_message
 
 
+class _Early:
+    """A description that was loaded before its visit, with what its file could see then."""
+
+    def __init__(self, location: str, description: LaunchDescription) -> None:
+        self._seen = self._surroundings(location)
+        self.location = location
+        self.description = description
+
+    def is_valid(self, location: str) -> bool:
+        """Whether loading this file now would give the same."""
+        return location == self.location and self._seen == self._surroundings(location)
+
+    @staticmethod
+    def _surroundings(location: str) -> tuple[object, ...]:
+        try:
+            found = os.stat(location)
+            state = (found.st_ino, found.st_size, found.st_mtime_ns)
+        except OSError:
+            state = None
+        return state, dict(os.environ), os.getcwd()
+
+
 @public("launch.launch_description_source")
 class LaunchDescriptionSource:
     """A launch description and its origin; loaded once, on first use."""
@@ -65,26 +88,42 @@ class LaunchDescriptionSource:
         method: str = "unspecified mechanism from a script",
     ) -> None:
         self.__launch_description = launch_description
+        self.__early: _Early | None = None
         self.__expanded_location: str | None = None
         self.__location = normalize_to_list_of_substitutions(location)
         self.__method = method
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """The description if it can be loaded with an empty context, else None; not cached."""
-        if self.__launch_description is not None:
-            return self.__launch_description
+        """The description if it can be loaded with an empty context, else None."""
         try:
-            location = perform_substitutions(LaunchContext(), self.__location)
-            return self._get_launch_description(location)
+            return self._load_early(LaunchContext())
         except Exception:  # an attempt: errors are reported when it is visited
             return None
+
+    def _load_early(self, context: LaunchContext) -> LaunchDescription:
+        """The description, for a search; the visit takes it unless it would load another one."""
+        if self.__launch_description is not None:
+            return self.__launch_description
+        location = perform_substitutions(context, self.__location)
+        if self.__early is None or self.__early.location != location:
+            self.__early = _Early(location, self._get_launch_description(location))
+        return self.__early.description
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
         """The description; raises what its loading raises."""
         if self.__expanded_location is None:
             self.__expanded_location = perform_substitutions(context, self.__location)
         if self.__launch_description is None:
-            self.__launch_description = self._get_launch_description(self.__expanded_location)
+            location, early = self.__expanded_location, self.__early
+            if early is not None and early.is_valid(location):
+                self.__launch_description = early.description
+            else:
+                self.__launch_description = self._get_launch_description(location)
+        return self.__launch_description
+
+    @property
+    def _loaded(self) -> LaunchDescription | None:
+        """The description if it was loaded by a visit, or given."""
         return self.__launch_description
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
@@ -100,6 +139,10 @@ class LaunchDescriptionSource:
             return self.__expanded_location
         text = plain_text(self.__location)
         return describe_substitutions(self.__location) if text is None else text
+
+    @property
+    def _location_parts(self) -> list[Substitution]:
+        return self.__location
 
     @property
     def _is_located(self) -> bool:

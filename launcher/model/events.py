@@ -112,12 +112,13 @@ class LoadRequest(Record):
 class LoadComponent(Record):
     """Ask the container to load the node; answer with ComponentLoaded(request_id).
 
-    `place` is the file and line of the action.
+    `place` is the file and line of the action. It asks for those in `rest` after the answer.
     """
 
     request_id: int
     request: LoadRequest
     place: str = "the launch file"
+    rest: tuple[LoadRequest, ...] = ()
 
 
 class StateRequest(Record):

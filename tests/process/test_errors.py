@@ -275,24 +275,6 @@ def test_arguments_that_ros_2_itself_reads_are_known(workspace: Workspace, name:
     assert workspace.call("plan", workspace.write(""), f"{name}:=0").returncode == 0
 
 
-def test_the_dry_run_for_unknown_names_prints_nothing(workspace: Workspace):
-    file = workspace.write("OpaqueFunction(function=lambda c: print('side effect')),")
-    done = workspace.call(file, "bogus:=1")
-    assert done.stdout == ""
-    assert "side effect" not in done.stderr
-
-
-def test_there_is_no_dry_run_if_all_names_are_declared(workspace: Workspace):
-    file = workspace.write(
-        """
-        DeclareLaunchArgument("x", default_value="1"),
-        OpaqueFunction(function=lambda c: open("evaluated", "a").write("once ") and None),
-        """
-    )
-    assert workspace.call(file, "x:=2").returncode == 0
-    assert (workspace.folder / "evaluated").read_text() == "once "
-
-
 def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
     file = workspace.write(
         """

@@ -22,7 +22,6 @@ from launcher.commands.launch.target import (
     SYNOPSIS,
     TARGET,
     LaunchRequest,
-    is_declared,
 )
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
@@ -141,7 +140,7 @@ def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource)
     from launcher.interpreter import Interpreter
     from launcher.language.compat import vocabulary
 
-    hosts = _hosts(request, options)
+    hosts = _hosts(options)
     run_path = new_run_path(os.environ) if options.log_files else None
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
     with vocabulary(words) as session:
@@ -150,11 +149,6 @@ def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource)
         _read_log_formats()
         with _noting_files(options), limited(request.time_limit, request.path):
             description = frontends.load(request.path)
-            if not request.lenient and not is_declared(request, description):
-                from launcher.commands.launch import checks
-
-                checks.refuse_unknown_arguments(request)
-                description = frontends.load(request.path)  # the plan has used the first one up
         interpreter = Interpreter(
             description,
             path=request.path,
@@ -164,23 +158,22 @@ def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource)
         if hosts is not None or options.start_rules:
             interpreter.note_scopes()
         services = () if hosts is None else hosts.services
-        fleet = None if hosts is None else hosts.fleet
-        core = LaunchCore(interpreter, description, request, services, options.with_prefix, source)
+        core = LaunchCore(interpreter, description, request, options.with_prefix, source, services)
         try:
             with _noting_files(options):
                 core.evaluate()
             _check(core, interpreter, options)
+            fleet = None if hosts is None else hosts.fleet(core, request)
             run: Core = core
             absorbed: frozenset[str] = frozenset()
             if options.compose:
                 from launcher.commands.launch import composing
 
                 run, absorbed = composing.composed(core, options)
-            if session.nodes_made > FEW_NODES and (hosts is None or hosts.fleet is None):
+            if session.nodes_made > FEW_NODES and fleet is None:
                 from launcher.commands.launch.crowds import warn_of_crowd
 
-                is_all = not interpreter.host.timers
-                warn_of_crowd(core.effects, request, is_all=is_all, absorbed=absorbed)
+                warn_of_crowd(core, absorbed)
             _warn_of_programs(core, fleet)
             off = core.switched_off
             supervised = supervising(run, options, run_path, request, session, fleet, off)
@@ -207,13 +200,13 @@ def _noting_files(options: RunOptions) -> AbstractContextManager[None]:
     return recording()
 
 
-def _hosts(request: LaunchRequest, options: RunOptions) -> Preparation | None:
-    """Which processes run on other hosts, and how nodes find each other; LauncherError."""
+def _hosts(options: RunOptions) -> Preparation | None:
+    """What is known of other hosts and of discovery before the evaluation; LauncherError."""
     if options.hosts is None and options.discovery is None:
         return None  # nearly always, so that nothing is imported for it
     from launcher.commands.launch import hosts
 
-    return hosts.prepare(request, options)
+    return hosts.Preparation(options)
 
 
 def _read_log_formats() -> None:

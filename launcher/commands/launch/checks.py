@@ -5,38 +5,45 @@ Imported only when a command line or an environment needs one of them.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 
 from launcher.commands.launch import mistakes
-from launcher.commands.launch.known_names import known_names
-from launcher.commands.launch.target import LaunchRequest
+from launcher.commands.launch.known_names import KnownNames
 from launcher.engine.option_warnings import nearest
-from launcher.errors import UsageError
+from launcher.errors import LauncherError, UsageError
+from launcher.language import session
+from launcher.language.configurations import ROS_NAMES
 from launcher.model.events import Effect, LogMessage, StartProcess
 from launcher.model.options import matches
 from launcher.model.supervision import StartRule
-from launcher.planner import make_plan
 from launcher.ros.discovery.domains import is_domain
 from launcher.ros.discovery.ports import MAX_DOMAIN
 from launcher.stdio import silence
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.interpreter import Interpreter
+    from launcher.language.description import LaunchDescription
+
 _MAX_NAMES = 3
 
 
-def refuse_unknown_arguments(request: LaunchRequest) -> None:
-    """LauncherError if a dry run shows that nothing declares or reads one of the arguments."""
+def unknown_arguments(
+    interpreter: Interpreter, description: LaunchDescription
+) -> tuple[list[LauncherError], list[str]]:
+    """As `mistakes.unknown_names`, after the evaluation of the static part."""
+    host = interpreter.host
+    unused = [(name, interpreter.arguments[name]) for name in interpreter.unused_arguments]
+    if not unused:
+        return [], []
     with silence():
-        plan = make_plan(request.path, request.arguments)
-        known = known_names(plan)
-    errors = mistakes.unknown_names(request.arguments, known, plan.declared)
-    if not errors:
-        return
-    if plan.error is not None:
-        errors += mistakes.of_launch_file(
-            plan.error.fault, plan.description, plan.context, request.arguments, os.environ
+        known = KnownNames(
+            {*host.declared_values, *host.names_read, *ROS_NAMES},
+            description,
+            interpreter.context,
+            reads_arguments=session.current().reads_arguments,
         )
-    raise mistakes.together(errors)
+    return mistakes.unknown_names(unused, known, host.declared_values)
 
 
 def refuse_domain(word: str, effects: Iterable[Effect]) -> None:

@@ -11,6 +11,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import LaunchFileError
+from launcher.model.events import (
+    LoadComponent,
+    ProcessExited,
+    ProcessStarted,
+    SpawnFailed,
+    StartProcess,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,10 +32,12 @@ if TYPE_CHECKING:
     from launcher.engine.hosts.fleet import FleetPlan
     from launcher.engine.posix.reactor import Reactor
     from launcher.engine.supervisor import Supervisor
+    from launcher.errors import LauncherError
     from launcher.interpreter import Interpreter
+    from launcher.interpreter.later import Later
     from launcher.language.description import LaunchDescription
     from launcher.language.session import Session
-    from launcher.model.events import Effect, Event
+    from launcher.model.events import Effect, Event, LoadRequest
     from launcher.model.options import RunOptions
     from launcher.model.reload import Known
     from launcher.model.spec import ProcessSpec
@@ -51,7 +60,7 @@ _FIRST_SERVICE = 1 << 30  # ids of processes of the launch file are smaller
 class LaunchCore:
     """An interpreter whose start is limited in time, and which records what the run did.
 
-    `services` are processes of the launcher's own, which start first and stop last. The
+    Its `services` are processes of the launcher's own, which start first and stop last. The
     interpreter does not know them: no handler hears of them, and no run goes on for their sake.
     `adapt` makes of a process in a plan what options make of it. `source` has
     the options for a reload.
@@ -62,9 +71,9 @@ class LaunchCore:
         interpreter: Interpreter,
         description: LaunchDescription,
         request: LaunchRequest,
-        services: Sequence[ProcessSpec] = (),
         adapt: Callable[[ProcessSpec], ProcessSpec] = lambda spec: spec,
         source: SettingsSource | None = None,
+        services: Sequence[ProcessSpec] = (),
     ) -> None:
         self.interpreter = interpreter
         self._description = description
@@ -75,6 +84,7 @@ class LaunchCore:
         self._steps: list[RunStep] = []
         self._began_s = 0.0
         self._services = dict(enumerate(services, _FIRST_SERVICE))
+        self._started: set[int] = set()  # by a reload; the launch file has been told
 
     def evaluate(self) -> None:
         """Visit the static part, before any file or process is created; LauncherError."""
@@ -87,7 +97,8 @@ class LaunchCore:
             # What a warning is about is often the reason.
             for warning in self.interpreter.warnings:
                 print(warning.render(), file=sys.stderr)
-            errors = mistakes.of_launch_file(
+            errors = self._unknown_arguments()
+            errors += mistakes.of_launch_file(
                 fault,
                 self._description,
                 self.interpreter.context,
@@ -95,6 +106,43 @@ class LaunchCore:
                 os.environ,
             )
             raise mistakes.together(errors) from fault
+        if self.interpreter.unused_arguments:
+            from launcher.commands.launch import mistakes
+
+            errors = self._unknown_arguments()
+            if errors:
+                raise mistakes.together(errors)
+
+    def _unknown_arguments(self) -> list[LauncherError]:
+        """Of those that were given, unless any are accepted; prints warnings."""
+        if self._request.lenient:
+            return []
+        from launcher.commands.launch import checks
+
+        with limited(self._request.time_limit, self._request.path):
+            errors, warnings = checks.unknown_arguments(self.interpreter, self._description)
+        for warning in warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        return errors
+
+    @property
+    def starts(self) -> list[ProcessSpec]:
+        """The processes of the static part."""
+        return [one.spec for one in self.effects if isinstance(one, StartProcess)]
+
+    @property
+    def loads(self) -> list[LoadRequest]:
+        """The components that the static part loads."""
+        found = [one for one in self.effects if isinstance(one, LoadComponent)]
+        return [load for one in found for load in (one.request, *one.rest)]
+
+    def later(self) -> Later:
+        """What may follow the static part, as far as that is known; before `start`."""
+        from launcher.interpreter.later import later  # for few runs
+        from launcher.stdio import silence
+
+        with limited(self._request.time_limit, self._request.path), silence():
+            return later(self.interpreter)
 
     def start(self) -> Sequence[Effect]:
         """Begin the run: the effects of the static part, which are recorded."""
@@ -102,8 +150,6 @@ class LaunchCore:
         self._steps.append((self._began_s, None, self.effects))
         if not self._services:
             return self.effects
-        from launcher.model.events import StartProcess
-
         found = self._services.items()
         services = [StartProcess(process_id=number, spec=spec) for number, spec in found]
         return [*services, *self.effects]
@@ -112,6 +158,10 @@ class LaunchCore:
         process_id = getattr(event, "process_id", None)
         if process_id is not None and process_id not in self.interpreter.host.processes:
             return ()  # a service, or a process that the launch file does not have any more
+        if process_id in self._started:
+            self._started.discard(process_id)
+            if isinstance(event, ProcessStarted):
+                return ()
         effects = self.interpreter.handle(event)
         if effects and len(self._steps) < MAX_RECORDED_STEPS:
             self._steps.append((time.monotonic(), _ended_process(event), effects))
@@ -167,6 +217,7 @@ class LaunchCore:
         evaluation.adopt(self.interpreter)
         self.interpreter = evaluation.interpreter
         self._description = evaluation.description
+        self._started = set(evaluation.started)
         self._steps = [(time.monotonic(), None, evaluation.plan_effects)]
 
     def stay_while(self, condition: Callable[[], bool]) -> None:
@@ -201,8 +252,6 @@ class LaunchCore:
 
 def _ended_process(event: Event) -> int | None:
     """The process whose end this event reports."""
-    from launcher.model.events import ProcessExited, SpawnFailed
-
     return event.process_id if isinstance(event, (ProcessExited, SpawnFailed)) else None
 
 

@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Container, Iterable, Mapping
 
-from launcher.commands.launch.target import LaunchRequest
 from launcher.hosts.crowd import too_many
-from launcher.model.events import Effect, StartProcess
+from launcher.model.record import replace
 from launcher.model.spec import ProcessSpec
-from launcher.planner import Plan, make_plan
+from launcher.planner import Plan
 from launcher.ros.discovery.ports import participants_by_domain
-from launcher.stdio import silence
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.commands.launch.core import LaunchCore
 
 
-def warn_of_crowd(
-    effects: Iterable[Effect],
-    request: LaunchRequest,
-    *,
-    is_all: bool,
-    absorbed: Container[str] = (),
-) -> None:
-    """Say which nodes would not find each other, those of timers included (unless `is_all`).
+def warn_of_crowd(core: LaunchCore, absorbed: Container[str]) -> None:
+    """Say which nodes would not find each other, those of timers included.
 
     `absorbed` are processes of the launch file that are none of their own.
     """
-    specs = [effect.spec for effect in effects if isinstance(effect, StartProcess)]
-    if not is_all:
-        with silence():
-            plan = make_plan(request.path, request.arguments)
-        if plan.error is None:
-            specs = of_run(plan)
-    for message in crowds(spec for spec in specs if spec.name not in absorbed):
+    specs = [spec for spec in core.starts if spec.name not in absorbed]
+    for one in core.later().processes:
+        if one.is_likely and one.moment.cause is None:
+            specs.append(replace(one.spec, env=dict(os.environ)))
+    for message in crowds(specs):
         print(f"warning: {message}", file=sys.stderr)
 
 

@@ -10,11 +10,10 @@ import contextlib
 import linecache
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from launcher.commands.launch.known_names import known_names
+from launcher.commands.launch.known_names import KnownNames, known_names
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.frontends.locate import WordAfterFileError
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.configurations import ALL_NAMES
 from launcher.language.diagnostics.truth_values import near_choice
 from launcher.language.ros.node import Node
 from launcher.language.substitution import (
@@ -50,20 +49,26 @@ def together(errors: Iterable[LauncherError]) -> LauncherError:
 
 
 def unknown_names(
-    arguments: Arguments, known: Iterable[str], declared: Iterable[str]
-) -> list[LauncherError]:
-    """An error for each unknown argument, with the most similar known name."""
-    names = set(known)
-    if ALL_NAMES in names:
-        return []
-    return [_unknown(name, names, list(declared)) for name in dict(arguments) if name not in names]
-
-
-def _unknown(name: str, known: Iterable[str], declared: Sequence[str]) -> UsageError:
+    arguments: Arguments, known: KnownNames, declared: Iterable[str]
+) -> tuple[list[LauncherError], list[str]]:
+    """(errors about arguments that nothing uses, warnings of those that something may use)."""
     listed = f"known arguments: {', '.join(declared) or 'none'}; --lenient accepts any name"
-    return UsageError(
-        f"unknown launch argument '{name}'", hint=did_you_mean(name, sorted(known)) or listed
-    )
+    errors: list[LauncherError] = []
+    warnings = []
+    for name in dict(arguments):
+        if known.knows(name):
+            continue
+        message = f"unknown launch argument '{name}'"
+        hint, doubt = _near(name, known) or listed, known.doubt(name)
+        if doubt is None:
+            errors.append(UsageError(message, hint=hint))
+        else:
+            warnings.append(f"{message}, {doubt}; {hint}")
+    return errors, warnings
+
+
+def _near(name: str, known: KnownNames) -> str | None:
+    return did_you_mean(name, sorted(known.names)) or did_you_mean(name, sorted(known.texts))
 
 
 def explain_word(error: WordAfterFileError) -> UsageError:
@@ -72,7 +77,10 @@ def explain_word(error: WordAfterFileError) -> UsageError:
     with silence():
         plan = make_plan(str(error.path), ())
         specs = [process.spec for process in plan.processes]
-        arguments = sorted(known_names(plan)) if plan.error is None else sorted(plan.declared)
+        arguments = sorted(plan.declared)
+        if plan.error is None:
+            known = known_names(plan)
+            arguments = sorted(known.names | known.texts)
     nodes = {spec.ros.node_name or spec.label: spec.ros for spec in specs if spec.ros}
     file, node = error.path.name, nodes.get(word)
     if node is not None and node.package and node.executable:

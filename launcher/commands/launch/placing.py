@@ -1,15 +1,23 @@
-"""The processes of a plan on their hosts, with everything that is wrong about it."""
+"""The processes of a launch file on their hosts, with everything that is wrong about it."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 
 from launcher.commands.launch.certainty import is_certain
 from launcher.errors import LauncherError
 from launcher.hosts.model import HostsFile
 from launcher.hosts.order import order_for
 from launcher.hosts.placement import Candidates, Component, Findings, Placement
+from launcher.model.events import LoadRequest
 from launcher.model.record import Record, replace
 from launcher.planner import Plan
 from launcher.render.hosts import HERE, Placed
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.commands.launch.core import LaunchCore
+    from launcher.interpreter.later import Later
 
 
 class Placing(Record):
@@ -28,17 +36,46 @@ def place(plan: Plan, file: HostsFile) -> Placing:
 
     The plan must have been made with scopes. What an order cannot carry is among the findings.
     """
+    specs = tuple(process.spec for process in plan.processes)
+    if plan.error is not None:
+        return _placing(Candidates(specs=specs), file, plan.environment, with_rules=False)
+    found = Candidates(
+        specs=specs,
+        off=plan.switched_off,
+        components=_components(load for load, _ in plan.loads),
+        is_complete=plan.is_off_complete and is_certain(plan),
+    )
+    return _placing(found, file, plan.environment)
+
+
+def place_first(core: LaunchCore, later: Later, file: HostsFile) -> Placing:
+    """The same for processes that a run starts in its first moment, with what comes `later`."""
+    scopes = core.interpreter.host.scopes
+    assert scopes is not None
+    found = Candidates(
+        specs=tuple(core.starts),
+        later=tuple(one.spec for one in later.processes),
+        off=tuple(scopes.off),
+        components=_components([*core.loads, *later.loads]),
+        is_complete=scopes.is_off_complete and later.is_complete,
+    )
+    return _placing(found, file, core.interpreter.environment)
+
+
+def _placing(
+    found: Candidates, file: HostsFile, environment: Mapping[str, str], *, with_rules: bool = True
+) -> Placing:
     placement = Placement(file)
-    findings = placement.check(candidates(plan)) if plan.error is None else Findings()
+    findings = placement.check(found) if with_rules else Findings()
     errors: list[LauncherError] = list(findings.errors)
     warnings: list[str] = []
     placed: list[Placed] = []
-    for process in plan.processes:
+    for spec in found.specs:
         try:
-            host = placement.host_of(process.spec)
+            host = placement.host_of(spec)
             order = None
             if host is not None:
-                order = order_for(process.spec, base=plan.environment, warn=warnings.append)
+                order = order_for(spec, base=environment, warn=warnings.append)
             placed.append(Placed(host=host, order=order))
         except LauncherError as error:
             placed.append(HERE)
@@ -52,20 +89,14 @@ def place(plan: Plan, file: HostsFile) -> Placing:
     )
 
 
-def candidates(plan: Plan) -> Candidates:
-    """What the rules of a hosts file are compared with."""
-    return Candidates(
-        specs=tuple(process.spec for process in plan.processes),
-        off=plan.switched_off,
-        components=tuple(
-            Component(
-                name=f"{(load.namespace or '').rstrip('/')}/{load.name or ''}",
-                container=f"/{load.container.lstrip('/')}",
-                package=load.package,
-            )
-            for load, _ in plan.loads
-        ),
-        is_complete=plan.is_off_complete and is_certain(plan),
+def _components(loads: Iterable[LoadRequest]) -> tuple[Component, ...]:
+    return tuple(
+        Component(
+            name=f"{(load.namespace or '').rstrip('/')}/{load.name or ''}",
+            container=f"/{load.container.lstrip('/')}",
+            package=load.package,
+        )
+        for load in loads
     )
 
 

@@ -13,11 +13,11 @@ from launcher import frontends
 from launcher.commands.launch import mistakes
 from launcher.commands.launch.checks import refuse_circles
 from launcher.commands.launch.files_read import files_read, recording
-from launcher.commands.launch.target import LaunchRequest, is_declared
+from launcher.commands.launch.target import LaunchRequest
 from launcher.commands.launch.time_limit import limited
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.interpreter import Interpreter
-from launcher.interpreter.replay import Replay, stale_containers
+from launcher.interpreter.replay import Replay
 from launcher.language import session
 from launcher.language.diagnostics.ros2_quirks import includers
 from launcher.language.session import replace_environment
@@ -25,7 +25,6 @@ from launcher.model.events import (
     ChangeState,
     Effect,
     LoadComponent,
-    LoadRequest,
     LogMessage,
     StartProcess,
 )
@@ -57,12 +56,13 @@ class Evaluation:
         description: LaunchDescription,
         reload: Reload,
         known: Sequence[Known],
-        repeated: Sequence[Effect],
+        replay: Replay,
     ) -> None:
         self.interpreter = interpreter
         self.description = description
         self.reload = reload
-        self._repeated = repeated
+        self.started = replay.started  # their next start is not one for the launch file
+        self._repeated = replay.repeated
         self._known = {one.process_id: one.spec.spec for one in known}
         self._environment = dict(os.environ)
 
@@ -105,17 +105,8 @@ def evaluate(
 
     `effects` are those of the run so far, `rules` those of the supervision files.
     """
-    requests = [one.request for one in effects if isinstance(one, (LoadComponent, ChangeState))]
-    loads = [one for one in requests if isinstance(one, LoadRequest)]
-    said = {one for one in effects if isinstance(one, LogMessage)}
-
-    def attempt(stale: Collection[str]) -> tuple[Evaluation, set[str]]:
+    with recording(), _as_at_first(), limited(request.time_limit, request.path):
         description = frontends.load(request.path)
-        if not request.lenient and not is_declared(request, description):
-            from launcher.commands.launch import checks
-
-            checks.refuse_unknown_arguments(request)
-            description = frontends.load(request.path)  # the plan has used the first one up
         new = Interpreter(
             description,
             path=request.path,
@@ -126,38 +117,50 @@ def evaluate(
         new.host.succeed(old.host)
         if rules or old.host.scopes is not None:
             new.note_scopes()
-        replay = Replay(
-            new,
-            known,
-            done=requests,
-            said=said,
-            adapt=adapt,
-            numbered=old.host.numbered,
-            stale=stale,
-        )
         try:
+            replay = _replay(new, known, effects, adapt, old.host.numbered)
             reload = replay.run(elapsed_s)
+            evaluation = Evaluation(new, description, reload, known, replay)
+            _check(evaluation, request, rules)
         except LaunchFileError as fault:
             new.host.close()
             errors = mistakes.of_launch_file(
                 fault, description, new.context, request.arguments, os.environ
             )
             raise mistakes.together(errors) from fault
-        evaluation = Evaluation(new, description, reload, known, replay.repeated)
-        return evaluation, stale_containers(loads, replay, reload)
-
-    with recording(), _as_at_first(), limited(request.time_limit, request.path):
-        evaluation, stale = attempt(())
-        if stale:
-            evaluation.discard()
-            evaluation, _ = attempt(stale)
-    if rules:
-        try:
-            refuse_circles(rules, evaluation.plan_effects)
         except LauncherError:
-            evaluation.discard()
+            new.host.close()
             raise
     return evaluation
+
+
+def _replay(
+    new: Interpreter,
+    known: Sequence[Known],
+    effects: Sequence[Effect],
+    adapt: Callable[[ProcessSpec], ProcessSpec],
+    numbered: int,
+) -> Replay:
+    return Replay(
+        new,
+        known,
+        done=[one.request for one in effects if isinstance(one, (LoadComponent, ChangeState))],
+        said={one for one in effects if isinstance(one, LogMessage)},
+        adapt=adapt,
+        numbered=numbered,
+    )
+
+
+def _check(evaluation: Evaluation, request: LaunchRequest, rules: Sequence[StartRule]) -> None:
+    """LauncherError for arguments that nothing uses, and processes that wait for each other."""
+    if evaluation.interpreter.unused_arguments and not request.lenient:
+        from launcher.commands.launch import checks
+
+        errors, _ = checks.unknown_arguments(evaluation.interpreter, evaluation.description)
+        if errors:
+            raise mistakes.together(errors)
+    if rules:
+        refuse_circles(rules, evaluation.plan_effects)
 
 
 def _files(spec: ProcessSpec) -> list[str]:

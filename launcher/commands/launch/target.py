@@ -11,10 +11,6 @@ from launcher.errors import UsageError
 from launcher.model.record import Record
 from launcher.text import shown_path
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.language.description import LaunchDescription
-
 SYNOPSIS = "TARGET [name:=value ...] [options]"
 ABOUT_TARGET = """\
 TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or PACKAGE FILE
@@ -140,15 +136,3 @@ def _expect_target(word: str, targets: Sequence[str], arguments: Sequence[tuple[
     raise UsageError(
         f"malformed launch argument '{word}', expected format '<name>:=<value>'", hint=hint
     )
-
-
-def is_declared(request: LaunchRequest, description: LaunchDescription) -> bool:
-    """Whether the launch file declares all given arguments, so that no dry run is needed."""
-    names = {name for name, _ in request.arguments}
-    if not names:
-        return True
-    try:
-        declared = description.get_launch_arguments()
-    except Exception:
-        return True  # the run reports the error, with its place
-    return names <= {argument.name for argument in declared}

@@ -168,10 +168,18 @@ class Fleet:
         """Tell the host of a new process about it, unless that is this machine."""
         self._driver.place(process, merge=merge)
 
-    def skipped(self, spec: ProcessSpec) -> str | None:
-        """The host of the process, if this run does without it."""
-        host = self._plan.host_of(spec)
-        return host.name if host is not None and host.is_skipped else None
+    def refuses(self, spec: ProcessSpec) -> bool:
+        """Whether the process cannot be started: its host is skipped, or it has no place."""
+        try:
+            host = self._plan.host_of(spec)
+        except LauncherError as error:
+            self._log.log("ERROR", spec.name, f"not started: {error.message}")
+            self._listener.host_failed(f"{spec.name} could not be placed")
+            return True
+        if host is None or not host.is_skipped:
+            return False
+        self._log.log("WARNING", spec.name, f"not started: {host.name} is skipped")
+        return True
 
     def samples(self) -> dict[str, Sample]:
         """The last samples of processes on hosts that can be reached, by name of process."""

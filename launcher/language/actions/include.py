@@ -116,28 +116,37 @@ class IncludeLaunchDescription(Action):
     def _check_required(self, context: LaunchContext, description: Any) -> None:
         # As in ROS 2, names that were given to one nested include count for all that follow.
         given = _names(context, self.launch_arguments, self._origin)
-        pairs = description.get_launch_arguments_with_include_launch_description_actions()
-        self._warn_of_unknown(context, description, given, [argument.name for argument, _ in pairs])
+        # Those of a file that it includes are checked when that is visited, and loaded.
+        pairs = description._declarations(loads=False)
+        unknown = self._unknown(given, [argument.name for argument, _ in pairs])
         for argument, includes in pairs:
             if argument._conditionally_included or argument.default_value is not None:
                 continue
             for include in includes or ():
                 given += include._try_get_arguments_names_without_context()
             if argument.name not in given:
+                self._warn_of_unknown(context, description, unknown)
                 raise RuntimeError(
                     f"Included launch description missing required argument '{argument.name}' "
                     f"(description: '{argument.description}'), given: [{', '.join(given)}]"
                 )
+        if unknown:  # the files that it includes may use them, and are loaded by then
+            context._host.later(lambda: self._warn_of_unknown(context, description, unknown))
+
+    def _unknown(self, given: list[str], known: list[str]) -> list[str]:
+        """The names that the file itself does not declare, although it declares some."""
+        if not known or self._origin is None:
+            return []
+        return [name for name in dict.fromkeys(given) if name not in known]
 
     def _warn_of_unknown(
-        self, context: LaunchContext, description: Any, given: list[str], known: list[str]
+        self, context: LaunchContext, description: Any, unknown: list[str]
     ) -> None:
-        unknown = [name for name in dict.fromkeys(given) if name not in known]
-        if unknown and known and self._origin is not None:
+        if unknown:
             # Imported only for a possible mistake.
             from launcher.language.diagnostics.includes import warn_of_unknown
 
-            warn_of_unknown(context, self, description, unknown, known)
+            warn_of_unknown(context, self, description, unknown)
 
     def _try_get_arguments_names_without_context(self) -> list[str]:
         try:

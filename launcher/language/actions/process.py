@@ -454,6 +454,8 @@ class OnProcessIO(OnActionEventBase):
         on_stderr: Callable[[ProcessIO], Any] | None = None,
         **kwargs: Any,
     ) -> None:
+        self._callbacks = (on_stdin, on_stdout, on_stderr)
+
         def on_io(event: Event, context: LaunchContext) -> Any:
             assert isinstance(event, ProcessIO)
             if event.from_stdout:

@@ -137,6 +137,7 @@ class TimerAction(Action):
                 lambda: self._fire(context),
                 outlives_shutdown=self.__outlives_shutdown,
                 on_ros_clock=self._is_on_ros_clock,
+                action=self,
             )
 
     def _fail(self, context: LaunchContext, error: Exception) -> None:

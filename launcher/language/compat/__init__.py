@@ -105,9 +105,9 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     Changes to modules, `sys.argv` and `os.environ` are undone on exit.
     """
     argv = sys.argv
-    if words is not None:
-        sys.argv = ["ros2", "launch", *words]
     session = Session()
+    if words is not None:
+        sys.argv = _argv(words, session)
     open_sessions.append(session)
     saved = _take_modules()
     finder = _Finder()
@@ -128,6 +128,14 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
         sys.meta_path.remove(_ToolFinder)
         _take_modules()
         sys.modules.update(saved)
+
+
+def _argv(words: Sequence[str], session: Session) -> list[str]:
+    if len(words) < 2:
+        return ["ros2", "launch", *words]
+    from launcher.language.argv import Argv  # only where there are arguments
+
+    return Argv(words, session.note_arguments_read)
 
 
 def _ament() -> Any:

@@ -6,6 +6,7 @@ import os
 import re
 from types import CodeType, FunctionType, MethodType
 
+from launcher.language.configurations import ROS_NAMES
 from launcher.language.diagnostics import hints, ros2_quirks
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.diagnostics.truth_values import configurations_in
@@ -18,14 +19,6 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
 
-# Launch configurations that ROS 2 reads for every launch file.
-ROS_NAMES = (
-    "emulate_tty",
-    "launch-prefix",
-    "launch-prefix-filter",
-    "sigkill_timeout",
-    "sigterm_timeout",
-)
 _MAX_OBJECTS = 20_000  # the search for uses of a name ends there
 _MAX_LISTED = 8  # names in a hint
 _MAX_LINES = 10  # of an include, searched for the file name
@@ -160,12 +153,13 @@ class NotPairsError(ValueError):
 
 
 def warn_of_unknown(
-    context: LaunchContext, include: Any, description: Any, unknown: list[str], known: list[str]
+    context: LaunchContext, include: Any, description: Any, unknown: list[str]
 ) -> None:
     """Warn of arguments of an include that the other file neither declares nor reads.
 
     Where functions might read them, only of those that are similar to a declared one.
     """
+    known = [argument.name for argument, _ in description._declarations(loads=False)]
     uses = _Uses(description)
     for name in unknown:
         if name in uses.names or name in ROS_NAMES or uses.is_cut_off:
@@ -209,7 +203,7 @@ def _line_with(origin: Origin, name: str) -> Origin:
 class _Uses:
     """Launch configurations that a description may read, without running anything of it.
 
-    `may_read_others`: it has functions, or includes that cannot be loaded yet.
+    `may_read_others`: it has functions, or includes that are not loaded yet.
     """
 
     def __init__(self, description: Any) -> None:
@@ -241,9 +235,9 @@ class _Uses:
             self.names.add(part.name)
         below: list[Any] = [*vars(part).values()]
         if getattr(part, "_to_arguments", "") == "includes":
-            entities = part.get_sub_entities()
-            self.may_read_others |= not entities
-            below += entities
+            loaded = part.launch_description_source._loaded
+            self.may_read_others |= loaded is None
+            below.append(loaded)
         self.names.update(configurations_in(part))
         return below
 

@@ -120,6 +120,11 @@ class ComposableNodeContainer(Node):
         super().__init__(name=name, namespace=namespace, **kwargs)
         self.__composable_node_descriptions = composable_node_descriptions
 
+    @property
+    def _what_and_where(self) -> tuple[list[ComposableNode], Any]:
+        """The nodes to load, and the container."""
+        return self.__composable_node_descriptions or [], self
+
     def execute(self, context: LaunchContext) -> Any:
         """Start the container; yield an action that loads the nodes."""
         wanted = [
@@ -164,6 +169,11 @@ class LoadComposableNodes(Action):
         self.__target_container = target_container
         self.__container_name = ""
 
+    @property
+    def _what_and_where(self) -> tuple[list[ComposableNode], Any]:
+        """The nodes to load, and the container or its name."""
+        return self.__composable_node_descriptions, self.__target_container
+
     def execute(self, context: LaunchContext) -> None:
         """Build all requests in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
@@ -186,7 +196,7 @@ class LoadComposableNodes(Action):
             if rest:
                 context._host.later(lambda: self._send(context, rest))
 
-        context._host.load_component(first, answered, self._origin)
+        context._host.load_component(first, answered, self._origin, tuple(rest))
 
     def _report(
         self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.commands.launch import mistakes
+from launcher.commands.launch.known_names import KnownNames
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors, UsageError
 from launcher.planner import make_plan
 
@@ -35,7 +36,11 @@ def found(tmp_path: Path, actions: str, *arguments: tuple[str, str]) -> list[Lau
 
 
 def unknown(*names: str, known=(), declared=()) -> list[LauncherError]:
-    return mistakes.unknown_names([(name, "1") for name in names], known, declared)
+    errors, warnings = mistakes.unknown_names(
+        [(name, "1") for name in names], KnownNames(known), declared
+    )
+    assert warnings == []
+    return errors
 
 
 def test_a_misspelt_argument_is_reported_with_the_nearest_name():

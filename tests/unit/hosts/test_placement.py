@@ -197,7 +197,7 @@ def test_where_functions_may_start_more_a_pattern_without_a_match_is_a_warning()
 
     assert found.errors == ()
     assert found.warnings == (
-        "hosts.yaml:3: 'robot_2' matches nothing that a plan can foresee; functions may start more",
+        "hosts.yaml:3: 'robot_2' matches nothing that can be foreseen; functions may start more",
     )
 
 

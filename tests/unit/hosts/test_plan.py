@@ -247,7 +247,7 @@ def test_commands_of_what_is_switched_off_are_not_executed(plan: Plan):
 
     assert code == 0
     assert not Path("executed").exists()
-    assert "warning: hosts.yaml:7: 'other' matches nothing that a plan can foresee" in output
+    assert "warning: hosts.yaml:7: 'other' matches nothing that can be foreseen" in output
 
 
 def test_all_mistakes_are_told_at_once_with_the_exit_code_of_usage(plan: Plan):

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.interpreter import Interpreter
-from launcher.interpreter.replay import Replay, stale_containers
+from launcher.interpreter.replay import Replay
+from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.process import OnProcessStart
 from launcher.language.compat import vocabulary
+from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from launcher.model import events as model
 from launcher.model.reload import Known, Reload
 from launcher.model.spec_diff import comparable
-from tests.unit.interpreter.interpreting import started
+from tests.unit.interpreter.interpreting import notices, started
 
 
 def container(*plugins: str) -> LaunchDescription:
@@ -38,9 +41,7 @@ def run_of(description: LaunchDescription) -> tuple[list[Known], list[model.Load
     return [known], loads
 
 
-def replayed(
-    before: Sequence[str], after: Sequence[str], stale: Sequence[str] = ()
-) -> tuple[Reload, set[str]]:
+def replayed(before: Sequence[str], after: Sequence[str]) -> tuple[Reload, Interpreter, Replay]:
     with vocabulary():
         known, loads = run_of(container(*before))
         interpreter = Interpreter(container(*after))
@@ -51,31 +52,66 @@ def replayed(
             said=(),
             adapt=lambda spec: spec,
             numbered=1,
-            stale=stale,
         )
         reload = replay.run(100.0)
         interpreter.close()
-        return reload, stale_containers(loads, replay, reload)
+        return reload, interpreter, replay
 
 
 def plugins(effects: Sequence[model.Effect]) -> list[str]:
     return [one.request.plugin for one in effects if isinstance(one, model.LoadComponent)]
 
 
-def test_nodes_that_are_loaded_are_not_loaded_again():
-    reload, stale = replayed(["A", "B"], ["A", "B"])
-    assert (reload.is_empty, plugins(reload.effects), stale) == (True, [], set())
-
-
-def test_a_container_with_other_nodes_is_restarted_and_loads_them_when_it_runs():
-    _, stale = replayed(["A", "B"], ["A", "C"])
-    assert stale == {"/box"}
-    reload, _ = replayed(["A", "B"], ["A", "C"], stale=["/box"])
+def after_restart(reload: Reload) -> list[model.LoadComponent]:
+    """What is loaded into the only container when it runs again; nothing else is."""
     assert [one.changes for one in reload.kept] == [("components",)]
     assert plugins(reload.effects) == []
     ((_, after),) = reload.after
-    assert plugins(after) == ["A"]  # C follows when A is loaded
+    return [one for one in after if isinstance(one, model.LoadComponent)]
+
+
+def test_nodes_that_are_loaded_are_not_loaded_again():
+    reload, _, replay = replayed(["A", "B"], ["A", "B"])
+    assert (reload.is_empty, plugins(reload.effects), reload.after) == (True, [], ())
+    assert (plugins(replay.repeated), replay.started) == (["A", "B"], set())
+
+
+def test_a_container_with_other_nodes_is_restarted_and_loads_them_when_it_runs():
+    reload, interpreter, replay = replayed(["A", "B"], ["A", "C", "D"])
+    first, second = after_restart(reload)
+    assert plugins([first, second]) == ["A", "C"]
+    assert interpreter.handle(model.ComponentLoaded(first.request_id, "/a")) == []
+    # D follows when C is loaded.
+    assert plugins(interpreter.handle(model.ComponentLoaded(second.request_id, "/c"))) == ["D"]
+    assert (replay.started, replay.repeated) == ({1}, [])
 
 
 def test_a_container_without_one_of_its_nodes_is_restarted():
-    assert replayed(["A", "B"], ["A"])[1] == {"/box"}
+    reload, interpreter, _ = replayed(["A", "B"], ["A"])
+    (load,) = after_restart(reload)
+    failed = model.ComponentLoaded(load.request_id, error="no such plugin")
+    assert notices(interpreter.handle(failed)) == [
+        "Failed to load node 'a' of type 'A' again: no such plugin"
+    ]
+
+
+def test_a_container_is_evaluated_once_when_its_nodes_have_changed():
+    calls = []
+
+    def more(context: LaunchContext) -> list[LogInfo]:
+        calls.append(context)
+        return [LogInfo(msg="it runs")]
+
+    with vocabulary():
+        known, loads = run_of(container("A", "B"))
+        box = container("A").entities[0]
+        handler = OnProcessStart(target_action=box, on_start=[OpaqueFunction(function=more)])
+        interpreter = Interpreter(LaunchDescription([RegisterEventHandler(handler), box]))
+        replay = Replay(
+            interpreter, known, done=loads, said=(), adapt=lambda spec: spec, numbered=1
+        )
+        reload = replay.run(100.0)
+        interpreter.close()
+
+    assert plugins(after_restart(reload)) == ["A"]
+    assert len(calls) == 1 and replay.started == {1}
