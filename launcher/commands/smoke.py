@@ -28,7 +28,7 @@ from launcher.packages import extras
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.options import EXPECTATIONS
-from launcher.smoke.preflight import checks, forecast, loader
+from launcher.smoke.preflight import checks, loader
 
 if TYPE_CHECKING:
     from launcher.smoke.record.session import RecordSession
@@ -135,10 +135,10 @@ def main(words: Sequence[str]) -> int:
         if parsed.problem is not None:
             raise parsed.problem
         session = _session(parsed) if parsed.record is None else _recording(parsed)
+        return session.run()
     except LauncherError as error:
         _report_refusal(parsed, error)
         raise
-    return session.run()
 
 
 def _words_for(parsed: Parsed, options: Sequence[Option]) -> list[str]:
@@ -176,8 +176,8 @@ def _session(parsed: Parsed) -> Session:
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
-        forecast=_check(script, plan_words),
     )
+    _check(script)
     options.refuse_unwritable()
     return Session(script, options, colour=wants_colour(1, os.environ))
 
@@ -202,7 +202,6 @@ def _recording(parsed: Parsed) -> RecordSession:
             arguments=dict(request.arguments),
             options=_option_words(parsed),
             for_s=recording.FOR_S if parsed.for_s is None else parsed.for_s,
-            forecast=None,
         ),
         ready_within_s=parsed.ready_within_s or recording.READY_WITHIN_S,
         repeat=parsed.repeat or recording.RUNS,
@@ -210,8 +209,6 @@ def _recording(parsed: Parsed) -> RecordSession:
         is_forced=parsed.force,
     )
     wanted.refuse_unwritable()
-    foreseen = forecast.ask(_words_for(LAUNCH.parse(words), READING_OPTIONS))
-    wanted = replace(wanted, head=replace(wanted.head, forecast=foreseen))
     return recording.RecordSession(wanted, colour=wants_colour(1, os.environ))
 
 
@@ -238,22 +235,13 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
         print("\n".join(github.refusal(error)))
 
 
-def _check(script: Script, words: Sequence[str]) -> forecast.Forecast | None:
-    """The forecast, if it is of use; prints warnings.
-
-    LauncherError for mistakes that can be found before the launch.
-    """
-    found = [checks.of_script(script)]
-    foreseen = None
-    if script.waits_beyond() or any(forecast.mentions(script)):
-        foreseen = forecast.ask(words)
-        found += [] if foreseen is None else [forecast.compare(script, foreseen)]
-    for warning in (text for findings in found for text in findings.warnings):
+def _check(script: Script) -> None:
+    """LauncherError for mistakes that can be found before the launch; prints warnings."""
+    found = checks.of_script(script)
+    for warning in found.warnings:
         print(f"smoke: warning: {warning}", file=sys.stderr)
-    errors = [error for findings in found for error in findings.errors]
-    if errors:
-        raise together(errors)
-    return foreseen
+    if found.errors:
+        raise together(found.errors)
 
 
 def _print_schema() -> int:

@@ -235,6 +235,56 @@ def test_an_argument_of_a_file_that_fails_is_judged_without_another_evaluation(t
     assert tallied.take() == ALL
 
 
+# ---- tests of launch files
+
+EXPECTATIONS = """
+for: 1 s
+scenario: [{at: 0.1 s, do: stop here}]
+expect: [{process: bot1_a, alive: true}]
+"""
+
+
+def test_smoke_evaluates_the_launch_file_once_in_each_run(tallied: Tallied):
+    (tallied.folder / "a.expect.yaml").write_text(EXPECTATIONS)
+    done = tallied.call("smoke", "a.launch.py", "inner:=2", "--repeat", "2")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert tallied.take() == dict.fromkeys(ONCE, 2)
+
+
+def test_a_name_that_smoke_does_not_know_is_refused_after_the_evaluation(tallied: Tallied):
+    (tallied.folder / "a.expect.yaml").write_text(EXPECTATIONS.replace("stop here", "stop heer"))
+    done = tallied.call("smoke", "a.launch.py", "--junit", "out.xml")
+    assert done.returncode == 2
+    assert "a.expect.yaml:3: the launch file starts no process 'heer'" in done.stderr
+    assert "did you mean 'here'?" in done.stderr
+    assert "heer" in (tallied.folder / "out.xml").read_text()
+    assert "process started" not in done.stdout and "evidence is in" not in done.stdout
+    assert tallied.take() == ONCE
+
+
+def test_recorded_expectations_are_those_of_runs_that_evaluate_once(tallied: Tallied):
+    done = tallied.call("smoke", "a.launch.py", "--record", "new.yaml", "--for", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert tallied.take() == dict.fromkeys(ONCE, 2)
+
+
+PYTEST = """
+def test_it_runs(launched_system):
+    system = launched_system("a.launch.py", probe=False, inner="2")
+    system.wait_until(lambda: len(system.processes()) == 2, "both processes")
+"""
+
+
+def test_the_fixture_of_pytest_evaluates_the_launch_file_once(tallied: Tallied):
+    (tallied.folder / "test_it.py").write_text(PYTEST)
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_it.py"]
+    done = subprocess.run(
+        words, env=tallied.env, cwd=tallied.folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+    assert tallied.take() == ONCE
+
+
 # ---- runs that go on
 
 

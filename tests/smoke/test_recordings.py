@@ -67,12 +67,22 @@ def test_a_run_that_is_not_healthy_is_not_recorded(
 
 @pytest.mark.thorough
 def test_a_process_that_does_not_start_in_time_is_named(bench: Bench, path: Path):
-    """A launch file that starts less than its plan says."""
+    """A launch file that starts less than it seems to at its start."""
+    absent = PATIENT.replace('patient"', 'absent"').replace("),", ", condition=IfCondition(GO)),")
     bench.write(
-        "*([TimerAction(period=0.1, actions=["
-        f"{PATIENT.replace('patient', 'absent')}])] if 'forecast' in str(sys.orig_argv) else []),",
+        'SetLaunchConfiguration("go", "1"),',
+        'TimerAction(period=0.1, actions=[SetLaunchConfiguration("go", "0")]),',
+        f"TimerAction(period=0.5, actions=[{absent}]),",
         PATIENT,
     )
+    head = """
+from launch.actions import SetLaunchConfiguration
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+
+GO = LaunchConfiguration("go")
+"""
+    bench.launch_file.write_text(head + bench.launch_file.read_text())
     done = bench.smoke(f"--record={path}", *ONCE, "--ready-within=5")
     assert done.returncode == 124, done.stdout
     assert "not ready after 5.0 s; not started: absent" in done.stdout

@@ -111,7 +111,10 @@ def main(words: Sequence[str]) -> int:
 
 def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
     """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
+    judge = _judge()
     if _is_script(request.path):
+        if judge is not None:
+            os.close(judge)  # what a script will start is not known
         if options.hosts is not None or options.discovery is not None:
             option = "--hosts" if options.hosts is not None else "--discovery"
             hint = "a launch file with generate_launch_description() can run on several hosts"
@@ -122,7 +125,7 @@ def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) 
         from launcher.commands.launch.service import run_script
 
         return run_script(request, options)
-    return _launch(request, options, source)
+    return _launch(request, options, source, judge)
 
 
 def _is_script(path: str) -> bool:
@@ -134,7 +137,9 @@ def _is_script(path: str) -> bool:
     return b"LaunchService" in text and b"generate_launch_description" not in text
 
 
-def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
+def _launch(
+    request: LaunchRequest, options: RunOptions, source: SettingsSource, judge: int | None
+) -> int:
     from launcher import frontends
     from launcher.engine.logs.run_directory import new_run_path
     from launcher.interpreter import Interpreter
@@ -175,6 +180,8 @@ def _launch(request: LaunchRequest, options: RunOptions, source: SettingsSource)
 
                 warn_of_crowd(core, absorbed)
             _warn_of_programs(core, fleet)
+            if judge is not None and not _is_accepted(judge, core):
+                return ExitCode.USAGE  # it says why
             off = core.switched_off
             supervised = supervising(run, options, run_path, request, session, fleet, off)
             with supervised as (supervisor, _):
@@ -198,6 +205,22 @@ def _noting_files(options: RunOptions) -> AbstractContextManager[None]:
     from launcher.commands.launch.files_read import recording
 
     return recording()
+
+
+def _judge() -> int | None:
+    """The descriptor of a process that wants to know what will be started, and may refuse it."""
+    word = os.environ.pop("LAUNCHER_FORECAST", None)
+    if word is None:
+        return None  # nearly always, so that nothing is imported for it
+    from launcher.commands.launch import forecast
+
+    return forecast.take_descriptor(word)
+
+
+def _is_accepted(judge: int, core: LaunchCore) -> bool:
+    from launcher.commands.launch import forecast
+
+    return forecast.is_accepted(judge, core)
 
 
 def _hosts(options: RunOptions) -> Preparation | None:

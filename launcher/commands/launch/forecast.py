@@ -1,76 +1,78 @@
-"""Prints the processes that a launch file would start; `smoke` runs this before a launch.
+"""What a run will start, for the process that has started the launcher to judge it: `smoke`.
 
-`python -m launcher.commands.launch.forecast WORDS`, with the words of a launch, prints one JSON
-object, and nothing if the launch file cannot be planned.
+That process names a socket in the variable `LAUNCHER_FORECAST`. When the launch file has been
+evaluated, a line of JSON is written to it, and the run begins only after an answer.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Sequence
-from typing import Any
+import json
+import os
+import socket
 
-from launcher.commands.launch.certainty import is_certain
-from launcher.commands.launch.planned import print_planned
 from launcher.control.selection import ProcessNames
-from launcher.interpreter.trace import Visit
-from launcher.language.events.launch import IncludeLaunchDescription, TimerEvent
+from launcher.interpreter.unvisited import Moment
 from launcher.model.events import LoadRequest
-from launcher.planner import Plan, Stamp
 
-_ANY_TIME: dict[str, Any] = {"time_s": None, "cause": None}
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.commands.launch.core import LaunchCore
+
+_AT_ONCE = Moment(time_s=0.0)
 
 
-def _document(plan: Plan) -> dict[str, Any]:
-    named = [ProcessNames.of(process.spec) for process in plan.processes]
-    delayed = {
-        number + 1
-        for root in filter(_is_delayed, plan.visits)
-        for visit in root.walk()
-        for number in visit.processes
-    }
+def is_accepted(descriptor: int, core: LaunchCore) -> bool:
+    """Tell what the launch file will start; whether the run may begin."""
+    with socket.socket(fileno=descriptor) as judge:
+        try:
+            judge.sendall(json.dumps(document(core)).encode() + b"\n")
+            return bool(judge.recv(1))
+        except OSError:
+            return False  # it has gone
+
+
+def take_descriptor(word: str) -> int:
+    """The descriptor that the variable names, which no program that is started inherits."""
+    descriptor = int(word)
+    os.set_inheritable(descriptor, False)
+    return descriptor
+
+
+def document(core: LaunchCore) -> dict[str, Any]:
+    """What the static part starts, and what may follow as far as that is known."""
+    later = core.later()
+    numbered = len(core.starts)
+    expected = [(ProcessNames.of(spec), _AT_ONCE) for spec in core.starts]
+    for one in later.processes:
+        if one.is_likely:
+            numbered += 1
+            named = ProcessNames.of(one.spec)
+            expected.append((_numbered(named, numbered), one.moment))
     return {
-        "is_certain": is_certain(plan),
+        "is_certain": later.is_complete,
         "processes": [
             {
-                "name": f"{one.label}-{number}",
+                "name": one.name,
                 "label": one.label,
                 "nodes": one.nodes,
                 "namespace": one.namespace,
-                "moment": _ANY_TIME if number in delayed else _moment(planned.stamp, named),
+                "moment": _moment(moment),
             }
-            for number, (one, planned) in enumerate(zip(named, plan.processes, strict=True), 1)
+            for one, moment in expected
         ],
-        "components": [_component(load) for load, _ in plan.loads],
-        "conditions": list(_conditions(plan, named)),
+        "components": [_component(load) for load in (*core.loads, *later.loads)],
+        "conditions": [_moment(one.moment) for one in later.processes if not one.is_likely],
     }
 
 
-def _is_delayed(root: Visit) -> bool:
-    """Whether it comes some time after an exit."""
-    return root.stamp.phase != "run" and isinstance(root.event, TimerEvent)
+def _numbered(names: ProcessNames, number: int) -> ProcessNames:
+    return ProcessNames(f"{names.label}-{number}", names.label, names.nodes, names.namespace)
 
 
-def _moment(stamp: Stamp, named: Sequence[ProcessNames]) -> dict[str, Any]:
-    """When: what an exit causes has no time, since nobody knows when the process exits."""
-    if stamp.phase == "run":
-        return {"time_s": stamp.time_s, "cause": None}
-    return {"time_s": None, "cause": None if stamp.cause is None else named[stamp.cause].label}
-
-
-def _conditions(plan: Plan, named: Sequence[ProcessNames]) -> Iterator[dict[str, Any]]:
-    """When conditions are evaluated that were false here, and may be true in a run.
-
-    Those that are evaluated at the start are not.
-    """
-    for root in plan.visits:
-        if not any(visit.skipped for visit in root.walk()):
-            continue
-        is_known = root.stamp.phase != "run" or isinstance(root.event, TimerEvent)
-        if is_known and not _is_delayed(root):
-            yield _moment(root.stamp, named)
-        elif not isinstance(root.event, IncludeLaunchDescription):
-            yield _ANY_TIME
+def _moment(moment: Moment) -> dict[str, Any]:
+    return {"time_s": moment.time_s, "cause": moment.cause}
 
 
 def _component(load: LoadRequest) -> str | None:
@@ -78,7 +80,3 @@ def _component(load: LoadRequest) -> str | None:
     if load.name is None:
         return None
     return f"{(load.namespace or '').rstrip('/')}/{load.name}"
-
-
-if __name__ == "__main__":
-    sys.exit(print_planned(sys.argv[1:], _document))

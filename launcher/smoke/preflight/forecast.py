@@ -1,13 +1,14 @@
 """Forecast of the processes that a launch file starts, to find misspelt names in a script.
 
-The launch file, which may contain any code, is planned in a process of its own.
+The launcher makes it when it has evaluated the launch file, before it starts anything.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.verbs import BadCallError
@@ -18,7 +19,6 @@ from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import label_of, matches
 from launcher.smoke.preflight.checks import Findings
-from launcher.smoke.preflight.planned import planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +37,7 @@ class Forecast:
     """`is_certain`: no event of the run can start other processes.
 
     `moments`: when each of the `processes` is started. `conditions`: when those are evaluated that
-    are false in the plan, and may be true in a run. `components`: full names of nodes that
+    are false at the start, and may be true then. `components`: full names of nodes that
     containers load, None where a component names its own.
     """
 
@@ -46,6 +46,21 @@ class Forecast:
     moments: tuple[Moment, ...] = ()
     conditions: tuple[Moment, ...] = ()
     components: tuple[str | None, ...] = ()
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> Forecast:
+        """From what the launcher says."""
+        processes = document["processes"]
+        return cls(
+            processes=tuple(
+                ProcessNames(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
+                for one in processes
+            ),
+            is_certain=document["is_certain"],
+            moments=tuple(Moment(**one["moment"]) for one in processes),
+            conditions=tuple(Moment(**one) for one in document["conditions"]),
+            components=tuple(document["components"]),
+        )
 
     def knows(self, word: str) -> bool:
         with contextlib.suppress(BadCallError):
@@ -74,26 +89,6 @@ def mentions(script: Script) -> Iterator[tuple[str, Origin, tuple[str, ...]]]:
         word, key = (e.subject, e.kind) if of_process else (e.get("process"), "process")
         if isinstance(word, str) and word != "*" and (key, word) != ("process", LAUNCHER):
             yield word, e.origin, (key,)
-
-
-def ask(words: Sequence[str]) -> Forecast | None:
-    """None if the launch file cannot be planned; its launch will report why.
-
-    `words` are a target, launch arguments, and the options for reading it.
-    """
-    answer = planned("launcher.commands.launch.forecast", words)
-    if answer is None:
-        return None
-    return Forecast(
-        processes=tuple(
-            ProcessNames(one["name"], one["label"], tuple(one["nodes"]), one["namespace"])
-            for one in answer["processes"]
-        ),
-        is_certain=answer["is_certain"],
-        moments=tuple(Moment(**one["moment"]) for one in answer["processes"]),
-        conditions=tuple(Moment(**one) for one in answer["conditions"]),
-        components=tuple(answer["components"]),
-    )
 
 
 def compare(script: Script, forecast: Forecast) -> Findings:

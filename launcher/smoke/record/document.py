@@ -33,7 +33,6 @@ class Head:
     arguments: Mapping[str, str]
     options: Sequence[str]
     for_s: float
-    forecast: Forecast | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,11 +44,11 @@ class Document:
     left_out: int
 
 
-def document_of(runs: Runs, head: Head) -> Document:
+def document_of(runs: Runs, head: Head, foreseen: Forecast | None = None) -> Document:
     lines = [*_head_lines(runs, head), "", "expect:"]
     expected = left_out = 0
     for title, entries in sections(runs):
-        kept = [_checked(entry, runs, head.forecast) for entry in entries]
+        kept = [_checked(entry, runs, foreseen) for entry in entries]
         lines += [*([""] if expected or left_out else []), f"  # --- {title}"]
         lines += [line for entry in kept for line in _entry_lines(entry)]
         expected += sum(bool(entry.values) for entry in kept)

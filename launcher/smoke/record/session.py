@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, cast
 
 from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.record.document import Document, Head, document_of
 from launcher.smoke.record.runs import Runs
 from launcher.smoke.record.seen import Seen
@@ -65,6 +66,7 @@ class RecordSession:
     def __init__(self, recording: Recording, *, colour: bool) -> None:
         self._recording = recording
         self._colour = colour
+        self._forecast: Forecast | None = None
         self._stdout = PipeSafeStdout(sys.stdout)
         self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
 
@@ -91,7 +93,7 @@ class RecordSession:
             if result.exit_code:
                 return self._refuse(result, number)
             seen.append(one)
-        document = document_of(Runs(seen), recording.head)
+        document = document_of(Runs(seen), recording.head, self._forecast)
         try:
             write(recording.path, document.text, is_forced=recording.is_forced)
         except OSError as error:
@@ -111,12 +113,12 @@ class RecordSession:
                 recording.words,
                 folder,
                 progress,
-                forecast=recording.head.forecast,
             )
             result = watch.run()
         finally:
             faulthandler.cancel_dump_traceback_later()
             progress.close()
+        self._forecast = self._forecast or watch.forecast
         return result, Seen(result.facts, for_s, watch.states)
 
     def _refuse(self, result: Result, number: int) -> ExitCode:

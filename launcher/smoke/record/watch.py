@@ -67,6 +67,10 @@ def _content(graph: GraphSeen) -> object:
     return nodes, ends, frozenset(graph.services)
 
 
+def _accept(forecast: Forecast) -> None:
+    """Whatever is started is recorded."""
+
+
 class Watch(Runner):
     """A run without expectations but its health; `states` are those of lifecycle nodes."""
 
@@ -76,10 +80,8 @@ class Watch(Runner):
         words: Sequence[str],
         folder: Path,
         progress: Progress,
-        *,
-        forecast: Forecast | None,
     ) -> None:
-        super().__init__(script, words, folder, progress, forecast=forecast, always_probed=True)
+        super().__init__(script, words, folder, progress, judge=_accept, always_probed=True)
         self._subscribed: set[str] = set()
         self.states: dict[str, str] = {}
 
@@ -94,7 +96,7 @@ class Watch(Runner):
 
     def _awaited_starts(self, facts: Facts) -> list[str]:
         """Processes that timers of the launch file will start in time."""
-        forecast, limit_s = self._forecast, self._script.ready_limit_s()
+        forecast, limit_s = self.forecast, self._script.ready_limit_s()
         if forecast is None:
             return []
         return [

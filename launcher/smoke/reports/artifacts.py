@@ -175,6 +175,15 @@ def runs_in(path: Path, repeat: int) -> Iterator[Path]:
     return (path / f"run-{number}" for number in range(1, repeat + 1))
 
 
+def discard(folder: Path) -> None:
+    """Remove what a run has written that was refused before it began, and empty folders."""
+    for name in LOGS:
+        (folder / name).unlink(missing_ok=True)
+    for path in (folder / "log", folder):
+        with contextlib.suppress(OSError):  # it has something of another run
+            path.rmdir()
+
+
 def save(path: Path, text: str) -> None:
     """Write a whole file or none, since half of one would look like a result; OSError."""
     try:

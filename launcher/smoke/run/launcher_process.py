@@ -6,38 +6,59 @@ The watchdog is this file run as a script with `-I -S`, so that it does not depe
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 KILL_S = 5.0  # between SIGTERM and SIGKILL
 WATCHDOG_STOP_S = 30.0  # an orderly stop with all its escalations
 WATCHDOG_EXIT_S = 2.0
 DONE = b"."
+FORECAST = "LAUNCHER_FORECAST"  # the variable of the launcher
 
 
 class LauncherProcess:
     """`python -m launcher WORDS` without a terminal, in a session of its own.
 
-    Its output goes to the file `output`. Ctrl-C in the terminal does not reach it.
+    Its output goes to the file `output`. Ctrl-C in the terminal does not reach it. With `foresees`,
+    it starts nothing before its `forecast` was read and it was told to `go_on`.
     """
 
     module = "launcher"
 
-    def __init__(self, words: Sequence[str], environment: Mapping[str, str], output: Path) -> None:
+    def __init__(
+        self,
+        words: Sequence[str],
+        environment: Mapping[str, str],
+        output: Path,
+        *,
+        foresees: bool = False,
+    ) -> None:
         self._output = output
-        with output.open("wb") as file:
+        self._judge: socket.socket | None = None
+        with contextlib.ExitStack() as stack:
+            file = stack.enter_context(output.open("wb"))
+            passed: list[int] = []
+            environment = dict(environment)
+            if foresees:
+                self._judge, told = socket.socketpair()
+                passed = [stack.enter_context(told).fileno()]
+                environment[FORECAST] = str(passed[0])
             self._process = subprocess.Popen(
                 [sys.executable, "-m", self.module, *words],
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=subprocess.STDOUT,
-                env=dict(environment),
+                env=environment,
                 start_new_session=True,
+                pass_fds=passed,
             )
         self._watchdog = Watchdog(self._process.pid)
         self._was_killed = False
@@ -45,6 +66,19 @@ class LauncherProcess:
     @property
     def pid(self) -> int:
         return self._process.pid
+
+    def forecast(self, within_s: float) -> Any:
+        """What it will start; None if it ends before, or takes too long to read the launch file."""
+        assert self._judge is not None
+        self._judge.settimeout(within_s)
+        with contextlib.suppress(OSError, ValueError), self._judge.makefile("rb") as answer:
+            return json.loads(answer.readline())
+        return None
+
+    def go_on(self) -> None:
+        assert self._judge is not None
+        with contextlib.suppress(OSError):  # it has ended
+            self._judge.sendall(DONE)
 
     @property
     def is_alive(self) -> bool:
@@ -59,6 +93,8 @@ class LauncherProcess:
         """SIGINT, after `grace_s` SIGTERM, then SIGKILL; returns when it has exited."""
         if self.is_alive:
             self._process.send_signal(signal.SIGINT)
+        if self._judge is not None:
+            self._judge.close()
         if not _wait(self._process, grace_s):
             self._process.send_signal(signal.SIGCONT)  # it may have been suspended
             self._process.send_signal(signal.SIGTERM)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
@@ -69,9 +69,9 @@ def terminable() -> Iterator[None]:
 class Runner:
     """Runs a script once. `words` are the target and the options for the launcher.
 
-    `keeps_graph`: record the ROS graph even if no expectation needs it. `forecast` is of the
-    processes that the launch file starts, if it is known. `always_probed`: observe ROS even if no
-    expectation needs it. `keeps_page`: keep what a page shows.
+    `keeps_graph`: record the ROS graph even if no expectation needs it. `judge` is called with what
+    will be started, before anything is, and may refuse it by a LauncherError. `always_probed`:
+    observe ROS even if no expectation needs it. `keeps_page`: keep what a page shows.
     """
 
     def __init__(
@@ -82,12 +82,11 @@ class Runner:
         progress: Progress,
         *,
         keeps_graph: bool = False,
-        forecast: Forecast | None = None,
+        judge: Callable[[Forecast], None] | None = None,
         always_probed: bool = False,
         keeps_page: bool = False,
     ) -> None:
         self._script = script.completed()
-        self._forecast = forecast
         self._is_probed = always_probed or self._script.needs_ros()
         self._words = tuple(words)
         self._folder = folder
@@ -107,12 +106,21 @@ class Runner:
             keeps_graphs=keeps_page,
             records=self._script.recorded_topics(),
             longest_s=self._run_time_s + self._script.ready_limit_s() + STOP_ROOM_S,
+            judge=judge,
         )
         self._scenario = Scenario(self._script, self._system, progress, self._is_over)
         self._graph_files = GraphFiles(self._system, folder, always=keeps_graph)
 
+    @property
+    def forecast(self) -> Forecast | None:
+        """What the launch file starts, if it was asked for and is known."""
+        return self._system.forecast
+
     def run(self) -> Result:
-        """Start, observe, stop, judge. Ctrl-C stops the system, too."""
+        """Start, observe, stop, judge. Ctrl-C stops the system, too.
+
+        LauncherError if the `judge` refuses what would be started.
+        """
         self._progress.begin(self._script, self._words, self._run_time_s)
         self._system.start()  # leaves nothing behind if it fails
         try:
@@ -182,7 +190,7 @@ class Runner:
             self._say("ready")
         elif facts.now_s > limit_s:
             self._give_up(f"not ready after {seconds_text(limit_s)}{self._unready_text(facts)}")
-        elif hopeless := lost(presence, facts, self._forecast, self._scenario.waiting):
+        elif hopeless := lost(presence, facts, self.forecast, self._scenario.waiting):
             assert hopeless.within is not None
             time_s = seconds_text(hopeless.within.high)
             why = f"'{hopeless.name}' was not met within {time_s}, and nothing else will be started"

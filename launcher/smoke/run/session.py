@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, cast
 
-from launcher.errors import ExitCode
+from launcher.document.reader import together
+from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe import recording
+from launcher.smoke.preflight import forecast
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports import artifacts, github, json_report, junit, measures, text_report
 from launcher.smoke.reports.result import Judged, Result, worst
@@ -31,8 +33,8 @@ MAX_LIMIT_S = 1e8  # three years; faulthandler accepts no longer times
 class Options:
     """Options of a smoke command besides its script.
 
-    `words` are for the launcher; `forecast` is what they start, if it is known. `plan_words` are
-    those that name the launch file, its arguments, and how it is read.
+    `words` are for the launcher. `plan_words` are those that name the launch file, its arguments,
+    and how it is read.
     """
 
     words: tuple[str, ...]
@@ -45,7 +47,6 @@ class Options:
     repeat: int = 1
     baseline: Path | None = None
     update_baseline: bool = False
-    forecast: Forecast | None = None
 
     def refuse_unwritable(self) -> None:
         """LauncherError if a result could not be written, or the baseline not be read."""
@@ -81,14 +82,31 @@ class Session:
         self._stdout = PipeSafeStdout(sys.stdout)
         self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
 
+    @property
+    def _is_of_use(self) -> bool:
+        """Whether it matters what the launch file starts."""
+        return self._script.waits_beyond() or any(forecast.mentions(self._script))
+
+    def _judge(self, foreseen: Forecast) -> None:
+        """LauncherError for processes that the launch file does not start; prints warnings."""
+        found = forecast.compare(self._script, foreseen)
+        for warning in found.warnings:
+            print(f"smoke: warning: {warning}", file=sys.stderr)
+        if found.errors:
+            raise together(found.errors)
+
     def run(self) -> ExitCode:
-        """The exit code of the worst run."""
+        """The exit code of the worst run; LauncherError before any if the script is wrong."""
         with (
             contextlib.redirect_stdout(self._stdout),
             artifacts.evidence(self._options.artifacts) as folder,
             terminable(),
         ):
-            code = self._all(folder.path)
+            try:
+                code = self._all(folder.path)
+            except LauncherError:
+                folder.is_kept = False  # nothing was run
+                raise
             folder.is_kept = code is not ExitCode.OK
         return code
 
@@ -96,6 +114,10 @@ class Session:
         results: list[Result] = []
         try:
             self._runs(folder, results)
+        except LauncherError:
+            for path in (*artifacts.runs_in(folder, self._options.repeat), folder):
+                artifacts.discard(path)
+            raise
         except KeyboardInterrupt as interrupt:
             print("smoke: interrupted")  # while a run was prepared or reported
             if not results:
@@ -143,7 +165,7 @@ class Session:
                 progress,
                 keeps_graph=self._options.artifacts is not None,
                 keeps_page=self._options.html is not None,
-                forecast=self._options.forecast,
+                judge=self._judge if self._is_of_use else None,
             )
             result = runner.run()
         finally:

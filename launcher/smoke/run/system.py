@@ -26,11 +26,13 @@ from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
 from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.observe.recording import SNAPSHOT, Recording, RecordingError
 from launcher.smoke.observe.recording import STOP_S as RECORDING_STOP_S
+from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
 from launcher.socket_directory import ControlError
 
+EVALUATION_S = 120.0  # longer than the launcher's own limit, which may be raised
 LISTEN_S = 10.0  # until the control socket is open, on a busy machine
 STOP_S = 30.0  # SIGINT, SIGTERM and SIGKILL of every process, and what they left behind
 SET_S = 5.0  # until a node has set a parameter
@@ -45,7 +47,8 @@ class System(Waits):
 
     Logs and other evidence go to `folder`. Without a `probe`, ROS is not observed. Use `with`, or
     `start()` and `stop()`. After `longest_s` the launcher stops by itself. The topics `records` are
-    recorded into a bag. `keeps_graphs`: `last_state` has them.
+    recorded into a bag. `keeps_graphs`: `last_state` has them. `judge` is called with what will be
+    started, if that is known, before anything is; what it raises ends the start.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class System(Waits):
         longest_s: float = MAX_RUN_S,
         records: Sequence[str] = (),
         keeps_graphs: bool = False,
+        judge: Callable[[Forecast], None] | None = None,
     ) -> None:
         self.words = list(words)
         self.folder = folder
@@ -69,6 +73,8 @@ class System(Waits):
         self._records = tuple(records)
         self._recording: Recording | None = None
         self._longest_s = longest_s
+        self._judge = judge
+        self.forecast: Forecast | None = None
         self.last_state = LastState()
         self._on_graph = self.last_state.take_graph if keeps_graphs else None
         self._stack = contextlib.ExitStack()
@@ -106,11 +112,26 @@ class System(Waits):
             self.recorder.begin()
             # The system is not disturbed while it is judged.
             words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
-            self._launcher = LauncherProcess(words, self.environment, self.folder / "launcher.out")
+            output, foresees = self.folder / "launcher.out", self._judge is not None
+            self._launcher = LauncherProcess(words, self.environment, output, foresees=foresees)
+            if self._judge is not None:
+                self._have_judged(self._judge)
             self._followers = Followers(
                 self._launcher, self.recorder, self._memory, self.last_state
             )
             self._stack = stack.pop_all()
+
+    def _have_judged(self, judge: Callable[[Forecast], None]) -> None:
+        """The launcher is stopped if the judge raises, or is interrupted."""
+        try:
+            document = self._launcher.forecast(EVALUATION_S)
+            if document is not None:
+                self.forecast = Forecast.of(document)
+                judge(self.forecast)
+            self._launcher.go_on()
+        except BaseException:
+            self._launcher.stop(STOP_S)
+            raise
 
     def _start_probe(self, stack: contextlib.ExitStack) -> None:
         environment = {**self.environment, **network.of_probe(self.words, self.environment)}

@@ -27,7 +27,7 @@ def smoked(monkeypatch) -> Any:
         return 0
 
     monkeypatch.setattr(Session, "run", note)
-    monkeypatch.setattr(smoke, "_check", lambda script, words: None)
+    monkeypatch.setattr(smoke, "_check", lambda script: None)
 
     def read(line: str) -> tuple[Any, Any, list[str]]:
         assert smoke.main(shlex.split(line)) == 0

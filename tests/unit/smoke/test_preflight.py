@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import geometry_msgs.msg
 import pytest
 import std_msgs.msg
 
+from launcher import frontends
 from launcher.commands import plan as planning
 from launcher.commands.launch.certainty import is_certain
+from launcher.commands.launch.core import LaunchCore
+from launcher.commands.launch.forecast import document
 from launcher.commands.launch.target import LaunchRequest
 from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError
+from launcher.interpreter import Interpreter
+from launcher.language.compat import vocabulary
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
-from launcher.smoke.preflight.forecast import Forecast, Moment, ask, compare
+from launcher.smoke.preflight.forecast import Forecast, Moment, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 from tests.unit.smoke.cases import expectation_of
@@ -267,6 +273,34 @@ def test_a_plan_is_certain_unless_functions_receive_events(
     assert is_certain(plan) is certain
 
 
+UNCERTAIN = [
+    "TimerAction(period=5.0, actions=[look])",
+    "RegisterEventHandler(OnProcessIO(target_action=one, on_stdout=lambda e: None))",
+    "RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: None))",
+    "RegisterEventHandler(OnProcessExit(target_action=one, on_exit=[TimerAction("
+    "period=1.0, actions=[look])]))",
+    "ExecuteProcess(cmd=['true'], on_exit=lambda event, context: None)",
+    "OpaqueFunction(function=lambda context: context.asyncio_loop.call_later(9, print) and None)",
+    "TimerAction(period=1.0, actions=[type('Own', (OpaqueFunction,), {})(function=print)])",
+]
+CERTAIN = [
+    "look",
+    "OpaqueFunction(function=lambda context: [TimerAction(period=1.0, actions=[two])])",
+    "TimerAction(period=5.0, actions=[two])",
+    "RegisterEventHandler(OnProcessExit(target_action=one, on_exit=[two]))",
+    "ExecuteProcess(cmd=['true'], cached_output=True, on_exit=[two])",
+]
+
+
+@pytest.mark.parametrize("more", [*UNCERTAIN, *CERTAIN])
+def test_a_forecast_is_certain_unless_functions_are_called_later(tmp_path: Path, more: str):
+    path = tmp_path / "x.launch.py"
+    path.write_text(LAUNCH.replace("{more}", more), encoding="utf-8")
+    foreseen = forecast_of(path)
+    assert foreseen.is_certain is (more in CERTAIN)
+    assert foreseen.knows("two") is ("two" in more)
+
+
 MOMENTS = """
 from launch import LaunchDescription
 from launch.actions import ExecuteProcess, RegisterEventHandler, TimerAction
@@ -290,11 +324,22 @@ def generate_launch_description():
 """
 
 
+def forecast_of(path: Path) -> Forecast:
+    """What a launcher would say, when it has evaluated the launch file."""
+    with vocabulary([str(path)]):
+        description = frontends.load(str(path))
+        interpreter = Interpreter(description, path=str(path))
+        core = LaunchCore(interpreter, description, LaunchRequest(str(path)))
+        core.evaluate()
+        found = json.loads(json.dumps(document(core)))
+        interpreter.close()
+    return Forecast.of(found)
+
+
 def test_a_forecast_says_when_processes_are_started_and_conditions_are_evaluated(tmp_path: Path):
     path = tmp_path / "x.launch.py"
     path.write_text(MOMENTS, encoding="utf-8")
-    foreseen = ask([str(path)])
-    assert foreseen is not None
+    foreseen = forecast_of(path)
     moments = {
         process.label: moment
         for process, moment in zip(foreseen.processes, foreseen.moments, strict=True)

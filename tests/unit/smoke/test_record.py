@@ -185,9 +185,7 @@ def run(pid: str = "137", **changes: Any) -> Facts:
 
 
 def recorded(*runs: Facts, arguments: dict[str, str] | None = None, for_s: float = 15.0) -> str:
-    head = Head(
-        target="x.launch.py", arguments=arguments or {}, options=(), for_s=for_s, forecast=None
-    )
+    head = Head(target="x.launch.py", arguments=arguments or {}, options=(), for_s=for_s)
     return document_of(Runs(Seen(one, for_s) for one in runs), head).text
 
 
@@ -259,7 +257,7 @@ def test_a_lifecycle_node_is_recorded_with_its_state_and_other_services_are_not_
         "/engine/change_state": ("lifecycle_msgs/srv/ChangeState",),
     }
     facts = run(graphs=(EMPTY, graph(nodes=("/engine",), services=services)))
-    head = Head(target="x", arguments={}, options=(), for_s=15.0, forecast=None)
+    head = Head(target="x", arguments={}, options=(), for_s=15.0)
     text = document_of(Runs([Seen(facts, 15.0, {"/engine/get_state": "active"})]), head).text
     (service,) = [e for e in parse(text, "x.yaml").expectations if e.kind == "service"]
     assert service.subject == "/engine/get_state"
