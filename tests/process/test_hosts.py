@@ -152,6 +152,28 @@ def test_what_a_timer_of_a_launch_file_starts_is_placed_with_the_file(bench: Hos
         assert hosts == {"here-1": "local", "late-2": "bot1"}
 
 
+LATER = """RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: [
+    sh("exit 0", name="{}")] if event.process_name == "here-1" else []))"""
+
+
+def test_a_host_that_nobody_could_foresee_is_connected_to_when_it_is_needed(bench: HostsBench):
+    bench.hosts_text = "hosts: {bot1: {address: 127.0.0.1}}\nplace: {here: local, 'bot1_*': bot1}\n"
+    done = bench.run(f'{LATER.format("bot1_late")}, sh("exit 0", name="here")')
+    assert b"'bot1_*' matches nothing that can be foreseen" in done.stderr
+    assert b"[bot1_late-2]: process started with pid" in done.stdout
+    assert b"on bot1\n" in done.stdout
+    assert done.returncode == 0
+
+
+def test_a_later_process_for_which_rules_disagree_is_not_started(bench: HostsBench):
+    bots = "{bot1: {address: 127.0.0.1}, bot2: {address: 127.0.0.1}}"
+    bench.hosts_text = f"hosts: {bots}\nplace: {{'bot1_*': bot1, '*_x': bot2, here: local}}\n"
+    done = bench.run(f'{LATER.format("bot1_x")}, sh("exit 0", name="here")')
+    assert b"[ERROR] [bot1_x-2]: not started: two hosts for bot1_x-2: " in done.stdout
+    assert b"bot1_x-2 could not be placed" in done.stdout
+    assert done.returncode == 1
+
+
 def test_a_restart_policy_is_the_hosts_and_is_seen(bench: HostsBench):
     actions = 'sh("exit 3", name="bot1_a", respawn=True, respawn_delay=0.05)'
     done = bench.run(actions, "--restart", "bot1_a=on-failure,max=2,backoff=0.05..0.1")
