@@ -267,6 +267,26 @@ def test_an_argument_that_a_function_declares_is_known_when_it_is_launched(works
     assert workspace.started.exists()
 
 
+FROM_ARGV = """
+LogInfo(msg="n is " + next(word for word in sys.argv if word.startswith("n:="))),
+"""
+
+
+@pytest.mark.parametrize("verb", [["plan"], ["launch"], ["export", "systemd"], ["smoke"]])
+def test_an_argument_that_the_file_takes_from_sys_argv_is_not_refused(
+    workspace: Workspace, verb: list[str]
+):
+    file = workspace.write(FROM_ARGV)
+    done = workspace.call(*verb, file, "n:=1")
+    assert "unknown launch argument" not in done.stdout + done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
+    doubted = workspace.call(*verb, file, "n:=1", "mapp:=2")
+    assert doubted.returncode == 0
+    said = doubted.stderr + doubted.stdout
+    if verb != ["smoke"]:  # the launcher's own output is in a file
+        assert "warning: unknown launch argument 'mapp', unless the launch file takes it" in said
+
+
 @pytest.mark.parametrize(
     "name",
     ["sigterm_timeout", "sigkill_timeout", "launch-prefix", "launch-prefix-filter", "emulate_tty"],

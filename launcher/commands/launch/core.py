@@ -54,6 +54,7 @@ _OF_HELPERS = (
 )
 _OF_PLAN = "launcher.commands.launch.run_plan"
 MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
+_STARTED_OR_ENDED = (ProcessStarted, ProcessExited, SpawnFailed)
 _FIRST_SERVICE = 1 << 30  # ids of processes of the launch file are smaller
 
 
@@ -158,7 +159,7 @@ class LaunchCore:
         process_id = getattr(event, "process_id", None)
         if process_id is not None and process_id not in self.interpreter.host.processes:
             return ()  # a service, or a process that the launch file does not have any more
-        if process_id in self._started:
+        if process_id in self._started and isinstance(event, _STARTED_OR_ENDED):
             self._started.discard(process_id)
             if isinstance(event, ProcessStarted):
                 return ()

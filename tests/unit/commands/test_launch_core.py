@@ -14,7 +14,7 @@ from launcher.language.actions.events import LogInfo, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess, OnProcessStart
 from launcher.language.compat import vocabulary
 from launcher.language.description import LaunchDescription
-from launcher.model.events import ProcessExited, ProcessStarted
+from launcher.model.events import ProcessExited, ProcessOutput, ProcessStarted
 from tests.unit.interpreter.interpreting import texts
 
 
@@ -52,6 +52,7 @@ def adopt(core: LaunchCore, *started: int) -> None:
 
 def test_the_start_of_a_container_that_a_reload_restarts_is_not_told_twice(core: LaunchCore):
     adopt(core, 1)
+    core.handle(ProcessOutput(1, "stdout", b"the last words of the old one\n"))
     assert texts(core.handle(ProcessStarted(1, 7))) == []
     assert texts(core.handle(ProcessStarted(1, 8))) == ["it runs"]
 
