@@ -8,7 +8,15 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.console.format import cpu, end_cut, ending, is_in_trouble, memory, middle_cut
+from launcher.console.format import (
+    cpu,
+    end_cut,
+    ending,
+    has_died,
+    is_in_trouble,
+    memory,
+    middle_cut,
+)
 from launcher.control.format import concern, readiness, unreachable
 
 Fragment = tuple[str, str]
@@ -154,7 +162,7 @@ def _joined(cells: Sequence[Line]) -> Line:
 def _style(process: Mapping[str, Any]) -> str:
     if process.get("paused") or concern(process) or process.get("lacks"):
         return "class:bar.waiting"
-    if process["state"] == "EXITED" and is_in_trouble(process):
+    if has_died(process):
         return "class:bar.trouble"
     return _STYLES.get(process["state"], "class:bar.quiet")
 
@@ -188,7 +196,7 @@ def _is_muted(process: Mapping[str, Any]) -> bool:
 def _state(process: Mapping[str, Any]) -> str:
     """The state in words: of one that has ended by itself, how."""
     state, end = process["state"], ending(process)
-    if state == "EXITED" and end:
+    if (state == "EXITED" and end) or has_died(process):
         return end
     word = str(state).lower()
     return f"{word} {end}" if state in ("BACKOFF", "FATAL") and end else word
@@ -235,8 +243,8 @@ def _counted_as(process: Mapping[str, Any]) -> str:
         return "waiting"
     if process.get("not_responding_s"):
         return "not responding"
+    if has_died(process):
+        return "failed"
     if state != "exited":
         return state
-    if is_in_trouble(process):
-        return "failed"
     return "stopped" if (process.get("last_exit") or {}).get("asked") else "finished"

@@ -71,13 +71,18 @@ def ending(process: Mapping[str, Any]) -> str:
     return f"exit {code}" if code else "finished"
 
 
+def has_died(process: Mapping[str, Any]) -> bool:
+    """Whether it has failed: by itself, or by crashing when it was stopped."""
+    last = process.get("last_exit") or {}
+    is_bad = last.get("returncode") not in (0, None) and not last.get("asked")
+    return is_bad and process["state"] in ("EXITED", "STOPPED")
+
+
 def is_in_trouble(process: Mapping[str, Any]) -> bool:
     """Whether it needs attention: it has failed, is stopped, paused, unreachable, or silent."""
     state = process["state"]
-    last = process.get("last_exit") or {}
-    died = state == "EXITED" and last.get("returncode") not in (0, None) and not last.get("asked")
     is_silent = process.get("unreachable_s") is not None or bool(process.get("not_responding_s"))
-    return died or state in _TROUBLE or bool(process.get("paused")) or is_silent
+    return has_died(process) or state in _TROUBLE or bool(process.get("paused")) or is_silent
 
 
 def killed_text(processes: Sequence[Mapping[str, Any]]) -> str:

@@ -25,6 +25,9 @@ from launcher.model.spec import RestartMode, RestartPolicy, StopPolicy
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 # Signals that ask a program to exit; it may catch them and clean up.
 POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT})
+# A process that is being stopped may end by these whoever sends them, as for systemd: they are
+# requests to end, or tell that a reader has gone, which may have been stopped before.
+ORDERLY = frozenset({signal.SIGHUP, signal.SIGINT, signal.SIGTERM, signal.SIGPIPE})
 SPAWN_RETRY_S = 1.0  # at least, after such an error
 
 
@@ -117,25 +120,27 @@ class Stuck(Record):
 
 
 class Ended(Record):
-    """Report its exit. `asked`: it was requested. `retry_in_s`: None if it is not restarted.
+    """Report its exit. `asked`: as it was requested. `retry_in_s`: None if it is not restarted.
 
-    `sent`: it exited by a signal of a user (`SignalSent`), which implies `asked`.
+    `sent`: it exited by a signal of a user (`SignalSent`), which implies `asked`. `crashed`: it was
+    being stopped, and ended by a signal that nobody had sent, which is not `asked`.
     """
 
     outcome: Outcome
     asked: bool
     retry_in_s: float | None
     sent: bool = False
+    crashed: bool = False
 
     @property
     def is_final(self) -> bool:
-        """Whether the exit was not requested, and no restart follows."""
-        return self.retry_in_s is None and not self.asked
+        """Whether the exit was by itself, and no restart follows."""
+        return self.retry_in_s is None and not self.asked and not self.crashed
 
     @property
     def has_died(self) -> bool:
-        """Whether it failed, and no restart follows."""
-        return self.is_final and self.outcome.failed
+        """Whether it failed, and no restart follows because of that."""
+        return self.crashed or (self.is_final and self.outcome.failed)
 
 
 class Order(enum.Enum):
@@ -176,7 +181,8 @@ class ProcessMachine:
         self._chance = chance
         self._step = 0
         self._next_stop: StopPolicy | None = None
-        self._sent: dict[int, float] = {}
+        self._sent: dict[int, float] = {}  # by users
+        self._signals: frozenset[int] = frozenset()  # that were sent to it in this life
         self._quick_ends = 0
         self._starts_again = False
         self._is_stuck = False
@@ -290,6 +296,8 @@ class ProcessMachine:
 
     def _enter(self, state: ProcessState, deadline: float | None = None) -> None:
         self.state = state
+        if state is ProcessState.STARTING:
+            self._signals = frozenset()
         self._is_stuck = False
         self.deadline = deadline
         self._take_stop()
@@ -316,6 +324,7 @@ class ProcessMachine:
 
     def _sent_to(self, sent: SignalSent, now: float) -> list[Action]:
         is_waking = self.is_suspended and sent.signum in POLITE
+        self._signals |= {sent.signum}
         if sent.by_user and self.state is ProcessState.RUNNING:
             self._sent[sent.signum] = now
         if is_waking or (sent.by_user and sent.signum == signal.SIGCONT):
@@ -347,6 +356,7 @@ class ProcessMachine:
         """Send the signal of this step of the stop: RUNNING, STOPPING -> STOPPING."""
         self._step = step
         signum, wait_s = self.stop.steps[step]
+        self._signals |= {signum}
         self.is_suspended = self.is_suspended and signum not in POLITE
         self._enter(ProcessState.STOPPING, now + wait_s)
         return [Signal(signum)]
@@ -362,15 +372,8 @@ class ProcessMachine:
 
     def _end(self, outcome: Outcome, now: float) -> list[Action]:
         self.is_suspended = False
-        if self.state is ProcessState.STOPPING and self._starts_again:
-            # STOPPING -> BACKOFF: a requested restart has no delay
-            self._starts_again = False
-            self._enter(ProcessState.BACKOFF, now)
-            return [Ended(outcome, asked=True, retry_in_s=0.0)]
         if self.state is ProcessState.STOPPING:
-            # STOPPING -> STOPPED
-            self._enter(ProcessState.STOPPED)
-            return [Ended(outcome, asked=True, retry_in_s=None)]
+            return [self._end_of_stop(outcome, now)]
         if self._ends_of_what_was_sent(outcome, now):
             # RUNNING -> STOPPED
             self.is_held = True
@@ -386,6 +389,24 @@ class ProcessMachine:
         is_fatal = gave_up or outcome.spawn_errno is not None
         self._enter(ProcessState.FATAL if is_fatal else ProcessState.EXITED)
         return [Ended(outcome, asked=False, retry_in_s=None)]
+
+    def _end_of_stop(self, outcome: Outcome, now: float) -> Ended:
+        crashed = self._has_crashed(outcome)
+        if self._starts_again:
+            # STOPPING -> BACKOFF: a requested restart has no delay
+            self._starts_again = False
+            self._enter(ProcessState.BACKOFF, now)
+            return Ended(outcome, asked=not crashed, retry_in_s=0.0, crashed=crashed)
+        # STOPPING -> STOPPED
+        self._enter(ProcessState.STOPPED)
+        return Ended(outcome, asked=not crashed, retry_in_s=None, crashed=crashed)
+
+    def _has_crashed(self, outcome: Outcome) -> bool:
+        """Whether a process that is being stopped was ended by a signal that nobody had sent."""
+        code = outcome.returncode
+        if code is None or code >= 0 or outcome.lost_with:
+            return False
+        return -code not in self._signals | ORDERLY
 
     def _ends_of_what_was_sent(self, outcome: Outcome, now: float) -> bool:
         if not self._sent or outcome.returncode is None:

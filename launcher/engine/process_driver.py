@@ -30,7 +30,7 @@ from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
 from launcher.model import run_events
-from launcher.model.events import Outcome, refusal
+from launcher.model.events import SIGNALLED, Outcome, refusal
 from launcher.model.run_events import known
 
 TYPE_CHECKING = False
@@ -58,7 +58,9 @@ if TYPE_CHECKING:
         def withdraw(self, process: Process) -> bool: ...
 
 
-SIGNALLED = 128  # a shell adds it to the number of the signal that has ended its command
+# Of a process that was stopped: 1 is that of an exception, also of rclpy's, and a shell's own are
+# those after the signals of a stop.
+USUAL_CODES = (0, 1, SIGNALLED + signal.SIGINT, SIGNALLED + signal.SIGTERM)
 
 
 class ProcessDriver:
@@ -360,10 +362,13 @@ class ProcessDriver:
     def _add_to_history(self, process: Process, end: Ended, at_s: float) -> None:
         history = process.history
         began_s = process.machine.running_since
-        if end.outcome.returncode is None:
+        code = end.outcome.returncode
+        if code is None:
             history.refusals += not end.asked
             return
         history.run_s += at_s - began_s
+        if end.asked and code > 0 and code not in USUAL_CODES:
+            history.odd_code = history.odd_code or code
         if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
             return
         history.deaths += 1

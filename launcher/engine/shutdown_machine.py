@@ -275,7 +275,7 @@ class ShutdownMachine:
             self._died.setdefault(event.name, event.end.outcome)
         if event.end.is_final and event.is_required:
             self._stop_soon(f"{event.name} is required and has exited", now)
-        elif event.end.has_died and self._exit_when_any_dies:
+        elif event.end.is_final and event.end.has_died and self._exit_when_any_dies:
             self._stop_soon(f"{event.name} died", now)
 
     def _stop_soon(self, reason: str, now: float) -> None:

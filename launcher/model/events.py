@@ -290,6 +290,9 @@ Event = (
 # ---- how a process ended
 
 
+SIGNALLED = 128  # a shell adds it to the number of the signal that has ended its command
+
+
 def refusal(number: int, what: str) -> str:
     """Why a start failed, by its errno; `what` is the cause if it is not the program."""
     if number == errno.ETIMEDOUT and what:  # it has waited for others, as `what` says

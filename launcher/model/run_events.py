@@ -233,7 +233,7 @@ class Ended(RunEvent):
 
     pid: of the process
     returncode: its exit code, or minus the number of the signal that ended it
-    asked: whether that was requested: by a user, the launch file, or the end of the run
+    asked: whether it did as a user, the launch file or the end of the run requested: not by a crash
     restart_in_s: when it is started again; null if it is not
     """
 

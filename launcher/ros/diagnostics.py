@@ -92,6 +92,8 @@ def _judged(row: Row) -> tuple[Level, str]:
             return Level.WARN, f"waiting to restart after {end or 'its end'}"
         case "STOPPED" if last is None:
             return Level.STALE, "not started"
+        case "STOPPED" if not last["asked"] and last["returncode"]:
+            return Level.ERROR, f"crashed when it was stopped: {end}"
         case "STOPPED":
             return Level.STALE, "stopped by request"
         case "EXITED" if last is None or last["asked"] or last["returncode"] == 0:

@@ -320,6 +320,30 @@ def test_a_launch_file_stops_one_node_and_the_others_go_on(bench: ControlBench):
     assert run.screen.index("careful was stopped") < run.screen.index("other was stopped")
 
 
+CRASHING = """
+import os, signal, time
+signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGSEGV))
+print("ready", flush=True)
+while True:
+    time.sleep(0.01)
+"""
+
+
+def test_a_crash_of_a_group_that_is_stopped_is_a_death(bench: ControlBench, tmp_path: Path):
+    action = script(tmp_path / "crashing.py", CRASHING)
+    handler = (
+        "RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: "
+        "LogInfo(msg=f'{event.process_name} ended with {event.returncode}')))"
+    )
+    with bench.launch(f"{action}, {plain('careful')}, {handler}", "--compose", "*") as run:
+        run.wait_for("[crashing-1] ready")
+        run.wait_for("[careful-2] [INFO]")
+        run.ask("quit")
+        assert run.exit_code() == 1
+    assert "exit code 1: composed-1 ended unexpectedly (SIGSEGV" in run.screen
+    assert "crashing-1 ended with -11" in run.screen
+
+
 def test_a_killed_group_leaves_nothing(bench: ControlBench):
     with bench.launch(f"{plain('careful')}, {plain('usual')}", "--compose", "*") as run:
         run.wait_for("[usual-2] [INFO]")

@@ -125,7 +125,7 @@ def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Ben
     assert first.startswith("    sh-1     exit code 7 ")
     assert second.startswith("    sh-2     stopped (exit code 5) ")
     assert last == "[ERROR] [launch]: exit code 1: sh-1 ended unexpectedly (exit code 7)" + (
-        "; ended by: the launch file"
+        "; stopped with an unusual exit code: sh-2 (5); ended by: the launch file"
     )
     assert done.returncode == 1
 

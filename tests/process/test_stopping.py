@@ -10,7 +10,7 @@ import signal
 import psutil
 import pytest
 
-from tests.process.conftest import MARK, Bench
+from tests.process.conftest import MARK, Bench, ControlBench
 from tests.support.terminal import Terminal, marked_processes
 from tests.support.waiting import wait_until
 
@@ -285,3 +285,66 @@ def test_a_second_ctrl_c_cancels_a_timer_that_holds_up_the_shutdown(bench: Bench
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
     assert "kept" not in terminal.text
+
+
+def crashing(signum: str, name: str) -> str:
+    """A process that ends by this signal, from itself, in answer to SIGINT."""
+    return f"sh(\"trap 'kill -{signum} $$' INT; echo ready; {LOOP}\", name='{name}')"
+
+
+LOOP = "while :; do sleep 0.05; done"
+DIED = r"\[ERROR\] \[{0}\]: process has died \[pid \d+, exit code -{1}, cmd '.*'\]\. \({2}"
+
+
+def test_a_crash_in_answer_to_the_stop_is_a_death(control_bench: ControlBench):
+    actions = f"{crashing('SEGV', 'a')}, {crashing('KILL', 'b')}, {crashing('TERM', 'c')}"
+    with control_bench.launch(actions) as run:
+        for name in ("a-1", "b-2", "c-3"):
+            run.wait_for(f"[{name}] ready")
+        run.ask("quit")
+        assert run.exit_code() == 1
+    for name, signum in (("a-1", signal.SIGSEGV), ("b-2", signal.SIGKILL)):
+        assert re.search(DIED.format(name, int(signum), signum.name), run.screen)
+        assert re.search(rf"{name} +{signum.name}(, core dumped)? when it was stopped ", run.screen)
+    assert "[INFO] [c-3]: process was stopped" in run.screen
+    last = run.screen.splitlines()[-1]
+    assert re.match(r"\[ERROR\] \[launch\]: exit code 1: (a-1 and b-2|b-2 and a-1) ended", last)
+
+
+@pytest.mark.parametrize(("signum", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_crash_when_the_launcher_is_signalled_has_the_exit_code_of_failed_runs(
+    control_bench: ControlBench, signum: int, code: int
+):
+    with control_bench.launch(crashing("SEGV", "a")) as run:
+        run.wait_for("[a-1] ready")
+        run.process.send_signal(signum)
+        assert run.exit_code() == code
+    assert f"exit code {code}: a-1 ended unexpectedly (SIGSEGV" in run.screen
+
+
+@pytest.mark.parametrize("verb", ["stop", "restart"])
+def test_a_crash_when_a_user_stops_a_process_is_a_death_and_the_run_goes_on(
+    control_bench: ControlBench, verb: str
+):
+    more = ("--restart", "a=always,delay=0", "--required", "a", "--exit-when-any-dies")
+    actions = f"{crashing('ABRT', 'a')}, sh('echo ready; exec sleep 1000', name='b')"
+    with control_bench.launch(actions, *more) as run:
+        run.wait_for("[a-1] ready")
+        run.wait_for("[b-2] ready")
+        run.ask(verb, "a")
+        row = run.row("a-1")
+        assert row["state"] == ("STOPPED" if verb == "stop" else "RUNNING")
+        assert (row["last_exit"]["returncode"], row["last_exit"]["asked"]) == (-6, False)
+        run.ask("quit")
+        assert run.exit_code() == 1
+    assert re.search(DIED.format("a-1", 6, "SIGABRT"), run.screen)
+    assert re.search(r"exit code 1: a-1 ended unexpectedly \(SIGABRT(, core dumped)?\)", run.screen)
+
+
+def test_an_unusual_exit_code_after_the_stop_is_named_in_the_last_line(bench: Bench):
+    actions = ", ".join(f"sh(\"trap 'exit {n}' INT; {LOOP}\")" for n in (0, 1, 7, 130, 139, 143))
+    done = bench.run(actions, "--timeout", "1")
+    assert done.returncode == 0
+    last = done.stdout.decode().splitlines()[-1]
+    assert "exit code 0: 4 processes ended as expected after" in last
+    assert "; stopped with unusual exit codes: sh-3 (7), sh-5 (139, SIGSEGV);" in last

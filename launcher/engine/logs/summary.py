@@ -8,11 +8,13 @@ from __future__ import annotations
 import bisect
 import itertools
 import re
+import signal
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from launcher.engine.output.filters import ERROR, level_of
 from launcher.engine.output.lines import for_terminal, without_colour
 from launcher.engine.process import Process
+from launcher.model.events import SIGNALLED, signal_name
 from launcher.text import count
 
 TYPE_CHECKING = False
@@ -29,6 +31,7 @@ MIN_ERROR = 24  # columns for the first error; with fewer it is on a line of its
 ERROR_CHARS = 300  # where there is no terminal
 MAX_UNSHOWN = 3  # processes
 MAX_HANGS, MAX_STACK = 3, 40  # processes, and lines of each
+MAX_NAMES = 3  # of processes with unusual exit codes
 INDENT = "    "
 GAP = "  "
 _HEAD = ("PROCESS", "ENDED", "RESTARTS", "RUN TIME", "PEAK USS", "FIRST ERROR")
@@ -112,11 +115,10 @@ def write(
         for text in hangs(processes):
             log.log(level, "launch", text)
         causes = causes or ["every process was restarted or ended as expected"]
-    elif processes and not causes:
-        causes = [all_well(processes)]
     if is_script:
         return
-    text = f"exit code {code}: {'; '.join(causes)}"
+    found = [*causes, *odd_codes(processes)] if causes or not processes else [all_well(processes)]
+    text = f"exit code {code}: {'; '.join(found)}"
     ended = f"; ended by: {end_reason}" if end_reason and end_reason not in causes else ""
     log.log(level, "launch", text + ended)
 
@@ -131,19 +133,38 @@ def all_well(processes: Collection[Process]) -> str:
     """`5 processes ended as expected after 12.3 s; peak memory 31.0 MB USS (robot_1-3)`."""
     left = [process for process in processes if process.is_abandoned]
     before = [process for process in processes if _had_ended_before(process)]
-    ended = [process for process in processes if process not in left and process not in before]
+    others = [*left, *before, *(one for one in processes if one.history.odd_code is not None)]
+    ended = [process for process in processes if process not in others]
     longest_s = max((process.history.run_s for process in ended), default=0.0)
     parts = [f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"]
     if not any(process.history.starts for process in ended):
-        parts = [] if left or before else ["no process was started"]
+        parts = [] if others else ["no process was started"]
     parts += [f"{count(len(before), 'process')} had ended before"] if before else []
     parts += [f"{count(len(left), 'process')} left on other hosts"] if left else []
-    text = "; ".join(parts)
+    text = "; ".join([*parts, *odd_codes(processes)])
     peaks = [(p.history.peak_uss, p.name) for p in processes if p.history.peak_uss is not None]
     if not peaks:
         return text
     size, name = max(peaks)
     return f"{text}; peak memory {_megabytes(size)} USS ({name})"
+
+
+def odd_codes(processes: Collection[Process]) -> list[str]:
+    """`stopped with unusual exit codes: sh-1 (7), sh-2 (139, SIGSEGV)`, if any was."""
+    codes = {one.name: one.history.odd_code for one in processes if one.history.odd_code}
+    if not codes:
+        return []
+    named = [f"{name} ({_code(code)})" for name, code in codes.items()]
+    shown, more = named[:MAX_NAMES], len(named) - MAX_NAMES
+    an, s = ("an ", "") if len(named) == 1 else ("", "s")
+    rest = f" and {more} more" if more > 0 else ""
+    return [f"stopped with {an}unusual exit code{s}: {', '.join(shown)}{rest}"]
+
+
+def _code(code: int) -> str:
+    """With the signal of which a shell tells by it."""
+    signum = code - SIGNALLED
+    return f"{code}, {signal_name(signum)}" if 0 < signum < signal.NSIG else str(code)
 
 
 def hangs(processes: Sequence[Process]) -> list[str]:
@@ -238,7 +259,7 @@ def _how_it_ended(process: Process) -> str:
         return "had ended before"
     if end is None:
         return "not started"
-    text = str(end.outcome)
+    text = f"{end.outcome} when it was stopped" if end.crashed else str(end.outcome)
     if process.machine.had_to_be_killed:
         text = f"had to be killed ({text})"
     elif end.asked:

@@ -37,17 +37,16 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     took_s = ending.down_s - facts.stop_s
     harder = {e.process: e for e in facts.of(Signalled) if _is_harder(e, facts)}
     faults = [f"{name} needed {_HARD[e.event.signal]}" for name, e in harder.items()]
-    ends = [e for e in facts.of(Ended) if e.at_s >= facts.stop_s]
-    codes = [(e.process, e.event.returncode) for e in ends]
-    crashes = {name: code for name, code in codes if code not in _ORDERLY}
-    faults += [f"{name} ended with {exit_text(code)}" for name, code in crashes.items()]
+    ends = _ends_at_stop(facts)
+    bad = {e.process: e.event for e in ends if e.event.returncode not in _ORDERLY or _is_crash(e)}
+    faults += [f"{name} ended with {exit_text(end.returncode)}" for name, end in bad.items()]
     if ending.returncode is None:
         faults.append("the launcher had to be killed")
     if took_s > expectation.subject:
         faults.append(f"it took {seconds_text(took_s)}")
     if ending.left_processes:
         faults.append(f"left behind: {listed(ending.left_processes)}")
-    about = tuple(name for name in (*harder, *crashes) if name)
+    about = tuple(name for name in (*harder, *bad) if name)
     details: dict[str, Any] = {"value": took_s, "unit": "s", "about": about}
     if faults:
         return violated(expected, seen="; ".join(faults), at_s=facts.stop_s, **details)
@@ -55,19 +54,32 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
 
 
 def forced_stop(facts: Facts) -> Verdict | None:
-    """The verdict on processes that had to be killed at the stop; None if there are none."""
+    """The verdict on processes that were killed or crashed at the stop; None if there are none."""
     signals = (e for e in facts.of(Signalled) if _is_harder(e, facts))
     killed = {e.process: e for e in signals if e.event.signal == signal.SIGKILL}
     names = sorted(name for name in killed if name)
-    if not names:
+    crashes = [e for e in _ends_at_stop(facts) if _is_crash(e)]
+    if not names and not crashes:
         return None
-    waited_s = max(event.at_s for event in killed.values()) - facts.stop_s
+    seen = [f"{e.process} ended with {exit_text(e.event.returncode)}" for e in crashes]
+    if names:
+        waited_s = max(event.at_s for event in killed.values()) - facts.stop_s
+        seen.append(f"killed after {seconds_text(waited_s)}: {several(names)}")
     return violated(
         "all processes exit on SIGINT or SIGTERM",
-        seen=f"killed after {seconds_text(waited_s)}: {several(names)}",
+        seen="; ".join(seen),
         at_s=facts.stop_s,
-        about=tuple(names),
+        about=(*names, *(e.process for e in crashes if e.process)),
     )
+
+
+def _ends_at_stop(facts: Facts) -> list[ProcessEvent[Ended]]:
+    return [event for event in facts.of(Ended) if event.at_s >= facts.stop_s]
+
+
+def _is_crash(end: ProcessEvent[Ended]) -> bool:
+    """Whether a signal has ended the process that was not sent to stop it."""
+    return end.event.returncode < 0 and not end.event.asked
 
 
 def _is_harder(sent: ProcessEvent[Signalled], facts: Facts) -> bool:

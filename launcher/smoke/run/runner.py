@@ -339,7 +339,7 @@ class Runner:
 
 
 def _forced(judged: Sequence[Judged], facts: Facts) -> list[Judged]:
-    """A row for what was killed at the stop, unless a `clean_shutdown` reports it."""
+    """A row for what was killed or crashed at the stop, unless a `clean_shutdown` reports it."""
     verdict = forced_stop(facts)
     if verdict is None or any(one.expectation.kind == "clean_shutdown" for one in judged):
         return []

@@ -309,9 +309,6 @@ class System(Waits):
 
     def control(self, verb: str, process: str) -> None:
         """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
-        if verb in ("stop", "restart"):
-            for name in self.facts().named(process):
-                self.recorder.expect_exit(name)
         self._request(verb, process)
 
     def _request(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:

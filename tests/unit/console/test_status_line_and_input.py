@@ -85,7 +85,7 @@ def test_the_bar_shows_unusual_states():
 
 
 def ended(name: str, code: int | None, text: str, state: str = "EXITED", **more: object):
-    last = {"returncode": code, "text": text, "asked": False}
+    last = {"returncode": code, "text": text, "asked": code == -2}
     return process(name, state, last_exit=last, **more)
 
 
@@ -98,6 +98,7 @@ ENDED = [
     ended("f-6", None, "could not be started: No such file or directory"),
     ended("g-7", 1, "exit code 1", "RUNNING", restarts=2),
     ended("h-8", -2, "SIGINT", "STOPPED"),
+    ended("i-9", -11, "SIGSEGV", "STOPPED"),
 ]
 
 
@@ -121,7 +122,7 @@ def test_the_bar_shows_what_does_not_respond_or_is_debugged():
 def test_success_and_failure_are_told_in_words():
     assert text_of(status_line(ENDED, 200)) == (
         "a finished | b exit 4 | c SIGSEGV | d fatal exit 1 x3 | e backoff SIGKILL x1 | "
-        "f not started | g x2 2% 31M | h stopped"
+        "f not started | g x2 2% 31M | h stopped | i SIGSEGV"
     )
 
 

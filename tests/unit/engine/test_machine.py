@@ -406,3 +406,67 @@ def test_a_new_stop_policy_leaves_a_stop_that_is_under_way_alone():
     assert machine.next_signal == (signal.SIGKILL, 10.0)
     machine.handle(Exited(Outcome(returncode=0)), 2.0)
     assert machine.stop.steps[0][0] is signal.SIGKILL
+
+
+# ---- crashes in answer to a stop
+
+
+@pytest.mark.parametrize("stop", [Command.STOP, Command.USER_STOP, Command.SKIP_GRACE])
+@pytest.mark.parametrize("signum", [signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, KILL])
+def test_an_end_in_a_stop_by_a_signal_that_nobody_sent_is_a_death(stop: Command, signum: int):
+    one = running(mode=RestartMode.ALWAYS)
+    one.handle(stop, 0.0)
+    (end,) = one.handle(exited(-signum), 0.1)
+    assert isinstance(end, Ended)
+    assert (end.asked, end.retry_in_s, end.crashed, end.has_died) == (False, None, True, True)
+    assert not end.is_final, "it was to end"
+    assert one.state is ProcessState.STOPPED, "nor does it start again"
+
+
+@pytest.mark.parametrize("code", [0, 1, 7, 139, -1, -2, -13, -15])
+def test_other_ends_in_a_stop_are_as_requested(code: int):
+    """Also by signals that ask for an end, or tell that a reader has gone, as for systemd."""
+    one = running()
+    one.handle(Command.STOP, 0.0)
+    assert one.handle(exited(code), 0.1) == [Ended(Outcome(returncode=code), True, None)]
+
+
+def test_a_signal_that_was_sent_to_it_in_this_life_may_end_it():
+    one = running()
+    one.handle(SignalSent(signal.SIGUSR1, by_user=False), 0.0)
+    one.handle(Command.STOP, 1.0)
+    one.handle(SignalSent(signal.SIGABRT), 2.0)
+    for signum in (signal.SIGUSR1, signal.SIGABRT):
+        assert not one._has_crashed(Outcome(returncode=-signum))
+    assert one._has_crashed(Outcome(returncode=-KILL))
+    one.handle(Command.SKIP_GRACE, 3.0)
+    one.handle(Command.SKIP_GRACE, 3.0)
+    assert not one._has_crashed(Outcome(returncode=-KILL)), "now it was"
+    one.handle(exited(-KILL), 4.0)
+    one.handle(Command.START, 5.0)
+    one.handle(Command.STARTED, 5.0)
+    one.handle(Command.STOP, 6.0)
+    for signum in (signal.SIGUSR1, signal.SIGABRT, KILL):
+        assert one._has_crashed(Outcome(returncode=-signum)), "this is another life"
+    one.handle(exited(-KILL), 7.0)
+    one.handle(Command.START, 8.0)
+    one.handle(SignalSent(signal.SIGUSR1), 8.0)
+    one.handle(Command.STOP, 8.0)
+    one.handle(Command.STARTED, 9.0)
+    assert not one._has_crashed(Outcome(returncode=-signal.SIGUSR1))
+    assert one._has_crashed(Outcome(returncode=-signal.SIGABRT)), "nor is this one"
+
+
+def test_a_crash_when_it_is_restarted_is_a_death_and_it_starts_again():
+    one = running()
+    one.handle(Command.RESTART, 0.0)
+    (end,) = one.handle(exited(-11), 0.1)
+    assert end == Ended(Outcome(returncode=-11), False, 0.0, crashed=True)
+    assert one.handle(Command.TICK, 0.1) == [Order.SPAWN]
+
+
+def test_what_is_lost_with_its_host_has_not_crashed():
+    one = running()
+    one.handle(Command.STOP, 0.0)
+    (end,) = one.handle(Exited(Outcome(returncode=-9, lost_with="bot1")), 0.1)
+    assert isinstance(end, Ended) and end.asked

@@ -412,3 +412,18 @@ def test_the_end_does_not_wait_for_abandoned_processes():
     assert run.handle(IDLE, 0.0) == []
     one.is_abandoned = True
     assert run.handle(IDLE, 0.0) == [EndLeftovers(0)]
+
+
+@pytest.mark.parametrize("signum", [None, INT, TERM])
+def test_a_crash_in_answer_to_the_stop_is_a_failure(signum: int | None):
+    run = ShutdownMachine([running()], exit_when_any_dies=True)
+    if signum is not None:
+        run.handle(Interrupted(signum), 0.0)
+    end = Ended(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
+    run.handle(ProcessEnded("robot-1", end, is_required=True, report="why"), 1.0)
+    codes = {INT: ExitCode.INTERRUPTED, TERM: ExitCode.TERMINATED}
+    assert run.exit_code() is codes.get(signum or 0, ExitCode.PROCESS_FAILED)
+    assert run.causes() == ["robot-1 ended unexpectedly (SIGSEGV)"]
+    assert run.first_failure == "why"
+    assert run.is_stopping is (signum is not None), "a user who stops it does not end the run"
+    assert signum is not None or run.handle(Occurrence.TICK, 1.0) == []

@@ -73,6 +73,32 @@ def test_where_all_is_well_it_is_one_line():
     assert written([process("a-1")], is_script=True).screen == []
 
 
+def test_unusual_exit_codes_after_a_stop_are_named():
+    odd = [process(f"sh-{n}") for n in range(5)]
+    for one, code in zip(odd, (7, 139, 254, 99, 3), strict=True):
+        one.history.odd_code = code
+    ((_, text),) = written([process("a-1"), odd[0]]).screen
+    assert text.startswith(
+        "exit code 0: 1 process ended as expected after 12.3 s; "
+        "stopped with an unusual exit code: sh-0 (7); peak memory"
+    )
+    ((_, text),) = written(odd).screen
+    many = "stopped with unusual exit codes: sh-0 (7), sh-1 (139, SIGSEGV), sh-2 (254) and 2 more"
+    assert text == f"exit code 0: {many}; peak memory 31.0 MB USS (sh-4)"
+    died = process("b-2", DIED, deaths=1)
+    *_, (_, text) = written([died, odd[0]], code=1, causes=["b-2 ended unexpectedly"]).screen
+    assert text == (
+        "exit code 1: b-2 ended unexpectedly; stopped with an unusual exit code: sh-0 (7)"
+    )
+
+
+def test_a_crash_in_answer_to_a_stop_is_in_the_table():
+    crashed = Ended(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
+    one = process("a-1", crashed, deaths=1)
+    (_, table), _ = written([one], code=1).screen
+    assert re.search(r"a-1 +SIGSEGV when it was stopped ", table)
+
+
 def test_processes_that_were_left_on_other_hosts_have_not_ended():
     left = process("robot-3", None)
     left.host = RemoteHost(Host(name="bot1", address="10.0.0.2"))

@@ -12,7 +12,7 @@ from launcher.engine.hosts.systemd.facts import Facts
 from launcher.engine.hosts.systemd.scripts import Scripts
 from launcher.engine.hosts.systemd.shell import Answer, Request
 from launcher.engine.hosts.systemd.unit_process import UnitProcess
-from launcher.engine.machine import Command, Exited, MachineEvent, ProcessState
+from launcher.engine.machine import Command, Ended, Exited, MachineEvent, ProcessState
 from launcher.engine.posix.reactor import Reactor
 from launcher.hosts.model import Host
 from launcher.hosts.order import Order
@@ -293,6 +293,31 @@ def test_an_exit_that_the_journal_does_not_tell_is_known_from_the_unit(there: Th
     there.await_exit()
 
     assert there.events[-1] == Exited(Outcome(returncode=-9))
+
+
+def test_an_unknown_end_of_a_unit_that_is_stopped_is_that_of_the_stop(there: There):
+    there.begin()
+    there.process.command(Command.STOP)
+    there.answer()
+    for _ in range(SUSPICIOUS + 1):
+        there.process.seen(FORGOTTEN, there.reactor.now())
+    there.await_exit()
+    assert there.events[-1] == Exited(Outcome(returncode=-2))
+
+
+@pytest.mark.parametrize("timed_out", [True, False])
+def test_a_sigkill_of_systemd_at_the_end_of_its_patience_is_a_step_of_the_stop(
+    there: There, timed_out: bool
+):
+    ends: list[Ended] = []
+    there.begin()
+    there.process._ended = ends.append  # type: ignore[method-assign]
+    there.process.command(Command.STOP)
+    there.process.noted_exit("i1", Outcome(returncode=-9), there.reactor.now(), timed_out=timed_out)
+    there.await_exit()
+    assert there.process.machine.had_to_be_killed is timed_out
+    assert [end.crashed for end in ends] == [not timed_out]
+    assert there.asked() == ["stop"], "nothing is sent from here"
 
 
 def test_a_mark_of_a_doubt_that_is_over_settles_no_other(there: There):

@@ -57,6 +57,11 @@ def end(returncode: int, *, asked: bool = False):
             "stopped by request",
         ),
         ({"state": "STOPPED"}, Level.STALE, "not started"),
+        (
+            {"state": "STOPPED", "last_exit": end(-11, asked=False)},
+            Level.ERROR,
+            "crashed when it was stopped: exit code -11",
+        ),
         ({"state": "EXITED", "last_exit": end(0)}, Level.OK, "finished"),
         ({"state": "EXITED", "last_exit": end(-15, asked=True)}, Level.OK, "finished"),
         ({"state": "EXITED", "last_exit": end(3)}, Level.ERROR, "exited unexpectedly: exit code 3"),

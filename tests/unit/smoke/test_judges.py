@@ -231,6 +231,12 @@ CASES = {
         {"events": (*started("a-1"), ended("a-1", -11, END_S + 0.1, asked=True))},
         "a-1 ended with SIGSEGV",
     ),
+    "shutdown with a crash by a signal of nobody here": Case(
+        "clean_shutdown: 8 s",
+        {"events": (*started("a-1"), ended("a-1", -9, END_S + 0.1, asked=True))},
+        {"events": (*started("a-1"), ended("a-1", -9, END_S + 0.1))},
+        "a-1 ended with SIGKILL",
+    ),
     "shutdown with leftovers": Case(
         "clean_shutdown: 8 s",
         {},

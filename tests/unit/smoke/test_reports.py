@@ -22,7 +22,7 @@ from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
 from launcher.smoke.run.session import Options
-from tests.unit.smoke.facts import lines, seen, signalled
+from tests.unit.smoke.facts import ended, lines, seen, signalled
 
 # ---- beforehand
 
@@ -171,6 +171,14 @@ def test_processes_killed_at_the_stop_are_reported():
     verdict = forced_stop(seen(events=(*asked, signalled("robot_1-1", 9, 30.0))))
     assert verdict is not None and verdict.outcome is Outcome.VIOLATED
     assert verdict.seen == "killed after 10.0 s: robot_1-1"
+
+
+def test_processes_that_crash_at_the_stop_are_reported():
+    requested = ended("robot_1-1", -2, 20.0, asked=True)
+    assert forced_stop(seen(events=(requested, ended("robot_2-2", -11, 10.0)))) is None
+    verdict = forced_stop(seen(events=(requested, ended("robot_2-2", -11, 20.0))))
+    assert verdict is not None and verdict.outcome is Outcome.VIOLATED
+    assert (verdict.seen, verdict.about) == ("robot_2-2 ended with SIGSEGV", ("robot_2-2",))
 
 
 def result(*found: Judged, **more: object) -> Result:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _EXITED, _WAS_KILLED, _DUMPED = 1, 2, 3  # CLD_EXITED and so on
 _EXIT_CPUAFFINITY = 215  # of systemd.exec(5): no such processor
 _UNKNOWN = -9  # of a unit that is forgotten
+TIMEOUT = "timeout"  # systemd has sent SIGKILL, since the process did not stop in time
 
 
 def why_not_started(said: str, order: Order) -> SpawnError:
@@ -49,11 +50,14 @@ def _signal_number(name: str) -> int:
         return int(signal.SIGKILL)
 
 
-def outcome_of_unit(found: Mapping[str, str]) -> Outcome:
-    """The exit of a unit whose record is missing; the unit may be forgotten, too."""
+def outcome_of_unit(found: Mapping[str, str], stopped_by: int | None = None) -> Outcome:
+    """The exit of a unit whose record is missing; the unit may be forgotten, too.
+
+    One that was being stopped, by this signal, has then done what it was asked for.
+    """
     code, status = int(found.get("ExecMainCode") or 0), int(found.get("ExecMainStatus") or 0)
     if code == _EXITED:
         return Outcome(returncode=status)
     if code in (_WAS_KILLED, _DUMPED):
         return Outcome(returncode=-status, core_dumped=code == _DUMPED)
-    return Outcome(returncode=_UNKNOWN)
+    return Outcome(returncode=_UNKNOWN if stopped_by is None else -stopped_by)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.engine.hosts.systemd import journal
-from launcher.engine.hosts.systemd.exits import outcome_of_record
+from launcher.engine.hosts.systemd.exits import TIMEOUT, outcome_of_record
 from launcher.engine.hosts.systemd.journal import Line, Message, Note
 from launcher.engine.hosts.systemd.owners import Owners
 from launcher.engine.hosts.systemd.timers import Timers
@@ -211,7 +211,8 @@ class JournalEvents:
                 exited = self._numbered(number)
                 if exited is not None and result != "exec-condition" and code != "-":
                     outcome = outcome_of_record(result, code, status)
-                    exited.noted_exit(invocation, outcome, at_s)
+                    timed_out = result == TIMEOUT
+                    exited.noted_exit(invocation, outcome, at_s, timed_out=timed_out)
             case ("expired", waited):
                 self._expired(waited, at_s)
             case ("ended", *operator):

@@ -236,7 +236,10 @@ class UnitProcess:
         if at_s <= self._stopped_s and self.machine.state is ProcessState.RUNNING:
             self._by_itself(Command.USER_STOP if was_held else Command.STOP, at_s)
 
-    def noted_exit(self, invocation: str, outcome: Outcome, at_s: float) -> None:
+    def noted_exit(
+        self, invocation: str, outcome: Outcome, at_s: float, *, timed_out: bool = False
+    ) -> None:
+        """`timed_out`: systemd has killed it, since it did not stop in time."""
         if invocation in self._exits:
             return
         if invocation not in self._invocations:
@@ -245,6 +248,8 @@ class UnitProcess:
                 invocation, 0, min(at_s, self._stopped_s) if self._is_stopped else at_s
             )
         self._exits.append(invocation)
+        while timed_out and self.machine.next_signal is not None:
+            self._by_itself(Command.SKIP_GRACE, at_s)
         self._pending = outcome, at_s
         self._cancel("_timer")
         self._recent.ended()
@@ -319,7 +324,10 @@ class UnitProcess:
         if _is_running(found):
             self.noted_start(found.get("InvocationID", ""), int(found.get("MainPID") or 0), at_s)
         elif self.machine.state.is_alive and self._invocation not in self._exits:
-            self.noted_exit(self._invocation, outcome_of_unit(found), at_s)
+            is_stopping = self.machine.state is ProcessState.STOPPING
+            stopped_by = self.machine.stop_signal if is_stopping else None
+            outcome = outcome_of_unit(found, stopped_by)
+            self.noted_exit(self._invocation, outcome, at_s)
         elif _was_stopped(found) and self.machine.state is ProcessState.BACKOFF:
             self.noted_stop(at_s, by_user=True)  # which the journal does not tell
         else:
