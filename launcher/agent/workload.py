@@ -15,6 +15,7 @@ from launcher.engine.cleanup import RUN_ID_VARIABLE, subreaper
 from launcher.engine.cleanup.session_end import stop_session
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.hosts.replica import ReportingMachine
+from launcher.engine.logs.run_directory import provide_log_root
 from launcher.engine.machine import Command, Ended, MachineEvent, SignalSent
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.posix.spawn import Child, spawn
@@ -70,6 +71,7 @@ class Workload:
         self._resolved: dict[int, Resolved] = {}
         self._folder = folder
         self._log = AgentRunLog(reporter.warn, self._samples)
+        provide_log_root(os.environ, reporter.warn)
         self.forwarder = Forwarder(reactor, self._processes.values(), reporter.output)
         self._driver = ProcessDriver(reactor, self.forwarder, self._log, self)
         self._watchdog = WatchdogClient(reactor, self.run_id, reporter.warn)

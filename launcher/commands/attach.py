@@ -17,7 +17,7 @@ from launcher.engine.hosts.fleet import FleetPlan
 from launcher.engine.hosts.link import Attached
 from launcher.engine.hosts.systemd import runs
 from launcher.engine.hosts.systemd.runs import FoundRun
-from launcher.engine.logs.run_directory import new_run_path
+from launcher.engine.logs.run_directory import new_run_path, provide_log_root
 from launcher.errors import OF_SMOKE, ExitCode, LauncherError, UsageError, exit_code_table
 from launcher.hosts.file import read
 from launcher.hosts.order import Order
@@ -90,6 +90,7 @@ def main(words: Sequence[str]) -> int:
         attached=Attached(run.run, LINES if parsed.lines is None else parsed.lines),
         orders={order.name: order for order in run.orders.values()},
     )
+    provide_log_root(os.environ)
     run_path = new_run_path(os.environ) if options.log_files else None
     core = AttachedCore(run)
     # The language has no part in it.

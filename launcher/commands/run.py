@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
+from launcher.engine.logs.run_directory import provide_log_root
 from launcher.errors import UsageError
 from launcher.packages import executables, find_executable
 
@@ -59,6 +60,7 @@ def main(words: Sequence[str]) -> int:
         raise UsageError("the executable is missing", hint=f"executables of {package}: {names}")
     found = str(find_executable(package, executable, os.environ))
     argv = [*(parsed.prefix or []), found, *parsed.words]
+    provide_log_root(os.environ)
     try:
         _become(argv)
     except OSError as error:

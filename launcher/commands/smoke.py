@@ -22,6 +22,7 @@ from launcher.commands.launch.target import (
 )
 from launcher.document.quantities import DURATION
 from launcher.document.reader import together
+from launcher.engine.logs.run_directory import provide_log_root
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.packages import extras
@@ -131,6 +132,7 @@ def main(words: Sequence[str]) -> int:
     parsed = COMMAND.read(words)
     if parsed.schema:
         return _print_schema()
+    provide_log_root(os.environ)
     try:
         if parsed.problem is not None:
             raise parsed.problem

@@ -17,6 +17,7 @@ from launcher.command_line import (
     split_at_dashes,
 )
 from launcher.commands import VERBS
+from launcher.engine.logs.run_directory import provide_log_root
 from launcher.errors import ExitCode
 from launcher.program import program
 from launcher.text import escape
@@ -66,6 +67,7 @@ def main(words: Sequence[str]) -> int:
     place.require_writable(where)
     from launcher.testing import jobs, report, runner, selection
 
+    provide_log_root(os.environ)
     env = _environment(where)
     chosen = selection.select(where, options.package, env)
     built, missing = _built(chosen, where)

@@ -18,7 +18,7 @@ from launcher.control.client import (
     SilentError,
 )
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, log_root
+from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, current_root
 from launcher.model.record import Record
 from launcher.program import program
 from launcher.socket_directory import ControlError
@@ -145,7 +145,7 @@ _FILES = {"logs": MERGED, "events": EVENTS, "plan": PLAN}
 
 def files_of_last_run(verb: str, names: Sequence[str] = ()) -> list[str]:
     """Paths of the files of the last run that have what this verb shows; `names` are processes."""
-    folder = os.path.realpath(os.path.join(log_root(os.environ), "latest"))
+    folder = os.path.realpath(os.path.join(current_root(os.environ), "latest"))
     if verb not in _FILES or not os.path.isfile(f"{folder}/{EVENTS}"):
         return []
     own = sorted(name for name in os.listdir(folder) if _is_log_of(name, names))

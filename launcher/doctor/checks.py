@@ -15,6 +15,7 @@ from launcher.text import count
 MB = 1024**2
 NODE_SHM_BYTES = 700_000  # of an rclpy node: a segment and two ports
 SMALL_SHM_BYTES = 64 * MB  # the default in docker
+LARGE_LOGS_BYTES = 1024 * MB
 FULL_SHM_BYTES = 8 * MB  # a dozen nodes; with less the next fleet falls back to UDP
 MIN_OPEN_FILES = 1024  # for 200 processes; the usual default
 HIGHEST_DOMAIN = 232
@@ -128,7 +129,13 @@ def domain_id(facts: Facts) -> Verdict:
 @_check("log folder")
 def log_folder(facts: Facts) -> Verdict:
     if facts.log_obstacle is None:
-        return _ok(facts.log_folder)
+        if not facts.kept_runs:
+            return _ok(facts.log_folder)
+        runs = f"{count(facts.kept_runs, 'older run')} that failed or have a snapshot"
+        text = f"{facts.log_folder} has {runs}, {facts.kept_bytes / MB:.0f} MiB"
+        if facts.kept_bytes < LARGE_LOGS_BYTES:
+            return _ok(text)
+        return _note(text, "delete those that are not needed")
     return _problem(
         f"{facts.log_folder} cannot be written to: {facts.log_obstacle}",
         "set ROS_LOG_DIR to a writable folder",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -17,6 +18,7 @@ from launcher import proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.doctor.network import collect_network
 from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
+from launcher.engine.logs.old_runs import kept_beyond
 from launcher.engine.logs.run_directory import log_root
 from launcher.engine.monitor import shared_memory
 from launcher.text import escape
@@ -49,6 +51,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
     """Collect all facts, with `env` as the environment of a run; takes about a second."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     logs = Path(log_root(env))
+    kept = kept_runs(logs)
     return Facts(
         stale=tuple(shared_memory.stale()),
         leftovers=leftovers(),
@@ -70,6 +73,8 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         open_files_hard=_limit(hard),
         workspace=workspace,
         network=collect_network(env),
+        kept_runs=len(kept),
+        kept_bytes=sum(map(size_of, kept)),
     )
 
 
@@ -166,6 +171,24 @@ def obstacle(folder: Path) -> str | None:
     if not os.access(existing, os.W_OK | os.X_OK):
         return f"no permission to write to {existing}"
     return None
+
+
+def kept_runs(logs: Path) -> list[Path]:
+    """Older runs that are not deleted: they hold evidence."""
+    try:
+        return [Path(run) for run in kept_beyond(str(logs))]
+    except OSError:
+        return []
+
+
+def size_of(folder: Path) -> int:
+    """The bytes of all files in it, as far as they can be read."""
+    found = 0
+    for path, _, files in os.walk(folder):
+        for name in files:
+            with contextlib.suppress(OSError):
+                found += os.lstat(os.path.join(path, name)).st_size
+    return found
 
 
 def _packages(prefix: Path) -> set[str]:

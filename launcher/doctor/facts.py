@@ -116,3 +116,5 @@ class Facts(Record):
     open_files_hard: int
     workspace: WorkspaceFacts | None = None
     network: NetworkFacts | None = None
+    kept_runs: int = 0  # beyond the last ones, in the log folder
+    kept_bytes: int = 0

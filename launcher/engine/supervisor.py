@@ -51,6 +51,7 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 RESPONSIVE_DELAY_S = 2.0  # nodes are starting before, and cannot be late
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 WATCH_DELAY_S = 0.05  # the first processes are started before
+KEPT = "The last 20 runs stay there, and all that failed or have a snapshot"
 
 
 class Supervisor:
@@ -234,6 +235,7 @@ class Supervisor:
             if self._directory.path is not None:
                 path = self._directory.path
                 self._log.log("INFO", "launch", f"All log files can be found below {path}")
+                self._log.log("INFO", "launch", KEPT)
             if self._fleet is None:
                 self._begin()
             else:
@@ -289,7 +291,7 @@ class Supervisor:
             lambda: self._housekeeper.start(),
             self._driver.watch_memory,
             _settle,
-            self._directory.prune,
+            self._prune,
         ):
             self._reactor.when_idle(what)
         self._reactor.call_later(PLAN_DELAY_S, self._write_plan)
@@ -298,6 +300,17 @@ class Supervisor:
         if self._options.responsive:
             self._reactor.call_later(RESPONSIVE_DELAY_S, self._watch_nodes)
         self.on_begun()
+
+    def _prune(self) -> None:
+        """Begin to delete old runs."""
+        from launcher.engine.logs.old_runs import prune
+
+        if self._directory.path is not None:
+            self._prune_on(prune(self._directory.path))
+
+    def _prune_on(self, steps: Iterator[None]) -> None:
+        if next(steps, "over") is None:
+            self._reactor.when_idle(functools.partial(self._prune_on, steps))
 
     def _watch(self) -> None:
         if not self._shutdown.has_begun:
@@ -321,7 +334,8 @@ class Supervisor:
         self._write_plan()
         if is_orderly:
             self._summarize()  # as the last lines
-        self._log.note(Finished(int(self._exit_code())))
+        deaths = sum(process.history.deaths for process in self._processes.values())
+        self._log.note(Finished(int(self._exit_code()), deaths))
         lost_lines = self._screen.finish()
         if lost_lines:
             text = f"{lost_lines} lines were not shown: nobody read the output any more"

@@ -497,10 +497,12 @@ class Finished(RunEvent):
     """The last entry of a run.
 
     exit_code: of the launcher
+    deaths: how often a process has died, also one that was restarted
     """
 
     event = "finished"
     exit_code: Count
+    deaths: Count = 0
 
     @property
     def text(self) -> str:

@@ -177,7 +177,7 @@ printf "go on? "; sleep 0.5; echo yes''', name="robot")"""
 def test_compact_lines_on_the_screen_leave_the_log_files_as_they_are(bench: Bench):
     done = bench.run(NODE_LINES, "--format", "compact")
     clock = r"\d\d:\d\d:\d\d\.\d{3}"
-    begun, hot, very, asked, *_ = done.stdout.decode().splitlines()[1:]
+    begun, hot, very, asked, *_ = done.stdout.decode().splitlines()[2:]
     assert re.fullmatch(rf"{clock} I robot process started with pid \[\d+\]", begun)
     assert re.fullmatch(rf"{clock} W robot hot", hot)
     assert very == " " * 21 + "  very"

@@ -9,7 +9,8 @@ import subprocess
 
 import pytest
 
-from tests.process.conftest import Bench
+from tests.process.conftest import Bench, ControlBench
+from tests.support.waiting import wait_until
 
 
 def test_a_clean_run_says_what_ros2_launch_says_and_exits_with_0(bench: Bench):
@@ -85,14 +86,18 @@ def test_output_log_hides_stdout_shows_stderr_and_keeps_both_in_the_file(bench: 
     assert re.search(r"^\d+\.\d{7} \[sh-1\] to stderr$", log, re.M)
 
 
-def test_a_log_folder_that_cannot_be_created_is_reported_once_and_changes_nothing_else(
-    bench: Bench,
-):
+def test_a_log_folder_that_cannot_be_created_is_replaced_by_another(bench: Bench):
     (bench.folder / "log").write_text("a file where a folder should be")
-    done = bench.run('sh("echo hello")')
+    done = bench.run('sh("echo hello; echo $ROS_LOG_DIR")')
     assert done.returncode == 0
-    assert done.stdout.count(b"no log files from here on") == 1
-    assert b"[sh-1] hello\n" in done.stdout
+    (found,) = (bench.folder / "state").glob("ros-launcher-*/log/latest")
+    folder = str(found.resolve())
+    assert f"[sh-1] hello\n[sh-1] {folder}\n" in done.stdout.decode()
+    warning = (
+        f"warning: cannot write to the log folder {bench.folder}/log (Not a directory): logs go to"
+    )
+    assert done.stderr.decode() == f"{warning} {found.parent}; ROS_LOG_DIR chooses another\n"
+    assert b"no log files" not in done.stdout
 
 
 @pytest.mark.thorough
@@ -250,3 +255,22 @@ def test_a_launch_file_finds_its_arguments_in_sys_argv_as_under_ros2_launch(benc
     actions = 'ExecuteProcess(cmd=["echo", str(sys.argv[:2]), sys.argv[-1]], output="screen")'
     done = bench.run(f'DeclareLaunchArgument("speed"), {actions}', "speed:=9")
     assert b"[echo-1] ['ros2', 'launch'] speed:=9\n" in done.stdout
+
+
+def test_old_runs_are_deleted_but_for_those_that_failed(control_bench: ControlBench):
+    root = control_bench.folder / "log"
+    for number in range(22):
+        old = root / f"2020-01-01-00-00-00-{number:06d}-host-1"
+        old.mkdir(parents=True)
+        last = {"wall_s": 1.0, "monotonic_s": 1.0, "event": "finished", "exit_code": number % 2}
+        (old / "events.jsonl").write_text(json.dumps(last))
+    left = [f"{number:06d}" for number in range(22) if number not in (0, 2)]
+    with control_bench.launch('sh("exec sleep 1000")') as run:
+        wait_until(lambda: [p.name[20:26] for p in sorted(root.glob("2020*"))] == left, "two less")
+        run.ask("quit")
+        assert run.exit_code() == 0
+    said, kept = run.screen.splitlines()[:2]
+    assert said.startswith(f"[INFO] [launch]: All log files can be found below {root}/")
+    assert kept == (
+        "[INFO] [launch]: The last 20 runs stay there, and all that failed or have a snapshot"
+    )

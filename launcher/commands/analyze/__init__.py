@@ -50,9 +50,9 @@ def _columns() -> int:
 
 def _folder(run: str | None) -> str:
     """The log folder of the run; LauncherError."""
-    from launcher.engine.logs.run_directory import EVENTS, log_root
+    from launcher.engine.logs.run_directory import EVENTS, current_root
 
-    root = log_root(os.environ)
+    root = current_root(os.environ)
     if run is None:
         folder = os.path.realpath(os.path.join(root, "latest"))
         if not os.path.isfile(os.path.join(folder, EVENTS)):

@@ -111,6 +111,9 @@ def main(words: Sequence[str]) -> int:
 
 def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
     """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
+    from launcher.engine.logs.run_directory import provide_log_root
+
+    provide_log_root(os.environ)
     judge = _judge()
     if _is_script(request.path):
         if judge is not None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.commands.launch.core import LaunchCore, supervising
 from launcher.commands.launch.target import LaunchRequest
-from launcher.engine.logs.run_directory import new_run_path
+from launcher.engine.logs.run_directory import new_run_path, provide_log_root
 from launcher.interpreter import Interpreter
 from launcher.language.compat import vocabulary
 from launcher.language.description import LaunchDescription
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 @contextlib.contextmanager
 def script_vocabulary(options: RunOptions, words: Sequence[str] | None = None) -> Iterator[Session]:
     """Like `vocabulary`, for a script: messages are printed, and a LaunchService runs."""
+    provide_log_root(os.environ)
     with vocabulary(words) as session:
         session.is_script = True
         session.make_log_dir = lambda: _new_directory() if options.log_files else None

@@ -14,12 +14,12 @@ The nodes write their own rclpy logs here too, since their ROS_LOG_DIR is this f
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import functools
 import os
-import re
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 
 from launcher.engine.output.lines import with_prefix, without_colour
 from launcher.model.spec import OutputPolicy, Sink
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from launcher.engine.logs.event_log import EventLog
     from launcher.engine.logs.rotating_file import RotatingFile
 
-KEPT_RUNS = 20
 NAME_BYTES = 240  # most file systems take 255, and rotation adds two
 EVENTS = "events.jsonl"
 MERGED = "launch.log"
@@ -37,15 +36,52 @@ PLAN = "plan.json"
 # Large blocks are written to the merged file together, after a pass of the loop.
 FLOOD_BYTES = 2048
 MAX_TOGETHER = 64
-_RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 
 
 def log_root(env: Mapping[str, str]) -> str:
     """The folder of all runs (CONFORMANCE 1.36), absolute: processes may have another directory."""
+    return os.path.abspath(_named(env))
+
+
+def _named(env: Mapping[str, str]) -> str:
+    """As ROS 2 finds it; it begins with `~` if there is no home folder."""
     if env.get("ROS_LOG_DIR"):
-        return os.path.abspath(os.path.expanduser(env["ROS_LOG_DIR"]))
+        return os.path.expanduser(env["ROS_LOG_DIR"])
     ros_home = env.get("ROS_HOME") or os.path.join(env.get("HOME") or "~", ".ros")
-    return os.path.abspath(os.path.join(os.path.expanduser(ros_home), "log"))
+    return os.path.join(os.path.expanduser(ros_home), "log")
+
+
+def provide_log_root(
+    env: MutableMapping[str, str], warn: Callable[[str], object] | None = None
+) -> None:
+    """If nothing can be written to that folder, have ROS_LOG_DIR lead to another.
+
+    By default it warns on standard error.
+    """
+    if env.get("HOME") and _takes_files(log_root(env)):
+        return  # nearly always, so that nothing is imported for it
+    from launcher import log_folder
+
+    log_folder.provide(env, _named(env), *filter(None, [warn]))
+
+
+def current_root(env: Mapping[str, str]) -> str:
+    """Where a run that begins now would have its folder, and so the last one has had it."""
+    if _takes_files(log_root(env)):
+        return log_root(env)
+    from launcher import log_folder
+
+    return log_folder.usable(env, _named(env))[0] or log_root(env)
+
+
+def _takes_files(folder: str) -> bool:
+    """Whether a file without a name can be made in it."""
+    try:
+        os.close(os.open(folder, os.O_TMPFILE | os.O_WRONLY | os.O_CLOEXEC, 0o600))
+    except OSError as error:
+        # Some file systems do not have such files.
+        return error.errno == errno.EOPNOTSUPP and os.access(folder, os.W_OK | os.X_OK)
+    return True
 
 
 def new_run_path(env: Mapping[str, str], now_ns: int | None = None) -> str:
@@ -194,17 +230,6 @@ class RunDirectory:
             os.close(self._lock)
             self._lock = -1
 
-    def prune(self, keep: int = KEPT_RUNS) -> None:
-        """Delete our oldest runs beyond `keep`, except active ones."""
-        if self.path is None:
-            return
-        root, own_name = os.path.split(self.path)
-        runs = [name for name in os.listdir(root) if _is_run_of_ours(root, name)]
-        for name in sorted(runs)[:-keep]:
-            old = os.path.join(root, name)
-            if name != own_name and not _is_active(old):
-                _remove(old)
-
     def _merge(self, block: bytes) -> None:
         """Write to the merged file, in order."""
         if not self._together and len(block) < FLOOD_BYTES and not self._collects:
@@ -257,35 +282,6 @@ def _file_name(name: str) -> str:
     if len(os.fsencode(name)) <= NAME_BYTES:
         return name
     return os.fsdecode(os.fsencode(name)[: NAME_BYTES // 2]) + name[-NAME_BYTES // 8 :]
-
-
-def _is_run_of_ours(root: str, name: str) -> bool:
-    """`ros2 launch` keeps its runs in the same directory; those have no events file."""
-    return re.match(_RUN_NAME, name) is not None and os.path.isfile(f"{root}/{name}/{EVENTS}")
-
-
-def _is_active(run: str) -> bool:
-    """Whether the launcher of this run still holds its lock."""
-    try:
-        with open(f"{run}/{EVENTS}") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    return False
-
-
-def _remove(folder: str) -> None:
-    """As `shutil.rmtree`, which is slow to import because of its compressors; ignores errors."""
-    for path, folders, files in os.walk(folder, topdown=False):
-        for name in files:
-            with contextlib.suppress(OSError):
-                os.unlink(f"{path}/{name}")
-        for name in folders:
-            inner = f"{path}/{name}"
-            with contextlib.suppress(OSError):
-                (os.unlink if os.path.islink(inner) else os.rmdir)(inner)
-    with contextlib.suppress(OSError):
-        os.rmdir(folder)
 
 
 def _point(link: str, target: str) -> None:

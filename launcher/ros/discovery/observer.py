@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy
 from rclpy.context import Context
+from rclpy.logging import get_logging_directory
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
+from launcher import log_folder
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.domains import (
     PROFILES,
@@ -69,6 +71,7 @@ class Observer:
 
     def __enter__(self) -> Observer:
         see_whole_graph()
+        _provide_log_folder()
         self.context = Context()
         rclpy.init(
             args=[],  # ours are none of ROS's: --remap /a:=/b of `bag play`
@@ -218,6 +221,14 @@ def _profile_of_fast_dds(path: str | None) -> Iterator[None]:
         yield
     finally:
         del os.environ[PROFILES[0]]
+
+
+def _provide_log_folder() -> None:
+    try:
+        named = str(get_logging_directory())
+    except RuntimeError:  # HOME is not set
+        named = os.path.expanduser("~/.ros/log")
+    log_folder.provide(os.environ, named)
 
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:

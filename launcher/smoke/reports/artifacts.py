@@ -48,7 +48,7 @@ def evidence(wanted: Path | None, env: Mapping[str, str] = os.environ) -> Iterat
             yield found
         finally:
             if found.is_kept:
-                print(f"smoke: the evidence is in {found.path}")
+                print(f"smoke: the evidence is in {found.path} (the last {KEPT} stay)")
             else:
                 shutil.rmtree(found.path, ignore_errors=True)
     prune(root)

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
+from launcher.engine.logs.old_runs import holds_evidence, kept_beyond, prune
 from launcher.engine.logs.rotating_file import RotatingFile
 from launcher.engine.logs.run_directory import (
     EVENTS,
     FLOOD_BYTES,
     MAX_TOGETHER,
     RunDirectory,
-    log_root,
     new_run_path,
 )
-from launcher.model.run_events import Stopping
+from launcher.model.run_events import Finished, Stopping
 from launcher.model.spec import OutputPolicy
 
 
@@ -31,20 +31,6 @@ def test_a_file_makes_room_before_it_grows_over_its_limit(tmp_path: Path):
     assert all(p.stat().st_size <= 100 for p in tmp_path.iterdir())
     kept = b"".join((tmp_path / n).read_bytes() for n in ("a.log.2", "a.log.1", "a.log"))
     assert kept == b"".join(b"%02d" % number * 20 for number in range(45 - 1, 50))
-
-
-@pytest.mark.parametrize(
-    ("env", "root"),
-    [
-        ({"ROS_LOG_DIR": "/a", "ROS_HOME": "/b", "HOME": "/c"}, "/a"),
-        ({"ROS_LOG_DIR": "", "ROS_HOME": "/b", "HOME": "/c"}, "/b/log"),
-        ({"HOME": "/c"}, "/c/.ros/log"),
-        ({"ROS_LOG_DIR": "log"}, os.path.abspath("log")),
-        ({"ROS_HOME": "."}, os.path.abspath("log")),
-    ],
-)
-def test_the_logs_are_where_ros_has_them(env, root):
-    assert log_root(env) == root
 
 
 def path_of(folder: RunDirectory) -> Path:
@@ -65,6 +51,11 @@ def test_names_of_runs_are_in_the_order_of_time_across_the_end_of_a_second():
     assert [name[20:26] for name in names] == ["999999", "000000", "000001"]
 
 
+def pruned(last: RunDirectory, *, keep: int) -> None:
+    for _ in prune(str(path_of(last)), keep):
+        pass
+
+
 def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
     runs = []
     for _ in range(6):
@@ -72,7 +63,7 @@ def test_the_latest_run_has_a_link_and_old_runs_are_pruned(tmp_path: Path):
         folder.close()
         runs.append(path_of(folder))
     last = folder_in(tmp_path)
-    last.prune(keep=3)
+    pruned(last, keep=3)
     assert (tmp_path / "latest").resolve() == path_of(last)
     assert [run.exists() for run in runs] == [False] * 4 + [True] * 2
     last.close()
@@ -89,7 +80,7 @@ def test_pruning_follows_no_link(tmp_path: Path):
         (folder / "link").symlink_to(others)
         (folder / "nowhere").symlink_to(tmp_path / "nowhere")
     last = folder_in(tmp_path)
-    last.prune(keep=1)
+    pruned(last, keep=1)
     assert not old.exists()
     assert (others / "inner" / "file").exists()
     last.close()
@@ -103,7 +94,7 @@ def test_a_run_that_goes_on_and_a_folder_that_is_not_ours_are_not_pruned(tmp_pat
     lost.mkdir()
     (lost / EVENTS).touch()
     last = folder_in(tmp_path)
-    last.prune(keep=1)
+    pruned(last, keep=1)
     assert path_of(running).exists()
     assert foreign.exists()
     assert not lost.exists()
@@ -120,11 +111,67 @@ def test_a_run_that_goes_on_is_not_pruned_after_its_events_were_rotated(
         running.events.note(Stopping("x" * 100))
         running.events.flush()
     running.keep_up()
-    last.prune(keep=1)
+    pruned(last, keep=1)
     assert path_of(running).exists()
+    running.events.note(Finished(0))
     running.close()
-    last.prune(keep=1)
+    pruned(last, keep=1)
     assert not path_of(running).exists()
+    last.close()
+
+
+STARTED = '{"wall_s": 1.0, "monotonic_s": 1.0, "event": "started", "process": "a-1", "pid": 7}\n'
+FINISHED = '{"wall_s": 1.0, "monotonic_s": 1.0, "event": "finished", "exit_code": %s}\n'
+
+
+@pytest.mark.parametrize(
+    ("events", "is_kept"),
+    [
+        (STARTED + FINISHED % "0", False),
+        ("", False),  # nothing was started
+        (STARTED + FINISHED % "1", True),
+        (FINISHED % "130", True),
+        (FINISHED % '0, "deaths": 2', True),  # restarted
+        (STARTED, True),  # its launcher was killed
+        (FINISHED[:-20], True),
+        ("[1]\n", True),
+        ('{"event": "note", "x": "%s"}\n' % ("x" * 9999), True),
+    ],
+)
+def test_runs_that_hold_evidence_are_never_pruned(tmp_path: Path, events: str, is_kept: bool):
+    old = folder_in(tmp_path)
+    old.close()
+    (path_of(old) / EVENTS).write_text(events)
+    last = folder_in(tmp_path)
+    for _ in range(2):
+        pruned(last, keep=1)
+        assert path_of(old).exists() is is_kept
+    assert kept_beyond(str(tmp_path), 1) == [str(path_of(old))] * is_kept
+    last.close()
+
+
+@pytest.mark.parametrize("recording", ["snapshots", "bag"])
+def test_runs_that_were_recorded_are_never_pruned(tmp_path: Path, recording: str):
+    old = folder_in(tmp_path)
+    old.events.note(Finished(0))
+    old.close()
+    assert not holds_evidence(str(path_of(old)))
+    (path_of(old) / recording).mkdir()
+    last = folder_in(tmp_path)
+    pruned(last, keep=1)
+    assert path_of(old).exists()
+    last.close()
+
+
+def test_old_runs_are_pruned_one_in_each_step(tmp_path: Path):
+    runs = [folder_in(tmp_path) for _ in range(4)]
+    for run in runs:
+        run.close()
+    last = folder_in(tmp_path)
+    left = []
+    for _ in prune(str(path_of(last)), 2):
+        left.append(sum(path_of(run).exists() for run in runs))
+    assert left == [3, 2, 1]
     last.close()
 
 
@@ -180,7 +227,7 @@ def test_a_removed_folder_is_created_again_and_reported_once(
     for _ in range(2):
         folder.keep_up()
         folder.log("INFO", "launch", "after")
-    folder.prune(keep=0)
+    pruned(folder, keep=1)
     folder.close()
     assert len(said) == 1 and f"{folder.path} was removed" in said[0]
     lines = (path_of(folder) / "launch.log").read_text().splitlines()

@@ -133,7 +133,7 @@ def test_artifacts_of_a_passed_run_are_removed_and_of_a_failed_one_reported(
     with evidence(None, env) as bad:
         (bad.path / "report.json").write_text("{}", encoding="utf-8")
     assert (good.path.exists(), [*bad.path.iterdir()]) == (False, [bad.path / "report.json"])
-    assert capsys.readouterr().out == f"smoke: the evidence is in {bad.path}\n"
+    assert capsys.readouterr().out == f"smoke: the evidence is in {bad.path} (the last 20 stay)\n"
 
 
 def test_the_latest_artifact_folders_and_those_in_use_are_kept(tmp_path: Path):
