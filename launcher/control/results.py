@@ -74,6 +74,7 @@ _SENTENCES = {
     Kind.WITHOUT_EFFECT: "received {signal}, without effect so far",
     Kind.PARTLY_WRITTEN: "received {written} of {size} bytes: it does not read its standard input",
     Kind.NOT_WRITTEN: "cannot receive standard input: {error}",
+    Kind.NO_INPUT: "is composed, and has no standard input",
     Kind.UNREACHABLE: "is on {host}, which is unreachable ({silent_s:.0f} s): nothing was done",
     Kind.STOP_WAITS: "is on {host}, which is unreachable ({silent_s:.0f} s): it will be stopped "
     "when {host} can be reached",

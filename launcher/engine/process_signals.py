@@ -135,6 +135,9 @@ class ProcessSignals:
         if refusal := _refusal(process):
             done(refusal)
             return
+        if process.spec.members:
+            done(Result(process.name, Kind.NO_INPUT, done=False))
+            return
         assert process.child is not None
         try:
             written = process.child.write_stdin(data)

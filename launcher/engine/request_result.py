@@ -41,6 +41,7 @@ class Kind(enum.Enum):
     WRITTEN = enum.auto()  # written
     PARTLY_WRITTEN = enum.auto()  # written, size
     NOT_WRITTEN = enum.auto()  # errno
+    NO_INPUT = enum.auto()  # it is composed
     # processes on other hosts: host, elapsed_s since it was heard of last
     UNREACHABLE = enum.auto()  # nothing was requested
     STOP_WAITS = enum.auto()  # until the host can be reached

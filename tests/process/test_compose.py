@@ -344,6 +344,81 @@ def test_a_crash_of_a_group_that_is_stopped_is_a_death(bench: ControlBench, tmp_
     assert "crashing-1 ended with -11" in run.screen
 
 
+TALKATIVE = REPOSITORY / "tests" / "support" / "talkative_node.py"
+NODES, LINES = 16, 40
+STREAMS = {
+    "pipe": "output='screen'",
+    "two pipes": "output={'both': {'screen', 'own_log'}}",
+    "terminal": "output='screen', emulate_tty=True",
+}
+
+
+@pytest.mark.parametrize(
+    ("streams", "times"),
+    [
+        ("pipe", 1),
+        *(pytest.param(streams, 3, marks=pytest.mark.thorough) for streams in STREAMS),
+    ],
+)
+def test_no_line_of_python_is_torn_and_no_end_is_lost(
+    bench: ControlBench, streams: str, times: int
+):
+    actions = ", ".join(
+        f"{NODE}(executable=sys.executable, arguments=[{str(TALKATIVE)!r}, 'n{n}', '{LINES}'], "
+        f"exec_name='n{n}', {STREAMS[streams]})"
+        for n in range(NODES)
+    )
+    for _ in range(times):
+        with bench.launch(actions, "--compose", "*") as run:
+            assert run.exit_code() == 0, run.screen
+        log = (bench.folder / "log" / "latest" / "launch.log").read_text(errors="replace")
+        for text in (run.screen, log):
+            _check_talk(text.replace("\x1b[0m", ""))
+
+
+def _check_talk(text: str) -> None:
+    assert "\x1e" not in text, "a mark is seen"
+    lines = [re.sub(r"^\d+\.\d{7} ", "", line) for line in text.splitlines()]
+    places = {line: place for place, line in enumerate(lines)}
+    logged = set(re.findall(r"<log (n\d+) (\d+)>$", text, re.MULTILINE))
+    for n in range(NODES):
+        name, own = f"n{n}", f"n{n}-{n + 1}"
+        for number in range(LINES):
+            assert f"[{own}] <print {name} {number} {'x' * (number * 997 % 9000)}>" in places
+            assert f"[{own}] <error {name} {number}>" in places
+            assert (
+                name,
+                str(number),
+            ) in logged  # perhaps behind a piece
+        end = f"[INFO] [{own}]: node has finished cleanly in composed-1"
+        assert places[f"[{own}] last of {name}"] < places[end]
+        assert lines.count(end) == 1
+    assert len(re.findall("<piece ", text)) == NODES * LINES
+
+
+CHILD = """
+import os, subprocess, sys
+print("children have", subprocess.getoutput("ls -l /proc/self/fd | grep -c socket:"), flush=True)
+print("and read", repr(subprocess.run(["cat"], capture_output=True, timeout=60).stdout), flush=True)
+print("it reads", repr(sys.stdin.read()), flush=True)
+"""
+
+
+def test_nobody_but_the_process_itself_gets_the_connection_to_the_launcher(
+    bench: ControlBench, tmp_path: Path
+):
+    action = script(tmp_path / "child.py", CHILD)
+    with bench.launch(f"{action}, {plain('careful')}", "--compose", "*") as run:
+        run.wait_for("[INFO] [child-1]: node has finished cleanly in composed-1")
+        run.wait_for("[careful-2] [INFO]")
+        with pytest.raises(ControlError, match="composed-1 is composed, and has no standard input"):
+            run.ask("send", "composed-1", text="1 15")
+        assert run.row("composed-1")["state"] == "RUNNING"
+        end(run)
+    for text in ("children have 0", "and read b''", "it reads ''"):
+        assert f"[child-1] {text}\n" in run.screen
+
+
 def test_a_killed_group_leaves_nothing(bench: ControlBench):
     with bench.launch(f"{plain('careful')}, {plain('usual')}", "--compose", "*") as run:
         run.wait_for("[usual-2] [INFO]")

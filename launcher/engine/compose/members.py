@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from launcher.engine.compose.output import GroupOutput
 from launcher.engine.logs.run_log import RunLog
@@ -19,14 +19,13 @@ def follow_members(
     """From now on tell its members apart; `feed` is called when one has ended."""
     specs = process.spec.members
 
-    def tell(index: int, words: Sequence[str]) -> None:
-        if words[0] == "exit" and len(words) == 2 and words[1].lstrip("-").isdecimal():
-            code, name = int(words[1]), specs[index].name
-            pid = -1 if process.child is None else process.child.pid
-            log.log(*_message(code, name, process))
-            log.note(MemberEnded(name, code), process)
-            is_asked = process.machine.is_asked_to_end
-            feed(MemberExited(process.process_id, index, pid, code, with_process=is_asked))
+    def tell(index: int, code: int) -> None:
+        name = specs[index].name
+        pid = -1 if process.child is None else process.child.pid
+        log.log(*_message(code, name, process))
+        log.note(MemberEnded(name, code), process)
+        is_asked = process.machine.is_asked_to_end
+        feed(MemberExited(process.process_id, index, pid, code, with_process=is_asked))
 
     names = [
         (spec.name, screen.prefix(spec, process.number + index)) for index, spec in enumerate(specs)

@@ -20,6 +20,8 @@ class LineBuffer:
     `shown` counts the bytes of the unfinished line that are already on the screen, as of a prompt.
     """
 
+    mark = b""  # in front of lines of which more is known
+
     def __init__(self) -> None:
         self.partial = b""
         self.shown = 0

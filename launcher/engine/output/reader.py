@@ -79,9 +79,14 @@ class OutputReader:
         if process.group is not None:
             process.group.begin()
         for fd, name in process.child.streams.items():
-            process.streams[fd] = Stream(name, shown=process.shows(name))
+            stream = process.streams[fd] = Stream(name, shown=process.shows(name))
+            if process.group is not None:
+                stream.buffer = process.group.buffer()
             if not self._paused:
                 self._listen(process, fd)
+        if process.group is not None:
+            hear = functools.partial(self._hear, process, process.group)
+            self._reactor.add_reader(process.child.stdin, hear)
 
     def _listen(self, process: Process, fd: int) -> None:
         self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
@@ -102,11 +107,12 @@ class OutputReader:
         loop reads later output.
         """
         for fd in list(process.streams):
-            left = DRAIN_BYTES
-            while left > 0 and (size := self._read(process, fd)):
-                left -= size
+            self._read_what_is_there(process, fd)
             if fd in process.streams:
                 self._finish(process, fd, process.streams[fd])
+        if process.group is not None and process.child is not None:
+            self._hear(process, process.group)
+            self._reactor.remove(process.child.stdin)
 
     def detach(self, process: Process) -> None:
         """Stop reading; the child closes the descriptors."""
@@ -120,6 +126,8 @@ class OutputReader:
         chunk = None if child is None else child.read(fd)
         if child is None or chunk is None:
             return 0
+        if process.group is not None:  # a node may be new whose lines these are
+            self._take_messages(process, process.group)
         stream = process.streams[fd]
         self.read_at_s = stream.read_at_s = self._reactor.now()
         if not chunk:
@@ -129,6 +137,8 @@ class OutputReader:
             child.close_stream(fd)
             return 0
         self._accept(process, fd, stream, chunk)
+        if process.group is not None and process.group.has_ends:
+            self._reactor.call_later(0, functools.partial(self._hear, process, process.group))
         return len(chunk)
 
     def feed(self, process: Process, name: str, chunk: bytes, read_at_s: float) -> None:
@@ -181,7 +191,7 @@ class OutputReader:
         self, process: Process, fd: int, stream: Stream, lines: bytes, group: GroupOutput
     ) -> None:
         policy = process.spec.output
-        for part in group.parts(lines, has_events=stream.name != "stdout"):
+        for part in group.parts(lines, stream.buffer.mark):
             process.ring.append(stream.name, stream.read_at_s, part.kept)
             shown = part.lines
             if part.prefix is process.prefix:  # a member tells of its end in its own lines
@@ -190,6 +200,28 @@ class OutputReader:
             if stream.shown and shown:
                 self._show(process, fd, stream, shown, prefix=part.prefix)
             self._directory.write_lines(part.name, policy, stream.name, part.lines, stream.ago_s)
+
+    def _hear(self, process: Process, group: GroupOutput) -> None:
+        """Take messages of a process with members, and act on them behind its output."""
+        self._take_messages(process, group)
+        group.settle(functools.partial(self._read_all, process))
+
+    def _take_messages(self, process: Process, group: GroupOutput) -> None:
+        child = process.child
+        while child is not None and (message := child.read(child.stdin)) is not None:
+            if not message:
+                self._reactor.remove(child.stdin)
+                break
+            group.hear(message)
+
+    def _read_all(self, process: Process) -> None:
+        for fd in list(process.streams):
+            self._read_what_is_there(process, fd)
+
+    def _read_what_is_there(self, process: Process, fd: int) -> None:
+        left = DRAIN_BYTES
+        while left > 0 and (size := self._read(process, fd)):
+            left -= size
 
     def _show(
         self,

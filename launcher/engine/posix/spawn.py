@@ -239,6 +239,11 @@ class Child:
         """Write to its standard input; the number of bytes. OSError if it does not read."""
         return os.write(self._stdin, data)
 
+    @property
+    def stdin(self) -> int:
+        """Our end of its standard input; -1 if that is closed."""
+        return self._stdin
+
     def read_refusal(self) -> None:
         """Read why exec or a limit failed, empty if not; call it when `status` is readable."""
         with contextlib.suppress(ConnectionResetError):  # killed before it was told to begin
@@ -316,7 +321,7 @@ def open_streams(spec: ProcessSpec, settings: StartSettings) -> Streams:
             os.set_blocking(read_end, False)
             if spec.emulate_tty and settings.terminal_size is not None:
                 _set_terminal_size(write_end, settings.terminal_size)
-        stdin, streams.stdin = os.pipe()
+        stdin, streams.stdin = _socket_pair() if spec.members else os.pipe()
         streams.standard = (stdin, streams.theirs[0], streams.theirs[-1])
         streams.theirs.append(stdin)
         os.set_blocking(streams.stdin, False)
@@ -391,6 +396,15 @@ def _open_pty() -> tuple[int, int]:
     attributes[1] &= ~termios.OPOST
     termios.tcsetattr(theirs, termios.TCSANOW, attributes)
     return ours, theirs
+
+
+def _socket_pair() -> tuple[int, int]:
+    """(theirs, ours): of a process with members, to which it tells us messages as well."""
+    import _socket  # nearly all processes have a pipe
+
+    kind = _socket.SOCK_SEQPACKET | _socket.SOCK_CLOEXEC
+    theirs, ours = _socket.socketpair(_socket.AF_UNIX, kind)
+    return theirs.detach(), ours.detach()
 
 
 def _set_terminal_size(fd: int, size: tuple[int, int]) -> None:

@@ -22,7 +22,7 @@ import rclpy.utilities
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from launcher.ros.composed import current, output
+from launcher.ros.composed import control, current
 from launcher.ros.composed.arguments import log_levels, node_arguments
 from launcher.ros.composed.member import Member
 
@@ -254,4 +254,4 @@ def _introduce(node: Any, one: Member | None, levels: Iterable[tuple[str, int]])
         if not name:
             rclpy.logging.set_logger_level(logger, level)
     one.nodes.add(node)
-    output.tell(one.index, "node", node.get_fully_qualified_name(), logger)
+    control.tell(one.index, "node", node.get_fully_qualified_name(), logger)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 
 from launcher.ros.clean_up import limited_clean_up
-from launcher.ros.composed import context, current, output, program, signals
+from launcher.ros.composed import context, control, current, output, program, signals
 from launcher.ros.composed.member import Member
 from launcher.ros.composed.tasks import Task, Tasks
 
@@ -33,7 +33,7 @@ class Group:
         """The exit code of the process, negative for a signal."""
         for signum in _STOP_SIGNALS:
             self._hear(signum)
-        threading.Thread(target=self._read_requests, daemon=True).start()
+        threading.Thread(target=self._take_requests, daemon=True).start()
         for one in self._members:
             one.start(lambda member: self._tasks.put(lambda: self._ended(member)))
         while self._running:
@@ -67,7 +67,7 @@ class Group:
         one.wait()
         self._running -= 1
         code = one.exit_code or 0
-        output.tell(one.index, "exit", code)
+        control.tell(one.index, "exit", code)
         if not self._is_ending:  # else its code is that of the one that ends all
             self._code = self._code or code
         if (code or one.is_essential) and not self._is_stopping:
@@ -85,15 +85,10 @@ class Group:
 
     # ---- the launcher
 
-    def _read_requests(self) -> None:
-        """`INDEX SIGNAL`: for one member only."""
-        data = b""
-        while chunk := os.read(0, 4096):
-            *lines, data = (data + chunk).split(b"\n")
-            for line in lines:
-                index, _, signum = line.partition(b" ")
-                if index.isdigit() and signum.isdigit() and int(index) < len(self._members):
-                    self._tasks.put(self._request(int(index), int(signum)))
+    def _take_requests(self) -> None:
+        for index, signum in control.requests():
+            if index < len(self._members):
+                self._tasks.put(self._request(index, signum))
 
     def _request(self, index: int, signum: int) -> Task:
         return lambda: signals.deliver(self._members[index], signum)
@@ -112,6 +107,7 @@ def members_of(words: Sequence[str]) -> list[Member]:
 
 
 def main() -> None:
+    control.take()
     group = Group(members_of(sys.argv[1:]))
     if sys.path and sys.path[0] in ("", os.getcwd()):
         del sys.path[0]  # a console script would not have it

@@ -1,23 +1,25 @@
-"""Standard output and error: each line with the member that has written it.
+"""Standard output and error: what Python writes, in frames that name the member.
 
-A line of a member is `RS index US text`, an event about it `RS index GS token words`. The first
-line, `RS GS token`, tells the random token, so that no output of a program is taken for an event.
-The lines of rcl come from C and have no such mark; they name their logger.
+A frame is `RS TOKEN INDEX US TEXT LF`, for a line or its end, or has GS in place of US if the line
+goes on. The token is random, so that no output of a program is taken for a frame. What C writes,
+such as lines of rcl, comes as it is; it may be in pieces, and then there may be frames in between.
 """
 
 from __future__ import annotations
 
 import io
 import os
+import select
 import sys
 import threading
+from collections.abc import Iterator
 from typing import Any
 
-from launcher.ros.composed import current
+from launcher.ros.composed import control, current
 
-RS, GS, US = "\x1e", "\x1d", "\x1f"
-MOST_CHARACTERS = 65536  # of a line; a longer one is cut
-_TOKEN = os.urandom(16).hex()
+RS, GS, US = b"\x1e", b"\x1d", b"\x1f"
+FRAME_BYTES = select.PIPE_BUF  # of which the kernel puts nothing else in between
+_TOKEN = os.urandom(8).hex().encode()
 _lock = threading.Lock()
 
 
@@ -34,10 +36,9 @@ class MemberStream(io.TextIOBase):
             return int(self._stream.write(text))
         with _lock:
             *lines, rest = (self._partial.get(one.index, "") + text).split("\n")
-            if len(rest) > MOST_CHARACTERS:
-                lines, rest = [*lines, rest], ""
-            self._partial[one.index] = rest
-            self._put(one.index, lines)
+            is_long = len(rest) >= FRAME_BYTES
+            self._partial[one.index] = "" if is_long else rest
+            self._put(one.index, lines, rest if is_long else "")
         return len(text)
 
     def finish(self, index: int) -> None:
@@ -46,12 +47,16 @@ class MemberStream(io.TextIOBase):
             rest = self._partial.pop(index, "")
             self._put(index, [rest] if rest else [])
 
-    def _put(self, index: int, lines: list[str]) -> None:
-        if lines:
-            self._stream.flush()
-            text = "".join(f"{RS}{index}{US}{line}\n" for line in lines)
-            encoding, errors = self._stream.encoding, self._stream.errors
-            write_all(self._stream.fileno(), text.encode(encoding, errors))
+    def _put(self, index: int, lines: list[str], begun: str = "") -> None:
+        if not lines and not begun:
+            return
+        self._stream.flush()
+        encoding, errors = self._stream.encoding, self._stream.errors
+        frames = [one for line in lines for one in _frames(index, line.encode(encoding, errors))]
+        if begun:
+            frames += _frames(index, begun.encode(encoding, errors), end=GS)
+        for block in _blocks(frames):
+            write_all(self._stream.fileno(), block)
 
     def flush(self) -> None:
         if current.member() is None:
@@ -66,25 +71,42 @@ class MemberStream(io.TextIOBase):
         return object.__getattribute__(self, name)
 
 
+def _frames(index: int, line: bytes, *, end: bytes = US) -> Iterator[bytes]:
+    """Those of a line, each small enough."""
+    head = b"%b%b%d" % (RS, _TOKEN, index)
+    room = FRAME_BYTES - len(head) - 2
+    while len(line) > room:
+        yield head + GS + line[:room] + b"\n"
+        line = line[room:]
+    yield head + end + line + b"\n"
+
+
+def _blocks(frames: list[bytes]) -> Iterator[bytes]:
+    """The frames, as many as possible in each write."""
+    block = b""
+    for frame in frames:
+        if len(block) + len(frame) > FRAME_BYTES:
+            yield block
+            block = b""
+        block += frame
+    yield block
+
+
 def write_all(fd: int, data: bytes) -> None:
     """Nothing is lost but what nobody reads."""
     try:
         while data:
-            data = data[os.write(fd, data) :]
+            try:
+                data = data[os.write(fd, data) :]
+            except BlockingIOError:  # a child of a node has set the pipe to that
+                select.select([], [fd], [])
     except OSError:
         return
 
 
-def tell(index: int, *words: object) -> None:
-    """An event about a member, on standard error, where the lines of its loggers go."""
-    text = f"{RS}{index}{GS}{_TOKEN} {' '.join(map(str, words))}\n"
-    write_all(2, text.encode())
-
-
 def install() -> tuple[MemberStream, MemberStream]:
     """Before any program is started."""
-    write_all(2, f"{RS}{GS}{_TOKEN}\n".encode())
+    control.tell("token", _TOKEN.decode())
     streams = MemberStream(sys.stdout), MemberStream(sys.stderr)
     sys.stdout, sys.stderr = streams
-    sys.stdin = open(os.devnull)  # noqa: SIM115  (the real one has requests of the launcher)
     return streams

@@ -8,6 +8,7 @@ import pytest
 
 from launcher.engine.compose.core import ComposedCore, Composition
 from launcher.engine.compose.output import GroupOutput
+from launcher.engine.output.lines import CUT_MARK, LINE_LIMIT
 from launcher.errors import LauncherError
 from launcher.model import events
 from launcher.model.record import replace
@@ -173,42 +174,109 @@ def test_the_rest_is_that_of_the_core():
 # ---- output
 
 
-TOKEN = "0123456789abcdef" * 2
+TOKEN = "0123456789abcdef"
+MARK = f"\x1e{TOKEN}"
+
+
+def frame(index: int, text: str, *, ends: bool = True) -> str:
+    return f"{MARK}{index}{chr(0x1F) if ends else chr(0x1D)}{text}\n"
 
 
 class Told:
-    def __init__(self) -> None:
-        self.events: list[tuple[int, Sequence[str]]] = []
-        names = [("a-1", b"[a] "), ("b-2", b"[b] ")]
-        tell = lambda index, words: self.events.append((index, words))  # noqa: E731
-        self.output = GroupOutput(("group-1", b"[g] "), names, tell)
-        assert list(self.output.parts(f"\x1e\x1d{TOKEN}\n".encode())) == []
+    """A group with two members, which has told its token."""
 
-    def parts(self, text: str) -> list[tuple[str, str]]:
-        return [(one.name, one.lines.decode()) for one in self.output.parts(text.encode())]
+    def __init__(self) -> None:
+        self.ends: list[tuple[int, int]] = []
+        names = [("a-1", b"[a] "), ("b-2", b"[b] ")]
+        tell = lambda index, code: self.ends.append((index, code))  # noqa: E731
+        self.output = GroupOutput(("group-1", b"[g] "), names, tell)
+        self.begin()
+
+    def begin(self, token: str = TOKEN) -> None:
+        self.output.begin()
+        self.buffer = self.output.buffer()
+        self.output.hear(f"token {token}".encode())
+
+    def feed(self, text: str) -> list[tuple[str, str]]:
+        """(name, lines) of what is complete when this was read as well."""
+        lines, _ = self.buffer.feed(text.encode())
+        return self._named(lines)
+
+    def finish(self) -> list[tuple[str, str]]:
+        return self._named(self.buffer.take_partial()[0])
+
+    def _named(self, lines: bytes) -> list[tuple[str, str]]:
+        parts = self.output.parts(lines, self.buffer.mark) if lines else ()
+        return [(one.name, one.lines.decode()) for one in parts]
 
 
 def log(logger: str, text: str = "hello") -> str:
     return f"[INFO] [1795628591.310558812] [{logger}]: {text}\n"
 
 
-def test_marked_lines_are_those_of_their_member():
+def test_lines_in_frames_are_those_of_their_member():
     told = Told()
-    assert told.parts("\x1e0\x1fone\n\x1e0\x1ftwo\n\x1e1\x1f\nplain\n") == [
-        ("a-1", "one\ntwo\n"),
-        ("b-2", "\n"),
-        ("group-1", "plain\n"),
-    ]
-    (first, *_) = told.output.parts(b"\x1e1\x1fx\n")
+    text = frame(0, "one") + frame(0, "two") + frame(1, "") + "plain\n"
+    assert told.feed(text) == [("a-1", "one\ntwo\n"), ("b-2", "\n"), ("group-1", "plain\n")]
+    lines, _ = told.buffer.feed(frame(1, "x").encode())
+    (first,) = told.output.parts(lines, told.buffer.mark)
     assert (first.prefix, first.kept) == (b"[b] ", b"[b-2] x\n")
+
+
+def test_a_line_may_come_in_several_frames():
+    told = Told()
+    assert told.feed(frame(0, "one, ", ends=False)) == []
+    assert told.feed(frame(1, "other") + frame(0, "two, ", ends=False)) == [("b-2", "other\n")]
+    assert told.feed(frame(0, "three")) == [("a-1", "one, two, three\n")]
+    for _ in range(2 * LINE_LIMIT // 1000):
+        assert told.feed(frame(0, "x" * 1000, ends=False)) == []
+    ((_, line),) = told.feed(frame(0, "end"))
+    assert line == "x" * LINE_LIMIT + CUT_MARK.decode() + "\n"
+
+
+def test_a_frame_may_come_within_a_line_that_is_written_in_pieces():
+    told = Told()
+    assert told.feed(f"some {frame(0, 'own')}thing") == [("a-1", "own\n")]
+    assert told.buffer.partial == b"some thing", "it is shown if nothing follows"
+    assert told.feed(f" {frame(1, 'x')}else\nand ") == [
+        ("b-2", "x\n"),
+        ("group-1", "some thing else\n"),
+    ]
+    assert told.finish() == [("group-1", "and \n")]
+
+
+TEXT = (
+    f"some {frame(0, 'a' * 20)}thing\n{frame(1, 'b', ends=False)}{frame(1, 'c')}\x1e{frame(0, '')}"
+    f"{log('x')}\x1e{TOKEN[:5]}\n{frame(1, chr(0x1E) + 'd')}"
+)
+
+
+@pytest.mark.parametrize("size", range(1, len(TEXT)))
+def test_however_it_is_read_the_lines_are_the_same(size: int):
+    told = Told()
+    found = [part for at in range(0, len(TEXT), size) for part in told.feed(TEXT[at : at + size])]
+    of = {name: "".join(lines for one, lines in found if one == name) for name, _ in found}
+    assert of == {
+        "a-1": "a" * 20 + "\n\n",
+        "b-2": "bc\n\x1ed\n",
+        "group-1": f"some thing\n\x1e{log('x')}\x1e{TOKEN[:5]}\n",
+    }
+    assert told.finish() == []
+
+
+def test_what_a_killed_process_had_begun_is_shown():
+    told = Told()
+    told.feed(frame(0, "begun ", ends=False) + "partial " + frame(0, "own", ends=False)[:-1])
+    assert told.finish() == [("group-1", "partial \n"), ("a-1", "begun own\n")]
 
 
 def test_lines_of_rcl_are_told_apart_by_their_logger():
     told = Told()
-    assert told.parts(log("fleet.a")) == [("group-1", log("fleet.a"))]
-    told.parts(f"\x1e0\x1d{TOKEN} node /fleet/a fleet.a\n\x1e1\x1d{TOKEN} node /b b\n")
+    assert told.feed(log("fleet.a")) == [("group-1", log("fleet.a"))]
+    told.output.hear(b"0 node /fleet/a fleet.a")
+    told.output.hear(b"1 node /b b")
     colour = f"\x1b[33m{log('b.part.deep')}"
-    assert told.parts(log("fleet.a") + colour + log("rcl") + log("bb")) == [
+    assert told.feed(log("fleet.a") + colour + log("rcl") + log("bb")) == [
         ("a-1", log("fleet.a")),
         ("b-2", colour),
         ("group-1", log("rcl") + log("bb")),
@@ -218,50 +286,66 @@ def test_lines_of_rcl_are_told_apart_by_their_logger():
 
 def test_what_follows_a_line_of_a_logger_belongs_to_it_in_the_same_block():
     told = Told()
-    told.parts(f"\x1e0\x1d{TOKEN} node /a a\n")
-    assert told.parts(f"x\n{log('a')}  second\nthird\n\x1e1\x1fy\n") == [
+    told.output.hear(b"0 node /a a")
+    assert told.feed(f"x\n{log('a')}  second\nthird\n{frame(1, 'y')}") == [
         ("group-1", "x\n"),
         ("a-1", f"{log('a')}  second\nthird\n"),
         ("b-2", "y\n"),
     ]
-    assert told.parts("third\n") == [("group-1", "third\n")]
+    assert told.feed("third\n") == [("group-1", "third\n")]
 
 
 def test_a_logger_of_two_members_is_that_of_none():
     told = Told()
-    told.parts(f"\x1e0\x1d{TOKEN} node /a a\n\x1e1\x1d{TOKEN} node /a a\n")
-    assert told.parts(log("a")) == [("group-1", log("a"))]
+    told.output.hear(b"0 node /a a")
+    told.output.hear(b"1 node /a a")
+    assert told.feed(log("a")) == [("group-1", log("a"))]
 
 
-def test_events_are_told_and_not_shown():
+def test_the_end_of_a_member_is_told_behind_all_that_was_written_before():
     told = Told()
-    assert told.parts(f"\x1e0\x1fa\n\x1e1\x1d{TOKEN} exit -2\r\n\x1e0\x1fb\n") == [
-        ("a-1", "a\n"),
-        ("a-1", "b\n"),
-    ]
-    assert told.events == [(1, ["exit", "-2"])]
+    order: list[object] = []
+    told.output.hear(b"1 exit -2")
+    assert told.output.has_ends and told.ends == []
+
+    def read() -> None:
+        order.append(list(told.ends))
+        if len(order) == 1:
+            told.output.hear(b"0 exit 3")  # comes with what is read
+
+    told.output.settle(read)
+    assert order == [[], [(1, -2)]], "it is read for each"
+    assert told.ends == [(1, -2), (0, 3)]
+    assert not told.output.has_ends
 
 
 @pytest.mark.parametrize(
-    "line", ["\x1e0\x1dexit 1", "\x1e0\x1d", f"\x1e0\x1d{'f' * 32} exit 1", f"\x1e\x1d{'f' * 32}"]
+    "message", [b"", b"0", b"0 exit", b"0 exit x", b"x exit 0", b"2 exit 0", b"0 node", b"token x"]
 )
-def test_a_program_cannot_write_events(line):
+def test_other_messages_do_no_harm(message: bytes):
     told = Told()
-    assert told.parts(f"{line}\n") == [("group-1", f"{line}\n")]
-    event = f"\x1e0\x1d{TOKEN} exit 1\n".encode()
-    (part,) = told.output.parts(event, has_events=False)
-    assert (part.name, told.events) == ("group-1", [])
-    told.output.begin()  # another life has another token
-    assert told.parts(event.decode()) == [("group-1", event.decode())]
-    assert told.events == []
+    told.output.hear(message)
+    told.output.settle(lambda: None)
+    assert told.ends == []
+    assert told.feed(frame(0, "x")) == [("a-1", "x\n")]
 
 
 @pytest.mark.parametrize(
     "line",
-    ["\x1e7\x1fno such member", "\x1ex\x1f", "\x1e", "\x1e0", "\x1e99999999\x1f", "\x1e0\x1d"],
+    [
+        *("\x1e7\x1fx", "\x1e0\x1fx", "\x1e", "\x1e\x1e", f"{MARK}", f"{MARK}x", f"{MARK}0"),
+        *(f"{MARK}9999999\x1fx", f"\x1e{'f' * 16}0\x1fx", "0 exit 1"),
+    ],
 )
-def test_other_text_with_such_characters_does_no_harm(line):
+def test_a_program_cannot_write_frames_or_messages(line: str):
     told = Told()
-    parts = told.parts(f"{line}\n")
-    assert parts == [("group-1", f"{line}\n")]
-    assert told.events == []
+    assert told.feed(f"{line}\n") == [("group-1", f"{line}\n")]
+    assert told.ends == []
+
+
+def test_another_life_has_another_token_and_what_is_left_of_the_last_one_its_own():
+    told = Told()
+    before = told.buffer
+    told.begin("f" * 16)
+    assert told.feed(frame(0, "x")) == [("group-1", frame(0, "x"))]
+    assert before.feed(frame(0, "x").encode()) == (frame(0, "x").encode(), 0)
