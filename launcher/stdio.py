@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import sys
 from collections.abc import Iterator
@@ -48,6 +49,17 @@ def silence() -> Iterator[None]:
         os.dup2(saved, STDERR)
         os.close(saved)
         os.close(nowhere)
+
+
+def keep_for_messages() -> None:
+    """Give standard output a descriptor of its own, since it has messages of ours.
+
+    What libraries in C print goes to standard error from now on, and not into a message.
+    """
+    sys.stdout.flush()
+    fd = fcntl.fcntl(STDOUT, fcntl.F_DUPFD_CLOEXEC, STDERR + 1)
+    _duplicate_stderr()
+    sys.stdout = open(fd, "w", encoding=sys.stdout.encoding, errors=sys.stdout.errors)  # noqa: SIM115
 
 
 def _duplicate_stderr() -> None:

@@ -44,6 +44,7 @@ from launcher.program import program
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.errors import did_you_mean
 from launcher.ros.lifecycle_client import LifecycleClient, Step
+from launcher.stdio import keep_for_messages
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -249,6 +250,7 @@ def main() -> None:
     # we end with our input; signals that stop a run are for its other processes
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)
+    keep_for_messages()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     agent = Agent(_write_line)
     executor = SingleThreadedExecutor()  # made before the input, which may have ended already

@@ -21,6 +21,7 @@ import yaml
 
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
+from launcher.stdio import keep_for_messages
 from launcher.text import did_you_mean
 
 if TYPE_CHECKING:
@@ -230,6 +231,7 @@ def _same(one: Setting, other: Setting) -> bool:
 
 
 def main() -> None:
+    keep_for_messages()
     request = json.loads(sys.stdin.readline())
     try:
         from launcher.ros.discovery.observer import Observer

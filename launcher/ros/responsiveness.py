@@ -20,6 +20,7 @@ import time
 from typing import Any
 
 from launcher import proc
+from launcher.stdio import keep_for_messages
 
 PERIOD_S = 1.0
 LATE_S = 0.5  # more than this between two rounds is our own delay, and not that of a node
@@ -172,6 +173,7 @@ def serve(questions: Questions, lines: Input) -> None:
 
 
 def main() -> None:
+    keep_for_messages()
     try:
         from launcher.ros.discovery.observer import Observer
     except ImportError:

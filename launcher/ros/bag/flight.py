@@ -36,6 +36,7 @@ from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
 from launcher.ros.bag.sinks import FileSink, Ring
 from launcher.ros.discovery.observer import Observer
 from launcher.socket_directory import ControlError
+from launcher.stdio import keep_for_messages
 
 AFTER_S = 1.0  # what follows a death belongs to it
 APART_S = 10.0  # between two automatic snapshots: a process may die again and again
@@ -262,6 +263,7 @@ def say(**values: object) -> None:
 
 
 def main() -> None:
+    keep_for_messages()
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)  # it ends with the launcher
     settings = Settings(**json.loads(sys.argv[1]))

@@ -28,6 +28,7 @@ from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.listing import endpoint_document, mismatch_documents
+from launcher.stdio import keep_for_messages
 
 PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")
@@ -225,6 +226,7 @@ def main() -> None:
         signal.signal(signum, signal.SIG_IGN)  # they are meant for the system
     # announces us more often; a profile of the user takes precedence
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
+    keep_for_messages()
     inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
     os.set_blocking(sys.stdout.fileno(), False)
     try:

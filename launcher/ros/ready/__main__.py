@@ -29,6 +29,7 @@ from launcher.ros.discovery.follower import DiscoveryFollower
 from launcher.ros.discovery.reader import UnsupportedDiscovery
 from launcher.ros.ready.facts import Seen, Watched, in_graph
 from launcher.ros.ready.views import View, followed
+from launcher.stdio import keep_for_messages
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -165,6 +166,7 @@ class Watcher:
 
 
 def main() -> None:
+    keep_for_messages()
     # we end with our input; signals that stop a run are for its other processes
     for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, signal.SIG_IGN)
