@@ -108,7 +108,9 @@ class Writer:
             yield json_text(self._document(sample, value)) + "\n"
         elif self.prefixed:
             text = self._info(sample) + "".join(self._body(value))
-            yield "".join(f"[{sample.topic}] {line}\n" for line in text.splitlines())
+            yield "".join(
+                f"[{sample.topic}] {line}\n" for line in text.removesuffix("\n").split("\n")
+            )
         else:
             yield self._info(sample)
             yield from self._body(value)
