@@ -164,8 +164,8 @@ def with_prefix(prefix: bytes, lines: bytes) -> bytes:
     return prefix + lines[:-1].replace(b"\n", b"\n" + prefix) + b"\n"
 
 
-LIMIT_BYTES = 256 * 1024
-LIMIT_BLOCKS = 1000  # a process that writes line by line makes a block of each
+LIMIT_BYTES = 256 * 1024  # of memory: a process that writes line by line makes a block of each
+BLOCK_BYTES = 128  # of the objects of a block, besides its lines
 
 
 class Block:
@@ -183,7 +183,10 @@ class Block:
 
 
 class LogRing:
-    """The last output of one process, split into lines only on request. `tap` gets each block."""
+    """The last output of one process, split into lines only on request. `tap` gets each block.
+
+    It takes LIMIT_BYTES at most.
+    """
 
     __slots__ = ("_blocks", "_bytes", "tap")
 
@@ -193,13 +196,13 @@ class LogRing:
         self.tap: Callable[[Block], None] | None = None
 
     def append(self, stream: str, read_at_s: float, lines: bytes) -> None:
-        """Append a block, and drop the oldest beyond the limits."""
+        """Append a block, and drop the oldest beyond the limit."""
         block = Block(stream, read_at_s, lines)
         blocks = self._blocks
         blocks.append(block)
-        self._bytes += len(lines)
-        while self._bytes > LIMIT_BYTES or len(blocks) > LIMIT_BLOCKS:
-            self._bytes -= len(blocks.pop(0).lines)
+        self._bytes += len(lines) + BLOCK_BYTES
+        while self._bytes > LIMIT_BYTES:
+            self._bytes -= len(blocks.pop(0).lines) + BLOCK_BYTES
         if self.tap is not None:
             self.tap(block)
 

@@ -27,6 +27,7 @@ from launcher.ros.discovery.domains import (
 )
 from launcher.ros.discovery.endpoints import NODES_TOPIC
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
+from launcher.ros.entities import forget_destroyed
 from launcher.ros.snapshot.graph import (
     TOPIC,
     UNKNOWN_NODE,
@@ -222,7 +223,7 @@ def _profile_of_fast_dds(path: str | None) -> Iterator[None]:
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
     """A hidden node offers no services, and does not write to /rosout."""
-    return Node(
+    node = Node(
         name,
         context=context,
         use_global_arguments=False,
@@ -230,6 +231,8 @@ def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
         start_parameter_services=not is_hidden,
         parameter_overrides=[Parameter("start_type_description_service", value=not is_hidden)],
     )
+    forget_destroyed(node)
+    return node
 
 
 def full_name(name: str, namespace: str) -> str:

@@ -142,6 +142,7 @@ class GraphWatcher:
         found = [e for e in self._observer.all_endpoints() if e.node in known]
         self._participants = {_participant(e) for e in found}
         owners = self._owners(self._participants)
+        self._pids = {p: pid for p, pid in self._pids.items() if p in self._participants}
         self._exited = self._now_exited()
         gone = frozenset(e.gid for e in found if _participant(e) in self._exited)
         running = {e.node for e in found if e.gid not in gone}
