@@ -1,4 +1,4 @@
-"""What helper processes remember of nodes that restart again and again."""
+"""What helper processes know of nodes that restart again and again."""
 
 from __future__ import annotations
 
@@ -75,4 +75,30 @@ def test_a_probe_forgets_processes_that_have_ended(domain: Domain, observer):
     node.stop()
     wait_until(lambda: not watcher.take().pids.get("/robot_1"), "it has gone")
     assert node.pid not in watcher._pids.values()
+    watcher.close()
+
+
+@pytest.mark.parametrize("ways", ["probe", "graph", "snapshot"])
+def test_a_node_that_rmw_lists_after_its_end_is_not_shown(
+    domain: Domain, observer, ways, monkeypatch
+):
+    """rmw does so if it takes the last but one list of nodes of a participant too late."""
+    watcher = GraphWatcher(observer)
+    listed = {
+        "probe": lambda: watcher.take().snapshot.nodes,
+        "graph": lambda: observer.topic_graph().nodes,
+        "snapshot": lambda: observer.graph_snapshot().nodes,
+    }[ways]
+    node = domain.start("robot_1")
+    wait_until(lambda: "/robot_1" in listed(), "it is there")
+    wait_until(lambda: "/robot_1" in {e.node for e in observer.all_endpoints()}, "with endpoints")
+    assert "/robot_1" in listed()
+    node.stop()
+    node_names = observer.node_names
+    monkeypatch.setattr(observer, "node_names", lambda: sorted([*node_names(), "/robot_1"]))
+    wait_until(lambda: "/robot_1" not in listed(), "it is not shown any more")
+    again = domain.start("robot_1")
+    wait_until(lambda: listed().count("/robot_1") == 1, "one of its name is there again")
+    wait_until(lambda: watcher.take().pids.get("/robot_1") == again.pid, "with its process")
+    assert listed().count("/robot_1") == 1
     watcher.close()
