@@ -14,6 +14,7 @@ from launcher.bag.selection import Selection
 from launcher.ros.bag import recorder as recorder_module
 from launcher.ros.bag.recorder import Recorder, RecorderOptions
 from launcher.ros.bag.sinks import Ring
+from launcher.ros.discovery.follower import DiscoveryFollower
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.probe.snapshot import GraphWatcher
 from tests.support.domain import Domain, private_domain
@@ -76,6 +77,22 @@ def test_a_probe_forgets_processes_that_have_ended(domain: Domain, observer):
     wait_until(lambda: not watcher.take().pids.get("/robot_1"), "it has gone")
     assert node.pid not in watcher._pids.values()
     watcher.close()
+
+
+def test_who_follows_discovery_messages_forgets_participants_that_have_ended(domain: Domain):
+    def nodes() -> set[str]:
+        follower.poll()
+        return {node.name for peer in follower.participants for node in peer.nodes()}
+
+    domain_id = int(domain.env["ROS_DOMAIN_ID"])
+    with DiscoveryFollower(domain_id, remote=False) as follower:
+        node = domain.start("robot_1")
+        wait_until(lambda: {"/robot_1", "/listener"} <= nodes(), "both are there")
+        node.stop()
+        wait_until(lambda: "/robot_1" not in nodes(), "one has ended")
+        assert len(follower.discovered) == len(follower.participants) == 1
+        kept = (follower.since, follower._inodes, follower._subscribed)
+        assert {len(one) for one in kept} == {1}
 
 
 @pytest.mark.parametrize("ways", ["probe", "graph", "snapshot"])
