@@ -3,6 +3,7 @@
 INTERRUPTED = 130
 
 try:
+    import codecs
     import gc
     import os
     import signal
@@ -26,6 +27,22 @@ def open_standard_files() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  (for good)
+
+
+def _replacement(error: UnicodeError) -> tuple[str | bytes, int]:
+    from launcher.stdio import replacement
+
+    return replacement(error)
+
+
+def print_all_characters() -> None:
+    """Replace what the encoding of standard output lacks (LC_ALL=C, latin-1), which is an error.
+
+    Another handler than Python's own was chosen with PYTHONIOENCODING. Standard error escapes.
+    """
+    codecs.register_error("launcher", _replacement)
+    if sys.stdout.errors in ("strict", "surrogateescape"):
+        sys.stdout.reconfigure(errors="launcher")  # type: ignore[union-attr]
 
 
 def run() -> int:
@@ -68,6 +85,7 @@ def main() -> int:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         open_standard_files()
+        print_all_characters()
         return flushed(run())
     except KeyboardInterrupt:
         return INTERRUPTED

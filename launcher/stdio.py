@@ -79,14 +79,38 @@ def report_lost_output(error: OSError, stream: TextIO) -> None:
             print(f"error: cannot write the output: {error.strerror or error}", file=sys.stderr)
 
 
-def print_text(text: str) -> None:
-    """Print a text; a closed pipe (`| head`) is ignored.
+# Those of trees, cut texts, and tolerances, as wide as they are where that matters.
+_SIMILAR = {"─": "-", "│": "|", "├": "|", "└": "`", "…": "~", "±": "+-"}
 
-    Characters that the encoding of the output lacks are replaced.
+
+def replacement(error: UnicodeError) -> tuple[str | bytes, int]:
+    """What is printed in place of characters that the encoding lacks, and where they end.
+
+    Escapes are those of JSON; bytes of names that are not UTF-8 stay these bytes.
     """
-    encoding = sys.stdout.encoding or "utf-8"
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    char = error.object[error.start]
+    if "\udc80" <= char <= "\udcff":
+        return char.encode(errors="surrogateescape"), error.start + 1
+    units = char.encode("utf-16-be", "surrogatepass").hex()
+    escaped = "".join(f"\\u{units[at : at + 4]}" for at in range(0, len(units), 4))
+    return _SIMILAR.get(char, escaped), error.start + 1
+
+
+def can_print(text: str) -> bool:
+    """Whether the encoding of standard output has all of these characters."""
     try:
-        sys.stdout.write(text.encode(encoding, "replace").decode(encoding) + "\n")
+        text.encode(sys.stdout.encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return False
+    return True
+
+
+def print_text(text: str) -> None:
+    """Print a text; a closed pipe (`| head`) is ignored."""
+    try:
+        sys.stdout.write(text + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
         # The interpreter flushes once more when it ends.

@@ -23,7 +23,7 @@ def open_history(path: Path) -> History:
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+") as file:
-            lines = file.read().splitlines()
+            lines = list(filter(None, file.read().split("\n")))
             if len(lines) > 2 * MAX_LINES:
                 file.seek(0)
                 file.truncate()

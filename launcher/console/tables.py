@@ -40,7 +40,8 @@ def render(what: RenderableType, columns: int, *, colour: bool) -> str:
         legacy_windows=False,
     )
     console.print(what)
-    return "\n".join(line.rstrip() for line in file.getvalue().splitlines())
+    lines = file.getvalue().removesuffix("\n").split("\n")
+    return "\n".join(map(str.rstrip, lines))
 
 
 def details(process: Process) -> Table:

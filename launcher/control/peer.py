@@ -6,7 +6,7 @@ import contextlib
 import select
 import socket
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
@@ -67,6 +67,12 @@ class Exchange:
         """The same for an item that is JSON already."""
         if self._has_room():
             self._peer.write(protocol.raw_item(self.id, text))
+
+    def past_items(self, texts: Iterable[str]) -> None:
+        """The same for what was before, a bounded number: however slowly the client reads."""
+        data = b"".join(protocol.raw_item(self.id, text) for text in texts)
+        if data and self.is_open:
+            self._peer.write(data)
 
     def _has_room(self, items: int = 1) -> bool:
         if not self.is_open:

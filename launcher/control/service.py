@@ -12,7 +12,7 @@ from launcher import socket_directory
 from launcher.control import format, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
-from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request
+from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request, to_json
 from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, refuse_part, resolve
 from launcher.control.server import Server
@@ -212,8 +212,7 @@ class Service:
             exchange.reply({"lines": items}, text)
             return
         exchange.is_stream = True
-        for item in items:
-            exchange.item(item)
+        exchange.past_items(map(to_json, items))
         self._logs.follow(chosen, exchange, call.options.get("max_rate"))
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
@@ -223,8 +222,7 @@ class Service:
             exchange.reply_raw("events", history)
             return
         exchange.is_stream = True
-        for line in history:
-            exchange.item_raw(line)
+        exchange.past_items(history)
         events.listeners.append(exchange.item_raw)
         exchange.on_end = lambda: events.listeners.remove(exchange.item_raw)
 

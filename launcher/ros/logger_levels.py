@@ -140,7 +140,7 @@ def main() -> None:
 
 def _await_end_of_input() -> None:
     os.read(0, 1)
-    os._exit(1)  # has no shared memory, see `engine.helpers.logger_levels`
+    os._exit(1)  # what it may leave of shared memory, the launcher frees
 
 
 if __name__ == "__main__":

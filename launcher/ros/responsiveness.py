@@ -180,7 +180,6 @@ def main() -> None:
         sys.exit("rclpy cannot be used")
     with Observer() as observer:
         serve(Questions(observer.node), Input())
-        os._exit(0)  # has no shared memory, and nobody waits for its clean-up
 
 
 if __name__ == "__main__":

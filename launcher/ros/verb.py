@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 from launcher import command_line
 from launcher.command_line import DEBUG, Command, Option, Parsed, option
 from launcher.errors import ExitCode, UsageError
+from launcher.stdio import can_print
 from launcher.text import count, escape_controls
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ _COMMON_OPTIONS = (
     option("--no-daemon", "ignored, for compatibility with ros2"),
 )
 DOMAIN_OPTIONS = (_DOMAIN, *_COMMON_OPTIONS)
+_BEYOND_LATIN = "\u2500"
 _WITHOUT_GRAPH = ("interface",)
 SIM_TIME = option("-s, --use-sim-time", "use the time on /clock")
 _NO_SIM_TIME = option("-s, --use-sim-time", "ignored, for compatibility with ros2")
@@ -115,6 +117,14 @@ def _refuse_undecodable(words: Sequence[str]) -> None:
         except UnicodeEncodeError:
             if not os.path.exists(word):
                 raise UsageError(f"not UTF-8: {word!a}") from None
+
+
+def standard_input() -> str:
+    """All of it; UsageError if it is not UTF-8, whatever the encoding of the locale."""
+    try:
+        return sys.stdin.buffer.read().decode()
+    except UnicodeDecodeError:
+        raise UsageError("not UTF-8: standard input") from None
 
 
 def require_rate(rate_hz: float) -> None:
@@ -259,7 +269,12 @@ def to_json_plain(value: Any) -> Any:
 
 
 def print_json(document: Any) -> None:
-    print(json.dumps(to_json_plain(document), ensure_ascii=False, indent=2, allow_nan=False))
+    print(json_text(to_json_plain(document), indent=2, allow_nan=False))
+
+
+def json_text(value: Any, **style: Any) -> str:
+    """As JSON, with escapes where the output lacks characters: they would be replaced."""
+    return json.dumps(value, ensure_ascii=not can_print(_BEYOND_LATIN), **style)
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:

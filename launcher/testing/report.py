@@ -137,7 +137,7 @@ def _print_output(job: Job) -> None:
     """The end of the log, as a block of its own."""
     with contextlib.suppress(OSError), open(job.log, "rb") as file:
         file.seek(max(0, os.fstat(file.fileno()).st_size - _TAIL_BYTES))
-        lines = file.read().decode(errors="replace").splitlines()
+        lines = file.read().decode(errors="replace").removesuffix("\n").split("\n")
         if len(lines) > _LAST_LINES or file.tell() > _TAIL_BYTES:
             lines = [f"... all of it: {shown(job.log)}", *lines[-_LAST_LINES:]]
         print(f"--- {job.package}")

@@ -6,7 +6,7 @@ import functools
 import importlib
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from launcher.model.record import Record, replace
 from launcher.packages.imports import imports_of, is_installed
@@ -15,10 +15,19 @@ from launcher.packages.python_program import PythonProgram, program_of
 _SYSTEM = ("/usr/", "/bin/", "/sbin/", "/lib", "/opt/ros/")  # changes there are no edits
 
 
+class Source(Record):
+    """A Python program: a script or a module; `folder` is the first one of its `sys.path`."""
+
+    folder: str
+    script: str
+    module: str
+
+
 class Program(Record):
     """A command as it was started; `parameters` are the parameter files of the user.
 
-    `members` are the commands of the nodes that it runs itself, instead of its own.
+    `members` are the commands of the nodes that it runs itself, instead of its own. `sources` has,
+    for each command, what it runs (None: no Python); empty until it is `resolved`.
     """
 
     argv: tuple[str, ...]
@@ -26,27 +35,43 @@ class Program(Record):
     cwd: str | None = None
     parameters: tuple[str, ...] = ()
     members: tuple[tuple[str, ...], ...] = ()
+    sources: tuple[Source | None, ...] = ()
+
+    @property
+    def commands(self) -> tuple[tuple[str, ...], ...]:
+        return self.members or (self.argv,)
 
     @property
     def parameter_files(self) -> list[str]:
         return [_absolute(path, self.cwd) for path in self.parameters]
 
 
+def resolved(program: Program, before: Program | None = None) -> Program:
+    """The same with `sources`: what it runs stays known while its script is deleted.
+
+    `before` is the program of the last start, when the script may not have been deleted yet.
+    """
+    sources = [_source(argv, program) for argv in program.commands]
+    if before is not None and before.commands == program.commands:
+        sources = [now or old for now, old in zip(sources, before.sources, strict=True)]
+    return replace(program, sources=tuple(sources))
+
+
 def files_of(program: Program) -> list[str]:
     """The absolute paths of its own source files and parameter files, the program first."""
-    commands = program.members or (program.argv,)
-    sources = [path for argv in commands for path in _sources(replace(program, argv=argv))]
-    paths = [*sources, *program.parameter_files]
+    known = program if program.sources else resolved(program)
+    found = zip(known.commands, known.sources, strict=True)
+    paths = [path for argv, source in found for path in _files(argv, source, known)]
+    paths += known.parameter_files
     return list(dict.fromkeys(os.path.normpath(path) for path in paths))
 
 
-def _sources(program: Program) -> list[str]:
-    found = _python(program)
-    if found is None:
-        return list(_executable(program))
-    first, script, module = found
-    path = (first, *_python_path(program), *_own_path())
-    return [_absolute(file, program.cwd) for file in _imports(script, module, path)]
+def _files(argv: Sequence[str], source: Source | None, program: Program) -> list[str]:
+    if source is None:
+        return list(_executable(argv, program))
+    path = (source.folder, *_python_path(program), *_own_path())
+    files = _imports(source.script, source.module, path)
+    return [_absolute(file, program.cwd) for file in files]
 
 
 @functools.cache
@@ -60,27 +85,30 @@ def forget_imports() -> None:
     importlib.invalidate_caches()
 
 
-def _python(program: Program) -> tuple[str, str, str] | None:
-    """(first folder of its path, script, module) of the Python program, also behind a prefix."""
+def _source(argv: Sequence[str], program: Program) -> Source | None:
+    """The Python program that a command runs, also behind a prefix."""
     cwd = program.cwd or os.getcwd()
-    for start in range(len(program.argv)):
-        if program.argv[start] == "--ros-args":
+    for start in range(len(argv)):
+        if argv[start] == "--ros-args":
             break
-        found = program_of(program.argv[start:], program.env, program.cwd)
+        found = program_of(argv[start:], program.env, program.cwd)
         if isinstance(found, PythonProgram) and found.module:
-            return cwd, "", found.module
+            return Source(cwd, "", found.module)
         if isinstance(found, PythonProgram):
-            script = _absolute(found.script, cwd)
-            return os.path.dirname(os.path.realpath(script)), script, ""
-    for word in program.argv:  # of another interpreter, or with options of it
+            return _script(_absolute(found.script, cwd))
+    for word in argv:  # of another interpreter, or with options of it
         path = _absolute(word, cwd)
         if word.endswith(".py") and os.path.isfile(path):
-            return os.path.dirname(os.path.realpath(path)), path, ""
+            return _script(path)
     return None
 
 
-def _executable(program: Program) -> Iterator[str]:
-    word = program.argv[0] if program.argv else ""
+def _script(path: str) -> Source:
+    return Source(os.path.dirname(os.path.realpath(path)), path, "")
+
+
+def _executable(argv: Sequence[str], program: Program) -> Iterator[str]:
+    word = argv[0] if argv else ""
     if "/" in word:
         path = _absolute(word, program.cwd)
         if not os.path.realpath(path).startswith(_SYSTEM) and not is_installed(path):

@@ -8,19 +8,27 @@ from launcher.errors import LauncherError
 from launcher.model.record import Record
 from launcher.watch import checks
 from launcher.watch.contents import State, digest_of, state_of
-from launcher.watch.programs import Program, files_of, forget_imports
+from launcher.watch.programs import Program, files_of, forget_imports, resolved
 
 LAUNCH = ""  # in place of the name of a process: the launch file
 UNKNOWN = "unknown"  # in place of a digest: not what is in the file now
 
 
 class _Entry:
-    """A process, or the launch file: its files, and the digest of what it has loaded of each."""
+    """A process, or the launch file: its files, and the digest of what it has loaded of each.
+
+    `wanted` are the others that it would load if it was started now.
+    """
 
     def __init__(self, program: Program | None, started_ns: int) -> None:
         self.program = program
         self.started_ns = started_ns
         self.loaded: dict[str, str | None] = {}
+        self.wanted: list[str] = []
+
+    @property
+    def paths(self) -> list[str]:
+        return [*self.loaded, *self.wanted]
 
 
 class Changed(Record):
@@ -70,8 +78,10 @@ class Watched:
 
     def add_process(self, name: str, program: Program, started_ns: int) -> list[str]:
         """It was started; the files that have changed since."""
-        if name in self._entries:
+        before = self._entries.get(name)
+        if before is not None:
             forget_imports()  # modules may have come since the change that has restarted it
+        program = resolved(program, before.program if before else None)
         return self._add(name, _Entry(program, started_ns), self._find_files(program))
 
     def add_launch(self, paths: Sequence[str], started_ns: int) -> list[str]:
@@ -102,7 +112,7 @@ class Watched:
         return is_current and is_as_known
 
     def _drop_unused(self) -> None:
-        used = {path for entry in self._entries.values() for path in entry.loaded}
+        used = {path for entry in self._entries.values() for path in entry.paths}
         for path in self._states.keys() - used:
             del self._states[path], self._digests[path]
             self._told.pop(path, None)
@@ -137,15 +147,24 @@ class Watched:
         busy, ready = set(busy), []
         for name, entry in self._entries.items():
             changed = self._changed(entry)
-            if changed and not busy & entry.loaded.keys() and self._can_load(name, entry, changed):
-                ready.append((name, changed))
-                entry.loaded.update({path: self._digests[path] for path in entry.loaded})
+            if not changed:
+                entry.wanted = []  # what held the restart was withdrawn
+            elif busy.isdisjoint(entry.paths) and self._can_load(name, entry):
+                ready.append((name, [path for path in changed if path in entry.paths]))
+                entry.loaded.update({path: self._digests[path] for path in entry.paths})
+                entry.wanted = []
+        self._drop_unused()
         return [*self._new_problems(), *([self._as_changed(ready)] if ready else [])]
 
     def _changed(self, entry: _Entry) -> list[str]:
+        """What it has loaded and has changed, and what it would load since then."""
+        changed = self._outdated(entry)
+        return [*changed, *entry.wanted] if changed else []
+
+    def _outdated(self, entry: _Entry) -> list[str]:
         return [path for path, digest in entry.loaded.items() if digest != self._digests[path]]
 
-    def _can_load(self, name: str, entry: _Entry, changed: Sequence[str]) -> bool:
+    def _can_load(self, name: str, entry: _Entry) -> bool:
         """Whether it can be started with its files as they are now, which are watched from now."""
         if entry.program is None:
             return True  # the evaluation tells
@@ -153,16 +172,17 @@ class Watched:
         for path in files:
             if path not in self._states:
                 self._states[path], self._digests[path] = state_of(path), digest_of(path)
-            entry.loaded.setdefault(path, UNKNOWN)
+        entry.wanted = [path for path in files if path not in entry.loaded]
         needed = [*files[:1], *entry.program.parameter_files]
         missing = [path for path in needed if self._digests.get(path) is None]
-        if all(self._digests[path] is None for path in changed):
-            missing += changed  # nothing has taken the place of what was deleted
+        outdated = self._outdated(entry)
+        if all(self._digests[path] is None for path in outdated):
+            missing += outdated  # nothing has taken the place of what was deleted
         for path in dict.fromkeys(missing):
             self._problem(path, None, name)
         is_whole = True
         for path in files:
-            if self._digests[path] is not None and entry.loaded[path] != self._digests[path]:
+            if self._digests[path] is not None and entry.loaded.get(path) != self._digests[path]:
                 is_whole = self._check(name, path, entry.program) and is_whole
         return is_whole and not missing
 

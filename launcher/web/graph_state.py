@@ -42,6 +42,7 @@ class GraphState:
             for node in before["nodes"]:
                 if node["name"] not in present and not node["hidden"]:
                     self._gone[node["name"]] = self._kept(node, wall)
+        self._forget_unused(graph)
         ghosts = {node["name"] for node in graph["nodes"] if node["ghost"]}
         self._ghost_since = {n: t for n, t in self._ghost_since.items() if n in ghosts}
 
@@ -86,6 +87,14 @@ class GraphState:
         for topic in graph["topics"]:
             if topic["types"]:
                 self._types[topic["name"]] = topic["types"]
+
+    def _forget_unused(self, graph: Document) -> None:
+        """Forget what is known of nodes and topics that are not shown any more."""
+        shown = {node["name"] for node in graph["nodes"]} | self._gone.keys()
+        self._processes = {n: process for n, process in self._processes.items() if n in shown}
+        endpoints = [one for node in self._gone.values() for one in node["endpoints"]]
+        topics = {topic["name"] for topic in graph["topics"]} | {one["topic"] for one in endpoints}
+        self._types = {name: types for name, types in self._types.items() if name in topics}
 
     def _note_lost(self, before: Document, wall: float) -> None:
         assert self._graph is not None

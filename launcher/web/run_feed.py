@@ -155,6 +155,8 @@ class RunFeed:
                 row.update(state=state, pid=None, uptime_s=None, cpu_percent=None)
 
     def _take_processes(self, item: dict[str, Any]) -> None:
+        if "dropped" in item:
+            return
         wall = time.time()
         self._heard_s = time.monotonic()
         elapsed = max(wall - self._walls[-1], 0.1) if self._walls else 1.0

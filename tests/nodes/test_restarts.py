@@ -56,6 +56,22 @@ def test_tasks_of_a_restarted_dispatcher_are_counted_as_new_ones(domain):
     domain.wait_until(all_counted, "the monitor has counted each task")
 
 
+@pytest.mark.parametrize("end", ["stop", "kill"])
+def test_a_restarted_publisher_that_does_not_match_is_counted_once(domain, end):
+    probe = domain.start("qos_probe")
+    mismatch = "Incompatible QoS on /fleet/status: RELIABILITY"
+    robot = start_fast_robot(domain)
+    domain.wait_for_line(probe, f"{mismatch}, 1 publishers do not match")
+    for restarts in (1, 2, 3):
+        getattr(robot, end)()
+        robot = start_fast_robot(domain)
+        domain.wait_until(
+            lambda n=restarts: len(probe.matching(mismatch)) > n, "the mismatch is explained again"
+        )
+    assert len(probe.matching(f"{mismatch}, 1 publishers do not match")) == 4
+    domain.wait_for_line(probe, "Received 0 messages on /fleet/status, 1 publishers do not match")
+
+
 def start_fast_robot(domain):
     settings = {"task_duration_s": 0.0, "status_period_s": 0.1, "task_queue_depth": ROOMY}
     return domain.start("robot_1", **settings)

@@ -163,6 +163,28 @@ def test_only_the_follower_that_does_not_read_loses_lines(control_bench: Control
         assert got + dropped == lines + 1
 
 
+def test_a_follower_gets_all_that_was_before(control_bench: ControlBench):
+    often = 'sh("exit 0", respawn=True, respawn_delay=0.0, name="often")'
+    with control_bench.launch(f"{often}, {CAT}") as run:
+        path = control_bench.folder / "log/latest/events.jsonl"
+        wait_until(
+            lambda: path.exists() and path.stat().st_size > 600_000,
+            "more than waits for a slow client",
+        )
+        run.ask_text("stop", "often-1")
+        known = [line for line in path.read_text().splitlines() if '"resources"' not in line]
+        with RawClient(run.socket) as client:
+            client.send(b'{"verb": "events", "id": 1, "options": {"follow": true}}\n')
+            client.send(b'{"verb": "ps", "id": 2}\n')  # is answered when the client has read
+            items = []
+            while (answer := client.read())["id"] == 1:
+                items.append(answer["item"])
+        assert not [item for item in items if "dropped" in item]
+        assert {json.loads(line)["monotonic_s"] for line in known[-4000:]} <= {
+            item["monotonic_s"] for item in items
+        }
+
+
 def test_a_client_that_asks_and_never_reads_is_not_served_for_ever(run: ControlledRun):
     with RawClient(run.socket) as greedy:
         greedy.socket.settimeout(0.5)

@@ -259,12 +259,31 @@ def test_a_core_dump_is_reported_if_the_system_wrote_one(bench: Bench):
     assert f"exit code -6, cmd 'sh -c {script}'].{said}\n" in done.stdout.decode()
 
 
-def test_undecodable_output_is_unchanged_and_a_progress_bar_shows_its_last_state(bench: Bench):
-    (bench.folder / "bytes").write_bytes(b"\xff\xfe nul \0 end\r\n10%\r50%\r100%\n\xe2\x82\n")
+def test_a_pipe_and_the_log_get_every_byte(bench: Bench):
+    (bench.folder / "bytes").write_bytes(
+        b"\xff\xfe nul \0 end\r\n10%\r50%\r100%\na\xc2\x85b\x0bc\x0c\n\xe2\x82\n"
+    )
     done = bench.run(f'sh("cat {bench.folder}/bytes")')
-    assert b"\n[sh-1] \xff\xfe nul \0 end\n[sh-1] 100%\n[sh-1] \xe2\x82\n" in done.stdout
+    lines = b"[sh-1] \xff\xfe nul \0 end\r\n[sh-1] 10%\r50%\r100%\n"
+    lines += b"[sh-1] a\xc2\x85b\x0bc\x0c\n[sh-1] \xe2\x82\n"
+    assert b"\n" + lines in done.stdout
     log = (bench.folder / "log/latest/sh-1.log").read_bytes()
-    assert log == b"[sh-1] \xff\xfe nul \0 end\r\n[sh-1] 10%\r50%\r100%\n[sh-1] \xe2\x82\n"
+    assert log == lines
+
+
+PROGRESS = """
+import sys, time
+for word in ("loading 0%", "\\r10%", "\\r20%", "\\rdone\\n"):
+    sys.stdout.write(word)
+    sys.stdout.flush()
+    time.sleep(0.3)  # an unfinished line is shown meanwhile
+"""
+
+
+def test_what_a_pipe_has_of_a_progress_bar_is_completed(bench: Bench):
+    done = bench.run(f"py({PROGRESS!r}, name='bar')")
+    assert done.stdout.count(b"loading 0%") == 1
+    assert b"[bar-1] loading 0%\r10%\r20%\rdone\n" in done.stdout
 
 
 SLOW_TRACEBACK = """

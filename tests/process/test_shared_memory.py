@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,8 +18,9 @@ from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.monitor.ledger import Ledger
-from launcher.engine.monitor.shared_memory import FOLDER, free, held, stale
+from launcher.engine.monitor.shared_memory import FOLDER, domain_of, free, held, stale
 from tests.support.waiting import wait_until
+from tests.support.web_page import PageClient, run_with_page
 
 pytestmark = pytest.mark.alone
 
@@ -185,6 +187,38 @@ def test_a_lock_that_a_forked_child_keeps_is_respected(nodes: Nodes):
     kill(node.pid, node)  # its child lives on, with the memory and the locks
     assert names.isdisjoint(stale_names())
     assert free(names) == 0
+
+
+def test_a_run_whose_helpers_outlive_its_nodes_leaves_no_port(tmp_path: Path):
+    """The reference count of a port does not get 0 if one who had opened it was killed."""
+    with leased_domain() as domain_id, tempfile.TemporaryDirectory(dir="/tmp") as runtime:
+        env = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_LOG_DIR": str(tmp_path),
+        }
+
+        def ports() -> list[str]:
+            return [name for name in os.listdir(FOLDER) if domain_of(name) == domain_id]
+
+        def knows(page: PageClient, *names: str) -> bool:
+            graphs = page.of("graph")
+            known = {node["name"] for node in graphs[-1]["nodes"]} if graphs else set()
+            return {*names} <= known
+
+        words = ["--record", "--responsive"]
+        with run_with_page("system", words, env, Path(runtime), tmp_path / "screen") as (run, link):
+            with PageClient(link) as page:
+                page.open()
+                wait_until(lambda: knows(page, "/robot_1", "/robot_2"), "the probe knows them")
+                for name in ("robot_1-3", "robot_2-4"):
+                    run.ask_text("kill", name, signal="KILL")
+                run.ask_text("restart", "monitor")
+            assert ports()
+            run.process.send_signal(signal.SIGINT)
+            run.process.wait(60)
+        assert ports() == []
 
 
 def test_no_port_is_freed_beside_a_node_that_proc_does_not_show(

@@ -9,6 +9,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -108,3 +109,33 @@ def test_it_inherits_no_descriptor_that_the_launcher_was_started_with(bench: Ben
         os.close(theirs)
         os.close(ours)
     assert re.findall(rb"^\[sh-1\] (\d+)$", done.stdout, re.M) == [b"0", b"1", b"2"]
+
+
+# A process that writes much, and others that write seldom, whose last lines are kept for long.
+MANY_LINES = """
+import os
+from launcher.engine.output.lines import LineBuffer, LogRing
+from launcher.engine.posix.spawn import Child
+
+def pages():
+    return int(open("/proc/self/statm").read().split()[1])
+
+theirs, ours = os.pipe()
+child = Child(os.getpid(), {theirs: "both"}, -1, -1, -1)
+rings = [LogRing() for _ in range(4)]
+buffers = [LineBuffer() for _ in rings]
+for number in range(40_000):
+    for place, (ring, buffer) in enumerate(zip(rings, buffers)):
+        if number % 40**place == 0:
+            os.write(ours, b"y" * (50 + number * 7 % 450) + b"\\n")
+            lines, _ = buffer.feed(child.read(theirs))
+            ring.append("both", 0.0, lines)
+    if number == 2_000:
+        before = pages()
+print((pages() - before) * os.sysconf("SC_PAGE_SIZE"))
+"""
+
+
+def test_the_memory_of_lines_that_are_forgotten_is_used_again():
+    done = subprocess.run([sys.executable, "-c", MANY_LINES], capture_output=True, check=True)
+    assert int(done.stdout) < 2_000_000, done.stdout

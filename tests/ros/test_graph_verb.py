@@ -69,6 +69,12 @@ def test_the_tree_shows_connections_and_the_mismatch(verb):
     assert (answer.out, answer.err, answer.code) == (TREE, "", 0)
 
 
+def test_the_tree_is_drawn_with_ascii_where_the_output_has_nothing_else(env):
+    answer = launcher({**env, "PYTHONIOENCODING": "ascii"}, "graph", "--mode", "active")
+    plain = TREE.replace("├─", "|-").replace("└─", "`-")
+    assert (answer.out, answer.err, answer.code) == (plain, "", 0)
+
+
 def test_a_saved_graph_is_compared_and_the_exit_code_tells(verb, tmp_path):
     path = tmp_path / "graph.json"
     path.write_text(verb("graph", "--json").out, encoding="utf-8")

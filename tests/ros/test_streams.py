@@ -209,6 +209,24 @@ def test_what_pub_sends_echo_receives_from_stdin_to_stdout(verb, env):
     assert without_complaints(out) == "0.0,2.0,0.0\n"
 
 
+def test_text_is_sent_as_utf_8_and_shown_with_escapes_in_any_locale(env):
+    ascii_env = {**env, "PYTHONIOENCODING": "ascii"}
+    command = [*ECHO, "/words", "std_msgs/msg/String", "--once", "--json"]
+    command += ["--qos-reliability", "reliable"]
+    echo = subprocess.Popen(command, env=ascii_env, stdout=subprocess.PIPE, text=True)
+    words = ("topic", "pub", "/words", "std_msgs/msg/String", "--once", "--stdin")
+    sent = subprocess.run(
+        [sys.executable, "-m", "launcher", *words],
+        env=ascii_env,
+        input="data: größe ─ 🤖".encode(),
+        capture_output=True,
+        timeout=TIMEOUT_S,
+    )
+    assert sent.returncode == 0, sent.stderr.decode()
+    out, _ = echo.communicate(timeout=TIMEOUT_S)
+    assert json.loads(without_complaints(out))["message"] == {"data": "größe ─ 🤖"}
+
+
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_echo_ends_quietly_on_a_signal(env, signum):
     echo = subprocess.Popen(

@@ -40,7 +40,7 @@ def in_process(*words: str, text: str | None = None) -> Answer:
     """The same in this process and its environment, which saves the start of an interpreter."""
     out, err = io.StringIO(), io.StringIO()
     handlers = {signum: signal.getsignal(signum) for signum in (signal.SIGTERM, signal.SIGHUP)}
-    stdin, sys.stdin = sys.stdin, io.StringIO(text or "")
+    stdin, sys.stdin = sys.stdin, io.TextIOWrapper(io.BytesIO((text or "").encode()))
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = cli.main(words)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from launcher.web.run_feed import KEEP_EVENTS
 from tests.support.browser import page_at
 from tests.support.web_page import server_of
 from tests.web.conftest import Start
@@ -85,3 +86,24 @@ def test_a_server_that_was_killed_comes_back_to_an_open_page(
         run.ask("stop", "cat")
         row = page.locator('[data-process="cat-1"]').first
         expect(row).to_have_attribute("data-state", "STOPPED")
+
+
+MANY_EVENTS = """
+async () => {
+  const store = await import("page/store.js");
+  for (let number = 1; number <= 5000; number += 1) {
+    const items = [{ event: "other", wall_s: number, text: "" }];
+    store.apply({ event: "run_events", items, reset: false });
+  }
+  return [store.runEvents.value.length, store.runEvents.value.at(-1).wall_s];
+}
+"""
+
+
+def test_a_page_that_stays_open_keeps_the_last_events(
+    started: Browser, start: Start, sleeper: Path
+):
+    _, link = start(sleeper)
+    with page_at(started, link) as page:
+        page.wait_for_selector('body[data-loaded="all"]')
+        assert page.evaluate(MANY_EVENTS) == [KEEP_EVENTS, 5000]

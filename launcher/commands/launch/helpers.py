@@ -147,3 +147,4 @@ class Helpers:
             self._server.close()
         if self._page is not None:  # its server has been told the last lines
             self._page.close()
+        self._supervisor.control.housekeeper.release()

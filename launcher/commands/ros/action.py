@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import json
 import signal
-import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +14,14 @@ from launcher.errors import ExitCode
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
+    json_text,
     observing,
     ros_command,
     seconds,
     show,
     show_typed,
     spin_time_s,
+    standard_input,
     to_json_plain,
     warn,
 )
@@ -114,7 +114,7 @@ def _send_goal(options: Parsed) -> int:
 
     kind = load(options.action_type, "action", "The passed action type is invalid")
     values = kind.Goal()
-    fill(values, parse(sys.stdin.read() if options.stdin else options.goal))
+    fill(values, parse(standard_input() if options.stdin else options.goal))
     name = _full(options.action_name)
     with (
         observing(options, lambda graph: name in graph.action_types()) as observer,
@@ -216,7 +216,7 @@ def _tell(options: Parsed, document: dict[str, Any] | None, text: str) -> None:
             name: to_json_plain(to_plain(value)) if hasattr(value, "SLOT_TYPES") else value
             for name, value in document.items()
         }
-        print(json.dumps(plain, ensure_ascii=False), flush=True)
+        print(json_text(plain), flush=True)
 
 
 COMMAND = Command(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 import sys
 import time
@@ -16,6 +15,7 @@ from launcher.ros.topics.qos import MAX_DEPTH, QOS_OPTIONS
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
+    json_text,
     observing,
     require_rate,
     ros_command,
@@ -23,6 +23,7 @@ from launcher.ros.verb import (
     show,
     show_typed,
     spin_time_s,
+    standard_input,
     to_json_plain,
 )
 
@@ -109,7 +110,7 @@ def _call(options: Parsed) -> int:
         require_rate(options.rate)
     kind = load(options.service_type, "srv", "The passed service type is invalid")
     request = kind.Request()
-    fill(request, parse(sys.stdin.read() if options.stdin else options.values))
+    fill(request, parse(standard_input() if options.stdin else options.values))
     name = _full(options.service_name)
     with (
         observing(options, lambda graph: name in graph.service_types()) as observer,
@@ -174,7 +175,7 @@ def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) 
     limit_s = _ANSWER_S if options.timeout is None else options.timeout
     answer = caller.call(kind, options.service_name, request, limit_s)
     if options.json:
-        print(json.dumps(to_json_plain(to_plain(answer)), ensure_ascii=False), flush=True)
+        print(json_text(to_json_plain(to_plain(answer))), flush=True)
     else:
         print(f"response:\n{answer!r}\n", flush=True)
 

@@ -67,7 +67,7 @@ class _Helper:
     ) -> None:
         self._reactor = reactor
         self._warn = warn
-        # Without shared memory nothing is left of one that is killed.
+        # Nothing to clean up, but where rmw_fastrtps limits discovery to this machine.
         self._env = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", **env}
         self._requests: dict[int, tuple[dict[str, Any], Tell]] = {}
         self._starts = 0

@@ -64,7 +64,7 @@ class LoggerLevels:
     def _start(self, questions: Sequence[Question], done: Callable[[Answers], None]) -> None:
         env = {**questions[0].process.spec.env}
         env.pop(RUN_ID_VARIABLE, None)
-        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # nothing is left if it is killed
+        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # as for `graph_facts`
         helper = subprocess.Popen(
             [sys.executable, "-m", "launcher.ros.logger_levels"],
             stdin=subprocess.PIPE,

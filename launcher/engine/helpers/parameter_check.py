@@ -1,8 +1,8 @@
 """Starts the process that compares parameters with declared ones (launcher.ros.parameter_check).
 
 Some time after the start of nodes that have parameters, so that it delays none of them. It ends by
-itself, and is killed with the run, before leftovers are looked for: it has no shared memory that
-would be left.
+itself, and is killed with the run, before leftovers are looked for; shared memory that it may have
+is freed as that of nodes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Starts the process that asks the nodes of a domain whether they answer.
 
-It is launcher.ros.responsiveness; it ends with its input, or is killed: it has no shared memory.
+It is launcher.ros.responsiveness; it ends with its input.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.helpers.popen import last_line
+from launcher.engine.helpers.popen import last_line, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
@@ -20,6 +20,9 @@ from launcher.engine.process import Process
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+
+GOODBYE_S = 2.0
 
 
 class ResponsivenessHelper:
@@ -37,6 +40,7 @@ class ResponsivenessHelper:
         self._ended = ended
         self._sent = self._unsent = self._received = b""
         self._errors = os.memfd_create("errors")
+        # Nothing to clean up, but where rmw_fastrtps limits discovery to this machine.
         env = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", **env}
         env.pop(RUN_ID_VARIABLE, None)
         try:
@@ -92,11 +96,10 @@ class ResponsivenessHelper:
 
     def close(self) -> None:
         self._reactor.remove(self._out)
-        self._process.kill()  # it has no shared memory
-        self._process.wait()
-        spawn.started.discard(self.pid)
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
+        wait_or_kill(self._process, GOODBYE_S)
+        spawn.started.discard(self.pid)
         self._process.stdout.close()
         os.close(self._errors)
 

@@ -12,7 +12,9 @@ from collections.abc import Callable
 from launcher.model.record import as_dict
 from launcher.model.run_events import Entry, Resources, RunEvent
 
-RECENT = 4000  # entries that are kept in memory, for clients of the control socket
+# Entries that are kept in memory, for clients of the control socket: so many, and so much at most.
+RECENT = 4000
+RECENT_BYTES = 2 * 1024 * 1024
 
 
 class EventLog:
@@ -21,7 +23,8 @@ class EventLog:
     def __init__(self, write: Callable[[bytes], None]) -> None:
         self._write = write
         self._entries: list[Entry] = []
-        self._recent: deque[str] = deque(maxlen=RECENT)
+        self._recent: deque[str] = deque()
+        self._recent_bytes = 0
         self._resources = ""
         self.listeners: list[Callable[[str], None]] = []
 
@@ -53,11 +56,17 @@ class EventLog:
             if isinstance(entry.event, Resources):
                 self._resources = line
             else:
-                self._recent.append(line)
+                self._keep(line)
         self._write("".join(lines).encode())
         for listener in self.listeners:
             for line in lines:
                 listener(line[:-1])
+
+    def _keep(self, line: str) -> None:
+        self._recent.append(line)
+        self._recent_bytes += len(line)
+        while len(self._recent) > RECENT or self._recent_bytes > RECENT_BYTES:
+            self._recent_bytes -= len(self._recent.popleft())
 
     def history(self) -> list[str]:
         """The last entries, a line each; only the newest of the `resources`."""

@@ -89,6 +89,10 @@ class Housekeeper:
         self._ledger.collect()
         self._free(is_last=True)
 
+    def release(self) -> None:
+        """Free the shared memory that is left when the helpers have ended, too; after `close`."""
+        self._ledger.release()
+
     def _tick(self) -> None:
         begun_s = self._reactor.now()
         self._ledger.keep_up(begun_s)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import contextlib
+import os
 import time
 
 from launcher import proc
@@ -26,8 +27,8 @@ class Ledger:
     A reader of /proc/locks waits until every processor has been idle or switched once, 5 to 15 ms:
     `note` blocks for them, and `keep_up` lets a thread wait, only if files are new. `free` after a
     kill reads the mappings of every participant on the machine, each in 0.3 ms. Grandchildren and
-    daemons are included, since they have the run id, too. `helper_pids` count as processes of the
-    run without its id.
+    daemons are included, since they have the run id, too. So are helpers: our children without a
+    run id, and `helper_pids` with their children. Call `release` when they have ended.
     """
 
     def __init__(self, run_id: str, *, folder: Folder = shared_memory.FOLDER) -> None:
@@ -35,6 +36,8 @@ class Ledger:
         self._folder = folder
         self.helper_pids: set[int] = set()
         self._ours: set[str] = set()
+        self._shared_ports: set[str] = set()  # that were ours at some time
+        self._domains: set[int] = set()  # the domains of our other ports
         self._seen: dict[str, int] = {}
         self._files = shared_memory.lock_files(folder)
         self._unsettled_until_s = 0.0
@@ -84,10 +87,22 @@ class Ledger:
             for name, pid in now.items():
                 if self._seen.get(name) != pid and self._is_ours(pid):
                     self._ours.add(name)
+                    self._note_domain(name)
             self._seen = now
 
+    def _note_domain(self, name: str) -> None:
+        domain = shared_memory.domain_of(name)
+        if domain is not None:
+            self._domains.add(domain)
+        elif shared_memory.is_port(name):
+            self._shared_ports.add(name)
+
     def _is_ours(self, pid: int) -> bool:
-        return pid in self.helper_pids or run_id_of(pid) == self._run_id
+        run_id = run_id_of(pid)
+        if run_id is not None or pid in self.helper_pids:
+            return run_id in (self._run_id, None)
+        parent = int(proc.status_field(pid, "PPid") or 0)
+        return parent == os.getpid() or parent in self.helper_pids
 
     def died(self, returncode: int, since_s: float) -> None:
         """A process has exited, and may have left files; its start began at this wall time.
@@ -120,3 +135,14 @@ class Ledger:
         self._are_ports_due = False
         self._ours = shared_memory.present(self._ours, folder=self._folder)
         return freed
+
+    def release(self) -> None:
+        """Free all that the run has left: none of its processes, and no helper, is there any more.
+
+        Ports are those of the domains of the run, whoever has made them again, that nobody uses.
+        """
+        self.collect()
+        self.free(is_last=True)
+        left = shared_memory.ports(folder=self._folder)
+        ours = {port for port in left if shared_memory.domain_of(port) in self._domains}
+        shared_memory.free(ours | (self._shared_ports & left), folder=self._folder)

@@ -9,6 +9,8 @@ What Fast DDS does (observed on 2.14 with real nodes):
   readers share it). Writers only map it. The file may be left without its lock file, and
   `sem.fastrtps_port<N>_mutex` with it. That is a semaphore, held while a port is opened or removed.
   Ports from 7000 on are shared by the participants of all domains.
+* A port counts who has opened it, and who closes it last removes it. One that was killed counts for
+  ever. A sender to a participant that has just exited makes its port again.
 
 The lock is the only test that sees all processes: it works across users, pid and mount namespaces,
 where /proc shows nothing. So nothing is freed whose lock is held or may not be tested; a port,
@@ -43,6 +45,7 @@ _PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
 _LOCK_FILE = r"fast(?:rtps|dds)_\w+_[es]l$"
 _MAPPED = rb"/(fast(?:rtps|dds)_\w+)"
 _SEMAPHORE_BYTES = 32  # sem_t
+_DOMAIN_0, _PORTS_PER_DOMAIN = 7400, 250
 _LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
 
 
@@ -134,6 +137,18 @@ def lock_files(folder: Folder) -> dict[str, int]:
             return {e.name: e.inode() for e in entries if re.match(_LOCK_FILE, e.name)}
     except OSError:
         return {}
+
+
+def ports(*, folder: Folder = FOLDER) -> set[str]:
+    """All ports that have a file, of any process or of none."""
+    return _ports(_names(folder))
+
+
+def domain_of(name: str) -> int | None:
+    """The ROS domain of a port or one of its files; None if it is shared, or a segment."""
+    found = re.match(_PORT_FILE, name)
+    number = int(found[1].rpartition("port")[2]) - _DOMAIN_0 if found else -1
+    return number // _PORTS_PER_DOMAIN if number >= 0 else None
 
 
 def is_port(name: str) -> bool:

@@ -1,6 +1,6 @@
 """Removes control characters from output that goes to a terminal.
 
-Cursor movements are removed before, by `lines.for_screen`. Files and pipes get these bytes.
+Cursor movements are removed before, by `lines.for_terminal`. Files and pipes get these bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _SUSPECT = rb"\x1b\[(?![34]8;5;\d+m)((?:[0-9;:]*[;:])?0*[568](?:[;:][0-9;:]*)?)m
 
 
 def without_controls(text: bytes) -> bytes:
-    """Lines cleaned by `for_screen`, without all other control characters and hidden text.
+    """Lines cleaned by `for_terminal`, without all other control characters and hidden text.
 
     Colours, bold, italics and underlining stay. Of bytes that are not UTF-8, 0x80 to 0x9F are
     removed: terminals with 8-bit controls read them as escape sequences.

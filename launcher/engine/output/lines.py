@@ -68,15 +68,36 @@ def _cut(line: bytes) -> bytes:
     return line if len(line) <= longest else line[:LINE_LIMIT] + CUT_MARK + b"\n"
 
 
-def _is_harmless(lines: bytes) -> bool:
-    """Whether they have no control characters but tabs and newlines.
+def for_pipe(lines: bytes) -> bytes:
+    """Whole lines without escape sequences; colours stay, and are reset at the end of a line.
+
+    All other bytes stay, for files and pipes.
+    """
+    if not (0x1B in lines or 0xC2 in lines):
+        return lines
+    return b"\n".join(map(_closed, _escapes().sub(b"", lines).split(b"\n")))
+
+
+def for_terminal(lines: bytes) -> bytes:
+    """The same without all that moves the cursor and other control characters (`escapes`).
+
+    Of a line with carriage returns (a progress bar), the part that a terminal would show last.
+    """
+    text = _resting(lines) if _moves(lines) else for_pipe(lines)
+    if _is_ordinary(text):
+        return text
+    from launcher.engine.output.escapes import without_controls
+
+    return without_controls(text)
+
+
+def _moves(lines: bytes) -> bool:
+    """Whether they have carriage returns or `_SHIFTS`.
 
     Without a loop, which would cost more than the searches for single bytes.
     """
-    return not (
-        0x1B in lines
-        or 0x0D in lines
-        or 0xC2 in lines
+    return (
+        0x0D in lines
         or 0x08 in lines
         or 0x0B in lines
         or 0x0C in lines
@@ -85,25 +106,9 @@ def _is_harmless(lines: bytes) -> bool:
     )
 
 
-def for_screen(lines: bytes) -> bytes:
-    """Whole lines without cursor movements; colours stay, and are reset at the end of a line.
-
-    Of a line with carriage returns (a progress bar), the part that a terminal would show last.
-    """
-    if _is_harmless(lines):
-        return lines
+def _resting(lines: bytes) -> bytes:
     lines = _escapes().sub(b"", lines).translate(None, _SHIFTS)
     return b"\n".join(_closed(_after_return(line)) for line in lines.split(b"\n"))
-
-
-def for_terminal(lines: bytes) -> bytes:
-    """The same for a terminal, which interprets more control characters (`escapes`)."""
-    text = for_screen(lines)
-    if _is_ordinary(text):
-        return text
-    from launcher.engine.output.escapes import without_controls
-
-    return without_controls(text)
 
 
 def _is_ordinary(text: bytes) -> bool:
@@ -135,7 +140,7 @@ def _escapes() -> re.Pattern[bytes]:
         rb"|[ -/]+[0-~]?"  # nF: character sets
         rb"|[0-Z\\`-~]"  # Fp, Fe, Fs: two-byte sequences
         rb"|)"
-        rb"|\xc2[\x80-\x9f]"  # the same controls as one character of UTF-8
+        rb"|\xc2[\x90\x98\x9b\x9d-\x9f]"  # DCS, SOS, CSI, OSC, PM, APC as one character of UTF-8
     )
 
 
@@ -144,7 +149,8 @@ def _closed(line: bytes) -> bytes:
     colour = line.rfind(b"\x1b[")
     if colour < 0 or line.startswith((_RESET, b"\x1b[m"), colour):
         return line
-    return line + _RESET
+    text = line.rstrip(b"\r")
+    return text + _RESET + line[len(text) :]
 
 
 def _after_return(line: bytes) -> bytes:
@@ -160,8 +166,8 @@ def with_prefix(prefix: bytes, lines: bytes) -> bytes:
     return prefix + lines[:-1].replace(b"\n", b"\n" + prefix) + b"\n"
 
 
-LIMIT_BYTES = 256 * 1024
-LIMIT_BLOCKS = 1000  # a process that writes line by line makes a block of each
+LIMIT_BYTES = 256 * 1024  # of memory: a process that writes line by line makes a block of each
+BLOCK_BYTES = 128  # of the objects of a block, besides its lines
 
 
 class Block:
@@ -179,7 +185,10 @@ class Block:
 
 
 class LogRing:
-    """The last output of one process, split into lines only on request. `tap` gets each block."""
+    """The last output of one process, split into lines only on request. `tap` gets each block.
+
+    It takes LIMIT_BYTES at most.
+    """
 
     __slots__ = ("_blocks", "_bytes", "tap")
 
@@ -189,13 +198,13 @@ class LogRing:
         self.tap: Callable[[Block], None] | None = None
 
     def append(self, stream: str, read_at_s: float, lines: bytes) -> None:
-        """Append a block, and drop the oldest beyond the limits."""
+        """Append a block, and drop the oldest beyond the limit."""
         block = Block(stream, read_at_s, lines)
         blocks = self._blocks
         blocks.append(block)
-        self._bytes += len(lines)
-        while self._bytes > LIMIT_BYTES or len(blocks) > LIMIT_BLOCKS:
-            self._bytes -= len(blocks.pop(0).lines)
+        self._bytes += len(lines) + BLOCK_BYTES
+        while self._bytes > LIMIT_BYTES:
+            self._bytes -= len(blocks.pop(0).lines) + BLOCK_BYTES
         if self.tap is not None:
             self.tap(block)
 

@@ -9,7 +9,7 @@ import stat
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher.engine.output.lines import for_screen, for_terminal, with_prefix, without_colour
+from launcher.engine.output.lines import for_pipe, for_terminal, with_prefix, without_colour
 from launcher.engine.posix.reactor import Reactor
 
 TYPE_CHECKING = False
@@ -69,7 +69,7 @@ class StdoutWriter:
         self.colour = colour
         self._plain = plain
         self.is_tty = os.isatty(fd)
-        self._sound = for_terminal if self.is_tty else for_screen
+        self._sound = for_terminal if self.is_tty else for_pipe
         self.closed = False
         self.dropped_bytes = 0
         self._waiting: deque[Bytes] = deque()
@@ -133,7 +133,7 @@ class StdoutWriter:
         if not shown or self._partial_of is not source:
             self._write_around(with_prefix(prefix, self._clean(lines)), source)
             return
-        if b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+        if self._goes_back(lines, shown):
             block = _OVERWRITE + with_prefix(prefix, self._clean(lines))
         else:
             block = with_prefix(prefix, self._clean(lines[shown:]))[len(prefix) :]
@@ -146,13 +146,17 @@ class StdoutWriter:
         if not shown or self._partial_of is not source:
             self._write_around(form.lines(prefix, source, self._clean(lines)), source)
             return
-        if b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r"):
+        if self._goes_back(lines, shown):
             block = _OVERWRITE + form.lines(prefix, source, self._clean(lines))
         else:
             end, newline, rest = self._clean(lines[shown:]).partition(b"\n")
             block = end + newline + (form.lines(prefix, source, rest) if rest else b"")
         self._partial_of = None
         self.write(block)
+
+    def _goes_back(self, lines: bytes, shown: int) -> bool:
+        """Whether the rest of a line is written over what is shown of it: by a terminal only."""
+        return self.is_tty and b"\r" in lines[shown - 1 : lines.index(b"\n")].rstrip(b"\r")
 
     def write_partial(self, source: object, prefix: bytes, partial: bytes, shown: int) -> int:
         """Write an unfinished line; the number of its bytes that are shown now."""

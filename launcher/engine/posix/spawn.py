@@ -179,6 +179,7 @@ def reap(pidfd: int) -> tuple[int, bool]:
 
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
+_buffers: list[bytearray] = []  # for reads, one for each thread that reads
 
 STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
 
@@ -218,13 +219,21 @@ class Child:
         return reap(self.pidfd)
 
     def read(self, fd: int) -> bytes | None:
-        """Read once: b'' at EOF, None if there is nothing yet."""
+        """Read once: b'' at EOF, None if there is nothing yet.
+
+        What was read has memory of its own size. A line that is cut from a block of READ_BYTES
+        would stay where that was: the next block does not fit in what is free behind a line that is
+        kept, so that the heap grows with all that is written.
+        """
+        buffer = _buffers.pop() if _buffers else bytearray(READ_BYTES)
         try:
-            return os.read(fd, READ_BYTES)
+            return bytes(memoryview(buffer)[: os.readv(fd, (buffer,))])
         except BlockingIOError:
             return None
         except OSError:
             return b""  # a pseudo-terminal ends with EIO
+        finally:
+            _buffers.append(buffer)
 
     def resize(self, terminal_size: tuple[int, int]) -> None:
         """Resize its pseudo-terminals, if it has any."""

@@ -53,7 +53,7 @@ class ShortCommand:
 
     def _exited(self) -> None:
         returncode, _ = self._reap()
-        _, output, errors = (os.pread(fd, 1 << 24, 0) for fd in self._files)
+        _, output, errors = (os.pread(fd, os.fstat(fd).st_size, 0) for fd in self._files)
         self._close_files()
         self._done(Completed(None if self._is_late else returncode, output, errors))
 

@@ -32,7 +32,7 @@ from launcher.bag.writer import BagWriter
 from launcher.control.client import Connection
 from launcher.model.event_entries import entry_of
 from launcher.model.run_events import Ended, Entry, exit_text
-from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
+from launcher.ros.bag.recorder import PERIOD_S, REMEMBER_S, Recorder, RecorderOptions
 from launcher.ros.bag.sinks import FileSink, Ring
 from launcher.ros.discovery.observer import Observer
 from launcher.socket_directory import ControlError
@@ -102,7 +102,8 @@ class FlightRecorder:
             all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
         )
         sink = self._ring if self._files is None else _Both(self._ring, self._files)
-        self._recorder = Recorder(observer, RecorderOptions(selection=selection), sink, self._note)
+        options = RecorderOptions(selection=selection, remember_s=settings.keep_s + REMEMBER_S)
+        self._recorder = Recorder(observer, options, sink, self._note)
         self._requests: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._due: _Due | None = None
         self._last_automatic_s = -APART_S

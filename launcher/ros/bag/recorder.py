@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 PERIOD_S = 0.01
 _REFIT_S = 1.0  # from one look at the publishers of a recorded topic to the next
+REMEMBER_S = 60.0
 _BURST = 500  # messages of one topic, then the others have their turn
 _STAMP = struct.Struct("<4xiI")  # of a serialized rosgraph_msgs/msg/Clock
 
@@ -36,24 +37,29 @@ _STAMP = struct.Struct("<4xiI")  # of a serialized rosgraph_msgs/msg/Clock
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecorderOptions:
     """`overrides` are policies of topics; `poll_s` is the time from one look for new topics to the
-    next, `None` is a single look."""
+    next, `None` is a single look. Publishers are remembered for `remember_s` after they have gone.
+    """
 
     selection: Selection
     overrides: Mapping[str, Qos] = field(default_factory=dict)
     poll_s: float | None = 0.1
     use_sim_time: bool = False
     include_unpublished: bool = False
+    remember_s: float = REMEMBER_S
 
 
 @dataclass(slots=True)
 class Recorded:
-    """A topic that is recorded. `lost` messages were published and never taken."""
+    """A topic that is recorded. `lost` messages were published and never taken.
+
+    `publishers` are those of the last look; `last` has the last number of each.
+    """
 
     topic: Topic
     subscription: Any
     policies: object
+    publishers: frozenset[bytes]
     last: dict[bytes, int] = field(default_factory=dict)
-    offered: dict[str, Qos] = field(default_factory=dict)
     count: int = 0
     lost: int = 0
     dropped: int = 0
@@ -82,6 +88,7 @@ class Recorder:
         self._notes = notes
         self._taker = RawTaker()
         self._refused: set[tuple[str, str]] = set()
+        self._gone_s: dict[bytes, float] = {}  # publishers, and since when
         self._next_look_s = self._next_refit_s = 0.0
         self._sim_ns: int | None = None
         self._clock: Any = None
@@ -106,6 +113,7 @@ class Recorder:
         if now >= self._next_refit_s:
             for recorded in list(self.topics.values()):
                 self._refit(recorded)
+            self._forget_gone(now)
             self._next_refit_s = time.monotonic() + _REFIT_S
         return self.take()
 
@@ -146,13 +154,25 @@ class Recorder:
             topic=topic,
             subscription=subscription,
             policies=policies,
-            offered={info.gid: bag_qos.offered_by(info) for info in infos},
+            publishers=frozenset(map(_gid, infos)),
         )
 
     def _learn(self, infos: list[EndpointInfo]) -> None:
         for info in infos:
             if info.node:
-                self.nodes[bytes.fromhex(info.gid.replace(".", ""))] = info.node
+                self.nodes[_gid(info)] = info.node
+
+    def _forget_gone(self, now: float) -> None:
+        """Forget publishers some time after they have gone: nodes restart, and this goes on."""
+        topics = self.topics.values()
+        known = self.nodes.keys() | {publisher for one in topics for publisher in one.last}
+        gone = known.difference(*(one.publishers for one in topics))
+        self._gone_s = {publisher: self._gone_s.get(publisher, now) for publisher in gone}
+        for publisher, gone_s in self._gone_s.items():
+            if now - gone_s > self._options.remember_s:
+                self.nodes.pop(publisher, None)
+                for one in topics:
+                    one.last.pop(publisher, None)
 
     def _refuse(self, name: str, reason: str, hint: str | None) -> None:
         """Say once why a topic is not recorded."""
@@ -178,13 +198,10 @@ class Recorder:
         name = recorded.topic.name
         infos = self._observer.infos(name, Direction.PUBLISHER)
         self._learn(infos)
-        new = {info.gid: bag_qos.offered_by(info) for info in infos}
-        if not new or new.keys() <= recorded.offered.keys():
+        before, recorded.publishers = recorded.publishers, frozenset(map(_gid, infos))
+        if recorded.publishers <= before:
             return
-        recorded.offered.update(new)
-        profiles = list(recorded.offered.values())
-        recorded.topic = replace(recorded.topic, qos=profiles)
-        self._sink.set_qos(name, profiles)
+        self._add_qos(recorded, infos)
         profile, policies = self._profile(name, infos)
         if policies is None or policies == recorded.policies:
             return
@@ -192,6 +209,16 @@ class Recorder:
         recorded.subscription = self._subscribe(name, recorded.topic.type, profile)
         self._take_from(recorded, old)
         self._observer.node.destroy_subscription(old)
+
+    def _add_qos(self, recorded: Recorded, infos: list[EndpointInfo]) -> None:
+        """Note what publishers offer, once: those that have restarted offer the same."""
+        profiles = list(recorded.topic.qos)
+        for offered in map(bag_qos.offered_by, infos):
+            if offered not in profiles:
+                profiles.append(offered)
+        if len(profiles) > len(recorded.topic.qos):
+            recorded.topic = replace(recorded.topic, qos=profiles)
+            self._sink.set_qos(recorded.topic.name, profiles)
 
     def take(self) -> int:
         """Take what has arrived."""
@@ -243,6 +270,10 @@ class Recorder:
         if self._clock is not None:
             self._observer.node.destroy_subscription(self._clock)
         self._taker.close()
+
+
+def _gid(info: EndpointInfo) -> bytes:
+    return bytes.fromhex(info.gid.replace(".", ""))
 
 
 def _ignore(message: Any) -> None:

@@ -52,6 +52,8 @@ class DiscoveryFollower(DiscoveryReader):
         self._repeat_requests(now)
         for prefix in self._peers.keys() - self.since.keys():
             self.since[prefix] = now
+        for prefix in self.since.keys() - self._peers.keys():
+            self._forget(prefix)
 
     def _look(self, now: float) -> None:
         inodes = {port: inode for inode, port in announcement_ports(self._domain_id).items()}
@@ -59,7 +61,7 @@ class DiscoveryFollower(DiscoveryReader):
             if not peer.is_local:
                 continue
             if self._inodes.setdefault(prefix, inodes.get(peer.port, "")) != inodes.get(peer.port):
-                self._forget(prefix)
+                del self._peers[prefix]
         known = {peer.port for peer in self._peers.values() if peer.is_local}
         silent = inodes.keys() - known
         self._silent_since = {port: self._silent_since.get(port, now) for port in silent}
@@ -85,7 +87,8 @@ class DiscoveryFollower(DiscoveryReader):
             super()._subscribe(peer)
 
     def _forget(self, prefix: bytes) -> None:
-        del self._peers[prefix]
-        self.since.pop(prefix, None)
+        """A participant has ended, or has said that it ends."""
+        self.discovered = [peer for peer in self.discovered if peer.prefix != prefix]
+        del self.since[prefix]
         self._inodes.pop(prefix, None)
         self._subscribed.pop(prefix, None)

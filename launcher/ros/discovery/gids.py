@@ -18,6 +18,11 @@ FAST_DDS = b"\x01\x0f"
 PARTICIPANT_BYTES = 12  # of a GID: what all endpoints of a participant share
 
 
+def participant_of(gid: str) -> str:
+    """The part of a GID (dotted hex) that all endpoints of a participant share."""
+    return gid[: 3 * PARTICIPANT_BYTES - 1]
+
+
 def pid_low16(gid: bytes) -> int | None:
     """The low 16 bits of the owner's process id; None if the GID is not one of Fast DDS."""
     return int.from_bytes(gid[4:6], "little") if gid[:2] == FAST_DDS else None

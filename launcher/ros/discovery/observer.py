@@ -28,7 +28,15 @@ from launcher.ros.discovery.domains import (
     see_whole_graph,
 )
 from launcher.ros.discovery.endpoints import NODES_TOPIC
-from launcher.ros.discovery.gids import PARTICIPANT_BYTES, all_live, ghosts, scheme_holds
+from launcher.ros.discovery.gids import (
+    PARTICIPANT_BYTES,
+    all_live,
+    ghosts,
+    participant_of,
+    scheme_holds,
+)
+from launcher.ros.discovery.stale_nodes import StaleNodes
+from launcher.ros.entities import forget_destroyed
 from launcher.ros.snapshot.graph import (
     TOPIC,
     UNKNOWN_NODE,
@@ -66,6 +74,7 @@ class Observer:
         self._profile = profile
         self.domain_id = environment_domain() if domain_id is None else domain_id
         self._is_hidden = name is None
+        self._stale = StaleNodes()
         # names that begin with an underscore are hidden; two observers may run at the same time
         self.name = name or f"_launcher_observer_{os.getpid()}_{id(self):x}"
 
@@ -171,20 +180,37 @@ class Observer:
     def topic_graph(self) -> TopicGraph:
         """What is known now; discovery may still be on its way."""
         # Names first: a node that is discovered meanwhile would be shown without its endpoints.
-        nodes = tuple(self.node_names())
+        nodes = self.node_names()
         endpoints = tuple(e for e in self.all_endpoints() if e.node in nodes)
-        return TopicGraph(nodes=nodes, endpoints=endpoints, ghosts=self._ghosts(endpoints))
+        nodes = self.living(nodes, endpoints)
+        ghosts = self._ghosts(endpoints)
+        return TopicGraph(nodes=tuple(nodes), endpoints=endpoints, ghosts=ghosts)
 
     def graph_snapshot(self) -> GraphSnapshot:
         """The same with services and what is not ROS's."""
-        nodes = tuple(self.node_names())
+        nodes = self.node_names()
         names = [name for name, _ in self.node.get_topic_names_and_types(no_demangle=True)]
         own = self.own_gid()[:PARTICIPANT_BYTES].hex(".") if self._is_hidden else ""
         found = [info for name in names for d in Direction for info in self._infos(name, d)]
         infos = [info for info in found if not own or not info.gid.startswith(own)]
         infos.sort(key=lambda i: (i.topic, i.node, i.direction, i.gid))
-        graph = GraphSnapshot(domain_id=self.domain_id, nodes=nodes, infos=tuple(infos))
+        nodes = self.living(nodes, infos)
+        graph = GraphSnapshot(domain_id=self.domain_id, nodes=tuple(nodes), infos=tuple(infos))
         return replace(graph, ghosts=self._ghosts(graph.topic_graph().endpoints))
+
+    def living(
+        self, nodes: Iterable[str], endpoints: Iterable[Endpoint | EndpointInfo]
+    ) -> list[str]:
+        """The nodes without those whose participant has gone; `endpoints` are all that there are.
+
+        Nodes first, then their endpoints: of a node that is discovered meanwhile, none are known.
+        """
+        owners: dict[str, set[str]] = {}
+        for endpoint in endpoints:
+            owners.setdefault(endpoint.node, set()).add(participant_of(endpoint.gid))
+        return self._stale.without(
+            nodes, owners, lambda: {gid.hex(".") for gid in self.participants()}
+        )
 
     def ghosts(self) -> tuple[str, ...]:
         """Nodes whose processes have ended, and that DDS still lists; sorted."""
@@ -233,7 +259,7 @@ def _provide_log_folder() -> None:
 
 def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
     """A hidden node offers no services, and does not write to /rosout."""
-    return Node(
+    node = Node(
         name,
         context=context,
         use_global_arguments=False,
@@ -241,6 +267,8 @@ def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
         start_parameter_services=not is_hidden,
         parameter_overrides=[Parameter("start_type_description_service", value=not is_hidden)],
     )
+    forget_destroyed(node)
+    return node
 
 
 def full_name(name: str, namespace: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from launcher import proc
 from launcher.ros.discovery import gids
 from launcher.ros.discovery.changes import GraphChanges
+from launcher.ros.discovery.gids import participant_of
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
@@ -132,18 +133,15 @@ class GraphWatcher:
 
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
-        # Names first: a node that is discovered meanwhile would be shown without its endpoints.
-        nodes = tuple(
-            name
-            for name in self._observer.node_names()
-            if not name.rpartition("/")[2].startswith(OURS)
-        )
-        known = set(nodes)
+        names = [name for name in self._observer.node_names() if not _is_ours(name)]
+        known = set(names)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
-        self._participants = {_participant(e) for e in found}
+        nodes = tuple(self._observer.living(names, found))
+        self._participants = {participant_of(e.gid) for e in found}
         owners = self._owners(self._participants)
+        self._pids = {p: pid for p, pid in self._pids.items() if p in self._participants}
         self._exited = self._now_exited()
-        gone = frozenset(e.gid for e in found if _participant(e) in self._exited)
+        gone = frozenset(e.gid for e in found if participant_of(e.gid) in self._exited)
         running = {e.node for e in found if e.gid not in gone}
         self._count_participants()
         self._taken_complete = self._complete
@@ -207,13 +205,12 @@ def _pids(
     """Node -> process; the living one if a ghost has the same name."""
     found: dict[str, int] = {}
     # those of ghosts first, so that others replace them
-    for endpoint in sorted(endpoints, key=lambda e: _participant(e) not in exited):
-        pid = owners[_participant(endpoint)]
+    for endpoint in sorted(endpoints, key=lambda e: participant_of(e.gid) not in exited):
+        pid = owners[participant_of(endpoint.gid)]
         if pid is not None:
             found[endpoint.node] = pid
     return found
 
 
-def _participant(endpoint: Endpoint) -> str:
-    """The part of its GID (dotted hex) that all endpoints of a participant share."""
-    return endpoint.gid[: 3 * gids.PARTICIPANT_BYTES - 1]
+def _is_ours(node: str) -> bool:
+    return node.rpartition("/")[2].startswith(OURS)

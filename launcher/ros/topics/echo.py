@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from launcher.ros.messages.to_yaml import (
     yaml_pieces,
 )
 from launcher.ros.topics.listener import Sample
-from launcher.ros.verb import to_json_plain
+from launcher.ros.verb import json_text, to_json_plain
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
@@ -106,10 +105,12 @@ class Writer:
     def pieces(self, sample: Sample, value: Any) -> Iterator[str]:
         """What is printed for `value`; in pieces, so that long arrays are not held as text."""
         if self.json:
-            yield json.dumps(self._document(sample, value), ensure_ascii=False) + "\n"
+            yield json_text(self._document(sample, value)) + "\n"
         elif self.prefixed:
             text = self._info(sample) + "".join(self._body(value))
-            yield "".join(f"[{sample.topic}] {line}\n" for line in text.splitlines())
+            yield "".join(
+                f"[{sample.topic}] {line}\n" for line in text.removesuffix("\n").split("\n")
+            )
         else:
             yield self._info(sample)
             yield from self._body(value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import sys
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -25,7 +24,7 @@ from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.streams import until_interrupted
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import observing, warn
+from launcher.ros.verb import observing, standard_input, warn
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
@@ -41,7 +40,7 @@ def publish(options: Parsed) -> int:
             "--once or --times"
         )
     message = with_library(load_message(options.message_type))()
-    stamps = fill(message, parse(sys.stdin.read() if options.stdin else options.values))
+    stamps = fill(message, parse(standard_input() if options.stdin else options.values))
     name = full_topic(options.topic_name)
     profile = qos.from_options(options, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)

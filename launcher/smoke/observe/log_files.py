@@ -8,14 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.engine.logs.rotating_file import BACKUPS
+from launcher.engine.output.lines import for_terminal
 from launcher.model.event_entries import entry_in
 from launcher.model.run_events import Entry, RunEvent
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder
 
-_STAMPED = re.compile(r"(\d+\.\d{7}) (.*)", re.DOTALL)
-_OF_PROCESS = re.compile(r"\[([^\]]+)\] ?(.*)", re.DOTALL)
-_OF_LAUNCHER = re.compile(r"\[(?:DEBUG|INFO|WARNING|WARN|ERROR|FATAL|CRITICAL)\] \[")
+_STAMPED = re.compile(rb"(\d+\.\d{7}) (.*)", re.DOTALL)
+_OF_PROCESS = re.compile(rb"\[([^\]]+)\] ?(.*)", re.DOTALL)
+_OF_LAUNCHER = re.compile(rb"\[(?:DEBUG|INFO|WARNING|WARN|ERROR|FATAL|CRITICAL)\] \[")
 
 
 def folder_of(log_root: Path, launcher_pid: int) -> Path | None:
@@ -45,25 +46,28 @@ def is_complete(folder: Path) -> bool:
 
 
 def lines(folder: Path, recorder: Recorder) -> list[LogLine]:
-    """The lines of launch.log; those without a timestamp have the time of the one before."""
+    """The lines of launch.log, with texts as the control socket has them.
+
+    Those without a timestamp have the time of the one before.
+    """
     found: list[LogLine] = []
     at_s = 0.0
-    for line in _texts(folder):
+    for line in _lines(folder):
         process, text = None, line
         stamped = _STAMPED.fullmatch(line)
         if stamped is not None:
             at_s, text = recorder.of_wall(float(stamped[1])), stamped[2]
             of_process = None if _OF_LAUNCHER.match(text) else _OF_PROCESS.fullmatch(text)
             if of_process is not None:
-                process, text = of_process[1], of_process[2]
-        found.append(LogLine(at_s=at_s, process=process, text=text))
+                process, text = of_process[1].decode(errors="replace"), of_process[2]
+        shown = for_terminal(text).decode(errors="replace")
+        found.append(LogLine(at_s=at_s, process=process, text=shown))
     return found
 
 
-def _texts(folder: Path) -> Iterator[str]:
+def _lines(folder: Path) -> Iterator[bytes]:
     """The lines of the rotated log files, oldest first."""
     names = [*(f"launch.log.{number}" for number in range(BACKUPS, 0, -1)), "launch.log"]
     for name in names:
         with contextlib.suppress(FileNotFoundError):
-            text = (folder / name).read_text(encoding="utf-8", errors="replace")
-            yield from text.split("\n")[:-1]
+            yield from (folder / name).read_bytes().split(b"\n")[:-1]

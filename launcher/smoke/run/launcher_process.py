@@ -105,8 +105,12 @@ class LauncherProcess:
         self._watchdog.close()
 
     def last_lines(self, count: int) -> list[str]:
+        """Of its output, as a terminal would show them."""
+        from launcher.engine.output.lines import for_terminal  # the watchdog has no packages
+
         with contextlib.suppress(OSError):
-            return self._output.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]
+            lines = for_terminal(self._output.read_bytes()).removesuffix(b"\n")
+            return lines.decode(errors="replace").split("\n")[-count:]
         return []
 
 

@@ -4,6 +4,7 @@ import { reactive, ref, shallowReactive, shallowRef } from "vue";
 import { LogBuffer } from "page/log_buffer.js";
 
 const KEEP_SAMPLES = 600;
+const KEEP_EVENTS = 4000; // as the server
 const KEEP_MESSAGES = 200;
 const KEEP_POINTS = 20_000; // of one plot, as the server
 
@@ -67,7 +68,8 @@ const handlers = {
     processes.value = message.processes;
   },
   run_events(message) {
-    runEvents.value = message.reset ? message.items : [...runEvents.value, ...message.items];
+    const before = message.reset ? [] : runEvents.value;
+    runEvents.value = [...before, ...message.items].slice(-KEEP_EVENTS);
   },
   lines(message) {
     log.add(message.first, message.lines);

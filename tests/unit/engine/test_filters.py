@@ -1,9 +1,11 @@
 """Filters of the shown output, and the ring of the last lines."""
 
+import tracemalloc
+
 import pytest
 
 from launcher.engine.output.filters import LEVELS, LineFilter, Pattern, level_named, level_of
-from launcher.engine.output.lines import LIMIT_BLOCKS, LIMIT_BYTES, LogRing
+from launcher.engine.output.lines import BLOCK_BYTES, LIMIT_BYTES, LogRing
 
 WARN = LEVELS.index("WARN")
 
@@ -96,11 +98,25 @@ def test_the_ring_gives_back_the_last_lines_over_its_blocks():
     assert ring.texts(100) == ["a", "b", "c", "", "d�"]
 
 
-def test_the_ring_forgets_the_oldest_by_number_and_by_size():
+def test_the_ring_forgets_the_oldest():
     ring = LogRing()
-    for number in range(LIMIT_BLOCKS + 10):
+    most = LIMIT_BYTES // (BLOCK_BYTES + len(b"1000\n"))
+    for number in range(1000, 1000 + most + 10):
         ring.append("stdout", 0.0, b"%d\n" % number)
-    assert ring.texts(LIMIT_BLOCKS * 2)[0] == "10"
+    assert ring.texts(most * 2)[0] == "1010"
     for _ in range(20):
         ring.append("stdout", 0.0, b"x" * 64 * 1024 + b"\n")
     assert sum(len(block.lines) for block in ring.last(10**6)) <= LIMIT_BYTES
+
+
+@pytest.mark.parametrize("line_bytes", [1, 100, 20_000])
+def test_the_ring_takes_no_more_memory_than_its_limit(line_bytes):
+    ring = LogRing()
+    tracemalloc.start()
+    try:
+        for number in range(5000):
+            ring.append("stdout", float(number), bytes(line_bytes) + b"\n")
+        taken, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert LIMIT_BYTES / 2 < taken < LIMIT_BYTES * 1.1

@@ -11,7 +11,7 @@ from launcher.engine.output.lines import (
     CUT_MARK,
     LINE_LIMIT,
     LineBuffer,
-    for_screen,
+    for_pipe,
     for_terminal,
     with_prefix,
 )
@@ -82,15 +82,17 @@ def test_a_line_tells_how_much_of_it_was_shown():
         (b"lone\x1b\n", b"lone\n"),
         (b"one \xc2\x9b2J character\n", b"one 2J character\n"),
         ("caf\u00e9 \u00a0\n".encode(), "caf\u00e9 \u00a0\n".encode()),
-        (b"shift\x0eout\x08\n", b"shiftout\n"),
-        (b"crlf\r\n", b"crlf\n"),
-        (b"10%\r20%\r30%\n", b"30%\n"),
+        (b"next\xc2\x85line \xc2\x84 index\n", b"next\xc2\x85line \xc2\x84 index\n"),
+        (b"shift\x0eout\x08 \x0b\x0c\x1c\x07\x7f\n", b"shift\x0eout\x08 \x0b\x0c\x1c\x07\x7f\n"),
+        (b"crlf\r\n", b"crlf\r\n"),
+        (b"\x1b[31mred\r\n", b"\x1b[31mred\x1b[0m\r\n"),
+        (b"10%\r20%\r30%\n", b"10%\r20%\r30%\n"),
         (b"nul\0 bad \xff\xfe\n", b"nul\0 bad \xff\xfe\n"),
-        ("größe\n".encode(), "größe\n".encode()),
+        ("größe \u2028 \u2029\n".encode(), "größe \u2028 \u2029\n".encode()),
     ],
 )
-def test_colour_passes_and_cursor_movement_does_not(written, shown):
-    assert for_screen(written) == shown
+def test_of_escape_sequences_only_colours_reach_a_pipe_and_all_other_bytes(written, shown):
+    assert for_pipe(written) == shown
 
 
 @pytest.mark.parametrize(
@@ -99,6 +101,12 @@ def test_colour_passes_and_cursor_movement_does_not(written, shown):
         (b"bell\x07 who\x05 xon\x11\x12 xoff\x13\x14\n", b"bell who xon xoff\n"),
         (b"can\x18cel sub\x1a del\x7f\n", b"cancel sub del\n"),
         (b"nul\0 tab\t bad \xff\xfe\n", b"nul\0 tab\t bad \xff\xfe\n"),
+        (b"shift\x0eout\x08 \x0b\x0c\n", b"shiftout \n"),
+        (b"next\xc2\x85line \xc2\x9b2J\n", b"nextline 2J\n"),
+        (b"crlf\r\n", b"crlf\n"),
+        (b"10%\r20%\r30%\n", b"30%\n"),
+        (b"\x1b[31m10%\r20%\r\n", b"20%\n"),
+        (b"10%\r\x1b[31m20%\r\n", b"\x1b[31m20%\x1b[0m\n"),
         (b"csi \x9b2J osc \x9d0;t\x9c\n", b"csi 2J osc 0;t\n"),
         (b"in \xe2\x82\xac and out \x9b\n", b"in \xe2\x82\xac and out \n"),
         (b"put together \xc2\xc2\x9b\x9b2J\n", b"put together 2J\n"),

@@ -21,6 +21,7 @@ from launcher.engine.monitor.ledger import CLOCK_TICK_S, STALE_NEWS_S, Ledger
 from launcher.engine.monitor.shared_memory import (
     SETTLING_S,
     Stale,
+    domain_of,
     free,
     held,
     stale,
@@ -45,6 +46,7 @@ class Shelf:
         self.proc.mkdir()
         self._locks = contextlib.ExitStack()
         self._locks.enter_context(mock.patch.object(proc, "ROOT", str(self.proc)))
+        self._files = contextlib.ExitStack()
         self._lines = ""
 
     def put(self, *names: str) -> None:
@@ -54,7 +56,7 @@ class Shelf:
 
     def lock(self, name: str, mode: int = fcntl.LOCK_EX, *, pid: int | None = OWNER) -> None:
         """Lock a file; /proc/locks says that `pid` did, or nothing at all."""
-        file = self._locks.enter_context((self.folder / name).open("rb"))
+        file = self._files.enter_context((self.folder / name).open("rb"))
         fcntl.flock(file, mode)
         if pid is not None:
             at = os.fstat(file.fileno())
@@ -81,7 +83,14 @@ class Shelf:
     def left(self) -> set[str]:
         return set(os.listdir(self.folder))
 
+    def release(self) -> None:
+        """All locks."""
+        self._files.close()
+        self._lines = ""
+        (self.proc / "locks").write_text("")
+
     def close(self) -> None:
+        self._files.close()
         self._locks.close()
 
 
@@ -302,6 +311,69 @@ def test_ports_are_freed_after_a_death_by_a_signal_also_without_a_segment(shelf:
     shelf.close()
     ledger.died(code, time.time() - 60.0)
     assert (ledger.free() > 0) == (code != 1)
+
+
+SHARED_PORT = "fastrtps_port7002"
+
+
+def used_ports(shelf: Shelf) -> Ledger:
+    """Of a run whose processes have ended; what they used has been made again by senders."""
+    ledger = Ledger("1-a", folder=shelf.folder)
+    used = ("fastrtps_port7425", SHARED_PORT)
+    shelf.put(*used, *(f"{name}_el" for name in used))
+    for name in used:
+        shelf.lock(f"{name}_el", pid=11)
+    shelf.maps(*used, pid=11, run_id="1-a")
+    ledger.note()
+    shelf.release()
+    for name in used:
+        (shelf.folder / f"{name}_el").unlink()
+    shelf.put(PORT, MUTEX, "fastrtps_port7661", "fastrtps_port7003")
+    return ledger
+
+
+def test_when_the_helpers_have_ended_the_ports_of_the_domain_are_freed(shelf: Shelf):
+    used_ports(shelf).release()
+    assert shelf.left == {"fastrtps_port7661", "fastrtps_port7003"}  # another domain; everybody's
+
+
+def test_ports_that_others_use_stay_when_the_helpers_have_ended(shelf: Shelf):
+    ledger = used_ports(shelf)
+    shelf.put(OTHER, f"{OTHER}_el", "fastrtps_port7427", "fastrtps_port7427_el")
+    shelf.lock(f"{OTHER}_el", pid=12)
+    shelf.lock("fastrtps_port7427_el", pid=12)
+    shelf.maps(OTHER, PORT, SHARED_PORT, pid=12, run_id="1-b")
+    ledger.release()
+    assert "fastrtps_port7425" not in shelf.left
+    assert {PORT, MUTEX, SHARED_PORT, "fastrtps_port7427"} <= shelf.left
+
+
+def test_a_child_of_a_helper_is_of_the_run(shelf: Shelf):
+    for pid, parent, name in ((11, os.getpid(), SEGMENT), (12, 11, OTHER), (13, 1, "fastrtps_3")):
+        shelf.put(name, f"{name}_el")
+        shelf.lock(f"{name}_el", pid=pid)
+        shelf.maps(name, pid=pid)
+        (shelf.proc / str(pid) / "environ").write_bytes(b"A=1\0")
+        (shelf.proc / str(pid) / "status").write_text(f"PPid:\t{parent}\n")
+    ledger = Ledger("1-a", folder=shelf.folder)
+    ledger.helper_pids.add(11)
+    ledger.note()
+    assert ledger.names == {SEGMENT, OTHER}
+
+
+@pytest.mark.parametrize(
+    ("name", "domain"),
+    [
+        ("fastrtps_port7400", 0),
+        ("fastrtps_port7649_el", 0),
+        ("sem.fastrtps_port7650_mutex", 1),
+        ("fastdds_port17411", 40),
+        ("fastrtps_port7399", None),
+        (SEGMENT, None),
+    ],
+)
+def test_the_domain_of_a_port(name: str, domain: int | None):
+    assert domain_of(name) == domain
 
 
 @pytest.mark.parametrize("is_older", [True, False])

@@ -122,6 +122,71 @@ def test_a_deleted_file_is_told_and_the_process_runs_on(scene: Scene):
     assert restarts(scene.settle()) == ["a", "b"]
 
 
+@pytest.mark.parametrize(
+    "argv",
+    [
+        (sys.executable, "main.py"),
+        (sys.executable, "-u", "main.py"),
+        ("nice", "-n", "5", sys.executable, "main.py"),
+        (sys.executable, "-m", "main"),
+        ("./main.py",),
+    ],
+)
+def test_a_program_that_is_deleted_and_restored_has_not_changed(scene: Scene, argv):
+    scene.main.write_text(f"#!{sys.executable}\nimport own\n")
+    scene.main.chmod(0o755)
+    scene.settle()
+    program = Program(argv, dict(os.environ), str(scene.folder))
+    for name in ("a", "b"):
+        assert scene.watched.add_process(name, program, LATER_NS) == []
+    content = scene.main.read_text()
+    scene.main.unlink()
+    assert scene.settle() == [Deleted(str(scene.main), ("a", "b"))]
+    scene.main.write_text(content)
+    assert scene.settle() == []
+    scene.main.unlink()
+    assert scene.settle() == [Deleted(str(scene.main), ("a", "b"))]
+    scene.main.write_text(f"{content}# other\n")
+    (changed,) = scene.settle()
+    assert isinstance(changed, Changed) and changed.paths == (str(scene.main),)
+
+
+def test_a_program_that_was_started_while_it_was_deleted_is_started_when_it_is_there(scene: Scene):
+    content = scene.main.read_text()
+    scene.main.unlink()
+    scene.settle()
+    for name in ("a", "b"):  # as after a crash: the interpreter says that there is no such file
+        scene.start(name)
+    scene.main.write_text(content)
+    assert restarts(scene.settle()) == ["a", "b"]
+
+
+@pytest.mark.parametrize("options", [(), ("-u",)])
+def test_a_program_that_is_deleted_is_not_started_though_another_file_has_changed(
+    scene: Scene, options
+):
+    program = Program((sys.executable, *options, str(scene.main)), {}, str(scene.folder))
+    for name in ("a", "b"):
+        assert scene.watched.add_process(name, program, LATER_NS) == []
+    scene.main.unlink()
+    scene.own.write_text(MODULE.format(2))
+    assert scene.settle() == [Deleted(str(scene.main), ("a", "b"))]
+
+
+def test_a_new_import_that_is_withdrawn_is_no_change(scene: Scene):
+    other = scene.folder / "other.py"
+    other.write_text("Y = (\n")
+    scene.own.write_text("import other\n")
+    assert [type(one) for one in scene.settle()] == [Broken]
+    scene.own.write_text(MODULE.format(1))
+    assert scene.settle() == []
+    other.write_text("Y = 1\n")
+    assert scene.settle() == []
+    scene.own.write_text(MODULE.format(2))
+    (changed,) = scene.settle()
+    assert isinstance(changed, Changed) and changed.paths == (str(scene.own),)
+
+
 def test_parameters_that_are_deleted_hold_the_restart(scene: Scene):
     scene.parameters.unlink()
     scene.own.write_text(MODULE.format(2))

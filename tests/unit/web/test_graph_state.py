@@ -133,3 +133,13 @@ def test_endpoints_that_went_just_before_their_node_are_kept_with_it() -> None:
     document = state.document([DIED], 102.0)
     assert document is not None
     assert [(one["node"], one["ghost"]) for one in document["endpoints"]] == [("/a", True)]
+
+
+def test_what_is_not_shown_any_more_is_forgotten():
+    state = GraphState()
+    for number in range(100):
+        state.take(graph("/stays", f"/short_{number}"), [STOPPED], 10.0 * number)
+        state.take(graph("/stays"), [STOPPED], 10.0 * number + 5.0)
+        states(state, [STOPPED], 10.0 * number + 5.0)
+    sizes = [len(kept) for kept in vars(state).values() if isinstance(kept, dict | list)]
+    assert max(sizes) < 10

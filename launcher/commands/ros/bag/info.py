@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.errors import ExitCode
 from launcher.ros.verb import print_json, warn
+from launcher.stdio import can_print
 
 if TYPE_CHECKING:
     from launcher.bag.reader import Bag
@@ -45,7 +45,7 @@ def _info(options: Parsed) -> int:
         if options.topic_name:
             lines: Iterable[str] = (topic.name for topic in one.plain_topics)
         else:
-            lines = info.lines(one, width, ascii_only=not _can_print(BLOCKS))
+            lines = info.lines(one, width, ascii_only=not can_print(BLOCKS))
         for line in lines:
             print(line)
     return ExitCode.OK
@@ -55,14 +55,6 @@ def warn_of(bag: Bag) -> None:
     """What is unusual about a bag, on stderr."""
     for note in bag.notes:
         warn(f"{bag.path}: {note}")
-
-
-def _can_print(text: str) -> bool:
-    try:
-        text.encode(sys.stdout.encoding or "ascii")
-    except (UnicodeEncodeError, LookupError):
-        return False
-    return True
 
 
 COMMAND = Command(
