@@ -152,7 +152,7 @@ class Process:
     def abandon(self, now: float) -> None:
         """The run ends without it."""
         self.is_abandoned = True
-        if self.child is not None:
+        if self.child is not None and self.machine.running_since is not None:
             self.history.run_s += now - self.machine.running_since
 
     @property

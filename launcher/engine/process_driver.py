@@ -366,6 +366,7 @@ class ProcessDriver:
         if code is None:
             history.refusals += not end.asked
             return
+        began_s = at_s if began_s is None else began_s  # it has ended before its program began
         history.run_s += at_s - began_s
         if end.asked and code > 0 and code not in USUAL_CODES:
             history.odd_code = history.odd_code or code

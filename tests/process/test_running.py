@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 import subprocess
+import time
 
 import pytest
 
@@ -115,6 +116,16 @@ def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
     assert done.stdout.count(b"[sh-1] run\n") == 3
     assert b"[ERROR] [sh-1]: process is given up after 2 restarts" in done.stdout
     assert done.returncode == 1
+
+
+def test_a_stop_during_the_first_starts_tells_how_long_they_ran(bench: Bench):
+    begun_s = time.monotonic()
+    # With a niceness, they are not started yet when the first one interrupts the launcher.
+    actions = 'sh("kill -INT $PPID; exec sleep 1000", name="first"),'
+    actions += '*[sh("exec sleep 1000", name="late") for _ in range(12)]'
+    out = bench.run(actions, "--nice", "late=1").stdout.decode()
+    (seconds,) = re.findall(r"13 processes ended as expected after ([\d.]+) s", out)
+    assert float(seconds) < time.monotonic() - begun_s
 
 
 def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Bench):
