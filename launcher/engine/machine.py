@@ -227,6 +227,14 @@ class ProcessMachine:
         return is_running and self.restart.mode is not RestartMode.NEVER
 
     @property
+    def has_used_up_restarts(self) -> bool:
+        """Whether it has ended, and would be restarted again if its policy had no limit."""
+        has_failed = self.state is ProcessState.FATAL
+        has_ended = has_failed or self.state is ProcessState.EXITED
+        wanted = self.restart.wants_restart(failed=has_failed)
+        return has_ended and wanted and self.restarts > 0
+
+    @property
     def is_killing(self) -> bool:
         """Whether SIGKILL has been sent."""
         return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL

@@ -368,9 +368,12 @@ class ProcessDriver:
             return
         began_s = at_s if began_s is None else began_s  # it has ended before its program began
         history.run_s += at_s - began_s
-        if end.asked and code > 0 and code not in USUAL_CODES:
-            history.odd_code = history.odd_code or code
-        if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
+        if end.asked:
+            if code > 0 and code not in USUAL_CODES:
+                history.odd_code = history.odd_code or code
+            return
+        if not end.outcome.failed:
+            history.exits += end.retry_in_s is not None
             return
         history.deaths += 1
         history.first_death = history.first_death or end.outcome
@@ -384,8 +387,8 @@ class ProcessDriver:
                 end.retry_in_s, machine.restarts, machine.restart.max_restarts
             )
             self._log.report(process, line)
-        if machine.state is ProcessState.FATAL and machine.restarts:
-            self._log.report(process, messages.gave_up(machine.restart, machine.restarts))
+        if machine.has_used_up_restarts:
+            self._log.report(process, messages.restarts_used_up(machine))
 
 
 def _find_first_error(process: Process, since_s: float) -> None:
