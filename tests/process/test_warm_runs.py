@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import psutil
@@ -220,6 +221,23 @@ def test_a_reload_while_timers_wait_does_not_shorten_them(control_bench: Control
         begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late)
         assert begun_s is not None and late_s is not None
         assert late_s - begun_s >= 1.0
+
+
+def test_starts_that_wait_for_the_preparation_stay_a_stagger_apart(
+    control_bench: ControlBench, folder
+):
+    clock = 'sh("sleep 1", name="clock"),'  # when it has ended, all of them would have been due
+    with control_bench.launch(
+        clock + nodes(node_script(folder), 3), "--warm", "--stagger", "0.2"
+    ) as run:
+        wait_until(lambda: preparing_of(run), "it prepares")
+        (preparing,) = preparing_of(run)
+        preparing.suspend()
+        run.wait_for("[clock-1]: process has finished cleanly")
+        preparing.resume()
+        run.wait_for("[node-4]: process started")
+        times = [started_s(control_bench, f"node-{number}") or 0.0 for number in (2, 3, 4)]
+        assert all(after - before >= 0.2 for before, after in pairwise(times))
 
 
 def test_edited_code_is_used_by_the_next_start(control_bench: ControlBench, folder):
