@@ -20,6 +20,8 @@ from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
 from launcher.language.configurations import ROS_NAMES
+from launcher.language.events.launch import TimerEvent
+from launcher.language.events.process import ProcessStarted
 from launcher.model import events as model
 from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
@@ -40,12 +42,45 @@ _FATAL_SIGNALS = {signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGQUIT,
 USER_LOGGER = "launch.user"
 
 
+class Occasion:
+    """An event of a process or node, whose time only a run knows.
+
+    `time_s` is its time in the plan; `process` is the index of what it is about, and `before` the
+    stamp of its start. Without a process it is about the action of the event.
+    """
+
+    def __init__(self, event: Any, time_s: float, process: int | None, before: Stamp) -> None:
+        self.event = event
+        self.time_s = time_s
+        self.process = process
+        self.before = before
+
+    @property
+    def is_start(self) -> bool:
+        """Whether it comes at the time of `before`."""
+        return isinstance(self.event, ProcessStarted) and self.time_s == self.before.time_s
+
+
 class Stamp(Record):
-    """When: virtual seconds, the phase, and the index of the process whose exit was the cause."""
+    """When: virtual seconds, the phase, and the index of the process whose exit was the cause.
+
+    `since_cause_s` is the time from that exit. `occasion` is the last one before; None: the start
+    of the run, after which only timers came.
+    """
 
     time_s: float
     phase: str
     cause: int | None
+    since_cause_s: float | None = None
+    occasion: Occasion | None = None
+
+    @property
+    def origin(self) -> Occasion | None:
+        """From what the time counts in a run: starts of processes come when they are requested."""
+        occasion = self.occasion
+        while occasion is not None and occasion.is_start:
+            occasion = occasion.before.occasion
+        return occasion
 
 
 class PlannedProcess(Record):
@@ -181,6 +216,9 @@ class _VirtualTime:
         self._now_s = 0.0
         self._phase = "run"
         self._cause: int | None = None
+        self._exit_s = 0.0  # of the cause
+        self._occasion: Occasion | None = None  # of what is being visited
+        self._event: Any = None  # from which it is known
         self._timers: list[tuple[float, int, model.Event]] = []
         self._cancelled: set[int] = set()
         self._outliving: set[int] = set()  # timers that a shutdown waits for
@@ -246,8 +284,10 @@ class _VirtualTime:
             process_id = self._to_exit.popleft()
             if process_id not in self._running:
                 continue
-            self._cause = self._running[process_id]
-            self._interpreter.handle_together([self._exit(process_id)])
+            self._cause, self._exit_s = self._running[process_id], self._now_s
+            exited, before = self._exit(process_id), self._plan.processes[self._cause].stamp
+            self._occasion = Occasion(exited, self._now_s, self._cause, before)
+            self._interpreter.handle_together([exited])
             self._run_timers()
 
     def _exit(self, process_id: int) -> model.ProcessExited:
@@ -272,7 +312,29 @@ class _VirtualTime:
 
     @property
     def _stamp(self) -> Stamp:
-        return Stamp(time_s=self._now_s, phase=self._phase, cause=self._cause)
+        event = self._trace.event
+        if event is not self._event:
+            self._event, self._occasion = event, self._occasion_of(event)
+        return Stamp(
+            time_s=self._now_s,
+            phase=self._phase,
+            cause=self._cause,
+            since_cause_s=None if self._cause is None else self._now_s - self._exit_s,
+            occasion=self._occasion,
+        )
+
+    def _occasion_of(self, event: Any) -> Occasion | None:
+        """That of what follows an event. Events of the launch file itself are no occasions."""
+        about = getattr(event, "timer_action" if isinstance(event, TimerEvent) else "action", None)
+        visit = None if about is None else self._trace.visit_of(about)
+        if visit is None:
+            return self._occasion
+        if isinstance(event, TimerEvent):
+            occasion: Occasion | None = visit.stamp.occasion
+            return occasion
+        number = visit.processes[-1] if visit.processes else None
+        before = visit.stamp if number is None else self._plan.processes[number].stamp
+        return Occasion(event, self._now_s, number, before)
 
     def _shutdown(self, event: Shutdown) -> bool:
         if self._phase == "shutdown":

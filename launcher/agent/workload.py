@@ -251,7 +251,7 @@ class Workload:
         if code:
             self._monitor()
             assert self._housekeeper is not None
-            self._housekeeper.died(code, self._reactor.now() - process.machine.running_since)
+            self._housekeeper.died(code, process.begun_wall_s)
 
     def before_kill(self) -> None:
         if self._housekeeper is not None:

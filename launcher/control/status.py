@@ -20,9 +20,9 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
     spec, child, shown = process.spec, process.child, process.filter
     sample = control.sample_of(process)
     named = ProcessNames.of(spec)
-    uptime_s = None
-    if child is not None:
-        uptime_s = round(control.reactor.now() - process.machine.running_since, 3)
+    uptime_s, since_s = None, process.machine.running_since
+    if child is not None and since_s is not None:
+        uptime_s = round(control.reactor.now() - since_s, 3)
     return {
         "name": spec.name,
         "label": spec.label,

@@ -6,11 +6,11 @@ import errno
 import functools
 import os
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import Command
-from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.engine.process_driver import ProcessDriver
 from launcher.model import events
@@ -19,10 +19,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.engine.helpers.ros_agent import RosTimer
     from launcher.engine.listener import RunListener
     from launcher.engine.machine import Ended
     from launcher.engine.ros_requests import RosRequests
+    from launcher.engine.timers import Timers
     from launcher.model.options import RunOptions
     from launcher.model.reload import Known, Reload
     from launcher.model.spec import ProcessSpec
@@ -61,12 +61,13 @@ if TYPE_CHECKING:
         # The options of the run, with its supervision files as they are now; LauncherError.
         def read_options(self) -> RunOptions: ...
 
-        # LauncherError. `adapt` applies these options.
+        # LauncherError. `adapt` applies these options. The first timers count for so many seconds.
         def evaluate_again(
             self,
             known: Sequence[Known],
             options: RunOptions,
             adapt: Callable[[ProcessSpec], ProcessSpec],
+            elapsed_s: float,
         ) -> Evaluation: ...
         def adopt(self, evaluation: Any) -> None: ...
 
@@ -106,9 +107,6 @@ class CoreDriver:
         self._agent_env = agent_env
         self._requests: RosRequests | None = None
         self._watching: dict[int, bool] = {}
-        self._timers: dict[int, Timer | RosTimer] = {}
-        self._on_wall_clock: dict[int, Timer] = {}  # of these, those for the ROS clock, so far
-        self._outliving: set[int] = set()
         self._loads: dict[int, events.LoadComponent] = {}
         self._inbox: deque[events.Event] = deque()
         self._busy = False
@@ -137,9 +135,10 @@ class CoreDriver:
         self._pump()
 
     def carry_out(self, effects: Sequence[events.Effect]) -> None:
-        """Effects that do not answer an event."""
+        """Effects of another evaluation: its timers wait for the preparation as the earlier did."""
         self._busy = True
-        self._carry_out(effects)
+        waiting = filter(self._driver.awaits_preparation, self._processes.values())
+        self._carry_out(effects, waiting)
         self._busy = False
         self._pump()
 
@@ -156,14 +155,27 @@ class CoreDriver:
 
     def forget(self) -> None:
         """Another launch file has the run: drop the timers and events of the earlier one."""
-        self.cancel_timers(all_of_them=True)
+        self._timers.cancel_all(outliving=True)
         self._inbox.clear()
         self._watching.clear()
-        self._outliving.clear()
-        self._on_wall_clock.clear()
+
+    def started(self, process: Process, pid: int) -> None:
+        """A process runs."""
+        self.feed(events.ProcessStarted(process_id=process.process_id, pid=pid))
+        self._timers.settled(process)
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         """A process has exited, or could not be started."""
+        self._report_end(process, pid, end)
+        self._timers.settled(process)
+
+    def cancelled(self, process: Process) -> None:
+        """A process was stopped before its start was complete."""
+        if not process.machine.is_held:
+            self.not_started(process.process_id, errno.ECANCELED)
+        self._timers.settled(process)
+
+    def _report_end(self, process: Process, pid: int, end: Ended) -> None:
         if process.is_replaced and end.outcome.returncode is not None:
             return
         process.is_replaced = False
@@ -196,16 +208,20 @@ class CoreDriver:
             self._carry_out(effects)
         self._busy = False
 
-    def _carry_out(self, effects: Sequence[events.Effect]) -> None:
+    def _carry_out(self, effects: Sequence[events.Effect], waiting: Iterable[Process] = ()) -> None:
+        """Their timers count from the first of their starts, or of those that are `waiting`."""
+        starting, timers = [*waiting], {}
         for effect in effects:
             match effect:
-                case events.StartProcess():
+                case events.StartProcess(process_id=process_id):
                     self._run.start(effect)
-                case events.CallLater():
-                    self._call_later(effect)
+                    if process_id in self._processes:  # else: its host is skipped
+                        starting.append(self._processes[process_id])
+                case events.CallLater(timer_id=timer_id):
+                    timers[timer_id] = effect
                 case events.CancelTimer(timer_id=timer_id):
-                    if timer_id in self._timers:
-                        self._timers.pop(timer_id).cancel()
+                    if timers.pop(timer_id, None) is None:
+                        self._timers.cancel(timer_id)
                 case events.LogMessage(level=level, logger=logger, text=text):
                     self._log.log(level, logger, text, sink=effect.sink, line=effect.line)
                 case events.LoadComponent() | events.ChangeState() | events.WatchLifecycle():
@@ -218,6 +234,7 @@ class CoreDriver:
                     self._run.shut_down(reason, is_interrupted=is_interrupted)
                 case _ if effect.process_id in self._processes:  # else: stopped before its start
                     self._control(self._processes[effect.process_id], effect)
+        self._timers.add(timers.values(), starting)
 
     def _control(self, process: Process, effect: events.Effect) -> None:
         match effect:
@@ -230,28 +247,25 @@ class CoreDriver:
 
     # ---- timers
 
-    def _call_later(self, effect: events.CallLater) -> None:
-        if effect.outlives_shutdown:
-            self._outliving.add(effect.timer_id)
-        if effect.on_ros_clock and self._requests is not None and self._requests.sim_time:
-            ros_timer = self._requests.call_later(effect.timer_id, effect.delay_s)
-            self._timers[effect.timer_id] = ros_timer
-            return
-        fire = functools.partial(self._fire, effect.timer_id)
-        timer = self._timers[effect.timer_id] = self._reactor.call_later(effect.delay_s, fire)
-        if effect.on_ros_clock:
-            self._on_wall_clock[effect.timer_id] = timer
+    @functools.cached_property
+    def _timers(self) -> Timers:
+        """Imported after the first processes have been started."""
+        from launcher.engine.timers import Timers
+
+        return Timers(self._reactor, self._driver, self._fire, lambda: self._simulation)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since the start of the run, as the timers of the launch file count."""
+        return self._timers.elapsed_s
 
     def _fire(self, timer_id: int) -> None:
-        self._timers.pop(timer_id, None)
         self.feed(events.TimerFired(timer_id=timer_id))
         self._run.idle()
 
     def cancel_timers(self, *, all_of_them: bool = False) -> int:
         """Cancel the timers that do not outlive a shutdown, or all; returns how many are left."""
-        kept = set() if all_of_them else self._outliving
-        for timer_id in self._timers.keys() - kept:
-            self._timers.pop(timer_id).cancel()
+        self._timers.cancel_all(outliving=all_of_them)
         return len(self._timers)
 
     # ---- ROS
@@ -271,20 +285,20 @@ class CoreDriver:
             )
         return self._requests
 
+    @property
+    def _simulation(self) -> RosRequests | None:
+        """What has the ROS clock of the run, if that is a simulation's."""
+        requests = self._requests
+        return requests if requests is not None and requests.sim_time else None
+
     def _use_sim_time(self, value: bool) -> None:
         self._ros.use_sim_time(value)
-        if not value:
-            return
-        waiting, self._on_wall_clock = self._on_wall_clock, {}
-        for timer_id, timer in waiting.items():
-            if self._timers.get(timer_id) is timer:
-                timer.cancel()
-                left_s = max(0.0, timer.when - self._reactor.now())
-                self._timers[timer_id] = self._ros.call_later(timer_id, left_s)
+        if value:
+            self._timers.move_to(self._ros)
 
     def _ros_answered(self, event: events.Event) -> None:
         if isinstance(event, (events.TimerFired, events.TimerLost)):
-            self._timers.pop(event.timer_id, None)
+            self._timers.forget(event.timer_id)
         if isinstance(event, events.ComponentLoaded):
             load = self._loads.pop(event.request_id)
             if event.error is None:

@@ -160,7 +160,8 @@ class ProcessMachine:
 
     `is_held`: a user has stopped it or is starting it, so that the run does not end without it,
     and a SIGKILL is not a failure. `is_suspended`: a user has suspended it. `had_to_be_killed`: it
-    exited only by SIGKILL, or not even by that, which is a failure of the run.
+    exited only by SIGKILL, or not even by that, which is a failure of the run. `running_since`: the
+    begin of its last life; None before the first, and while the next start is not complete.
     """
 
     def __init__(
@@ -186,7 +187,7 @@ class ProcessMachine:
         self._quick_ends = 0
         self._starts_again = False
         self._is_stuck = False
-        self.running_since = 0.0
+        self.running_since: float | None = None
         self._recent: list[float] = []  # an empty deque takes 600 bytes
 
     def apply(self, restart: RestartPolicy, stop: StopPolicy) -> None:
@@ -226,6 +227,14 @@ class ProcessMachine:
         return is_running and self.restart.mode is not RestartMode.NEVER
 
     @property
+    def has_used_up_restarts(self) -> bool:
+        """Whether it has ended, and would be restarted again if its policy had no limit."""
+        has_failed = self.state is ProcessState.FATAL
+        has_ended = has_failed or self.state is ProcessState.EXITED
+        wanted = self.restart.wants_restart(failed=has_failed)
+        return has_ended and wanted and self.restarts > 0
+
+    @property
     def is_killing(self) -> bool:
         """Whether SIGKILL has been sent."""
         return self.state is ProcessState.STOPPING and self.stop_signal == signal.SIGKILL
@@ -254,6 +263,7 @@ class ProcessMachine:
                 self._sent.clear()
                 self._enter(ProcessState.RUNNING)
             case Command.STARTED, ProcessState.STOPPING:
+                self.running_since = now
                 return self._signal(0, now)
             case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
@@ -298,6 +308,7 @@ class ProcessMachine:
         self.state = state
         if state is ProcessState.STARTING:
             self._signals = frozenset()
+            self.running_since = None
         self._is_stuck = False
         self.deadline = deadline
         self._take_stop()
@@ -428,7 +439,8 @@ class ProcessMachine:
         return wanted and self.restart.allows(self.restarts, self._recent, now)
 
     def _delay_s(self, outcome: Outcome, now: float) -> float:
-        if outcome.spawn_errno is None and now - self.running_since >= self.restart.quiet_s:
+        run_s = 0.0 if self.running_since is None else now - self.running_since
+        if outcome.spawn_errno is None and run_s >= self.restart.quiet_s:
             self._quick_ends = 0
         chance = self._chance() if self.restart.jitter else 0.0
         delay_s = self.restart.delay_after(self._quick_ends, chance)

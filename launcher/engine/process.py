@@ -33,17 +33,18 @@ LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 class History:
     """What the summary at the end tells of all lives of a process.
 
-    `deaths` are exits that were not requested, and failed or led to a restart; `first_death` is the
-    outcome of the first. `odd_code` is the first unusual exit code after a stop. `refusals` are
-    starts that failed, but for those of which a stop was requested meanwhile. `unshown_lines` are
-    those that went to log files only. `run_s` is the sum of all lives, `peak_uss` the largest
-    sample in bytes. `core_note` is about the core file of the last death, `hang` the stack of the
-    last life that ended while its node did not answer.
+    `deaths` are exits that were not requested and failed, `first_death` is the outcome of the
+    first; `exits` are clean ones that led to a restart. `odd_code` is the first unusual exit code
+    after a stop. `refusals` are starts that failed, but for those of which a stop was requested
+    meanwhile. `unshown_lines` are those that went to log files only. `run_s` is the sum of all
+    lives, `peak_uss` the largest sample in bytes. `core_note` is about the core file of the last
+    death, `hang` the stack of the last life that ended while its node did not answer.
     """
 
     __slots__ = (
         "core_note",
         "deaths",
+        "exits",
         "first_death",
         "first_error",
         "hang",
@@ -57,7 +58,7 @@ class History:
 
     def __init__(self) -> None:
         self.starts = self.refusals = self.unshown_lines = 0
-        self.deaths = 0
+        self.deaths = self.exits = 0
         self.first_death: Outcome | None = None
         self.odd_code: int | None = None
         self.first_error = self.core_note = ""
@@ -152,7 +153,7 @@ class Process:
     def abandon(self, now: float) -> None:
         """The run ends without it."""
         self.is_abandoned = True
-        if self.child is not None:
+        if self.child is not None and self.machine.running_since is not None:
             self.history.run_s += now - self.machine.running_since
 
     @property

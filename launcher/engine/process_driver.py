@@ -57,6 +57,10 @@ if TYPE_CHECKING:
         def admit(self, process: Process) -> bool: ...
         def withdraw(self, process: Process) -> bool: ...
 
+        # Whether such a start is under way; whether it waits for a preparation that is not over.
+        def is_starting(self, process: Process) -> bool: ...
+        def awaits_preparation(self, process: Process) -> bool: ...
+
 
 # Of a process that was stopped: 1 is that of an exception, also of rclpy's, and a shell's own are
 # those after the signals of a stop.
@@ -112,6 +116,17 @@ class ProcessDriver:
         """Give up a warm start that is under way, and begin it with what its spec is now."""
         if self.warm is not None and self.warm.withdraw(process):
             self._spawn(process)
+
+    def is_under_way(self, process: Process) -> bool:
+        """Whether its start here is being carried out: not held back, and not complete."""
+        if process.host is not None or process.machine.state is not ProcessState.STARTING:
+            return False
+        is_warm = self.warm is not None and self.warm.is_starting(process)
+        return is_warm or process.child is not None
+
+    def awaits_preparation(self, process: Process) -> bool:
+        """Whether its warm start waits for the preparation, which is not over."""
+        return self.warm is not None and self.warm.awaits_preparation(process)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the state machine, carry out its actions, and set a timer for its deadline."""
@@ -366,10 +381,14 @@ class ProcessDriver:
         if code is None:
             history.refusals += not end.asked
             return
+        began_s = at_s if began_s is None else began_s  # it has ended before its program began
         history.run_s += at_s - began_s
-        if end.asked and code > 0 and code not in USUAL_CODES:
-            history.odd_code = history.odd_code or code
-        if end.asked or not (end.outcome.failed or end.retry_in_s is not None):
+        if end.asked:
+            if code > 0 and code not in USUAL_CODES:
+                history.odd_code = history.odd_code or code
+            return
+        if not end.outcome.failed:
+            history.exits += end.retry_in_s is not None
             return
         history.deaths += 1
         history.first_death = history.first_death or end.outcome
@@ -383,8 +402,8 @@ class ProcessDriver:
                 end.retry_in_s, machine.restarts, machine.restart.max_restarts
             )
             self._log.report(process, line)
-        if machine.state is ProcessState.FATAL and machine.restarts:
-            self._log.report(process, messages.gave_up(machine.restart, machine.restarts))
+        if machine.has_used_up_restarts:
+            self._log.report(process, messages.restarts_used_up(machine))
 
 
 def _find_first_error(process: Process, since_s: float) -> None:

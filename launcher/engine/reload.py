@@ -264,14 +264,16 @@ class Reloader:
             raise LauncherError("the run is being stopped")
         if self.is_busy:
             raise LauncherError("another reload is being carried out")
+        now = self._reactor.now()
         known = [
-            _known(one, is_edited=one in edited)
+            _known(one, now, is_edited=one in edited)
             for one in self._processes.values()
             if not one.is_gone
         ]
         options = core.read_options()
         adapt = functools.partial(adapted, options=options)
-        return core.evaluate_again(known, options, adapt), options
+        elapsed_s = self._core_driver.elapsed_s
+        return core.evaluate_again(known, options, adapt, elapsed_s), options
 
     def _entries(self, reload: Reload, options: RunOptions) -> list[Entry]:
         now = self._options()
@@ -297,7 +299,7 @@ def _names(entries: Sequence[Entry]) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _known(process: Process, *, is_edited: bool) -> Known:
+def _known(process: Process, now: float, *, is_edited: bool) -> Known:
     machine, end = process.machine, process.last_end
     is_stopped = machine.state is ProcessState.STOPPED
     has_ended = machine.state in (ProcessState.EXITED, ProcessState.FATAL) or (
@@ -308,6 +310,7 @@ def _known(process: Process, *, is_edited: bool) -> Known:
         name=process.name,
         spec=comparable(process.spec),
         has_started=process.history.starts > 0,
+        started_ago_s=0.0 if machine.running_since is None else now - machine.running_since,
         pid=None if process.child is None else process.child.pid,
         is_stopped=is_stopped,
         has_ended=has_ended,

@@ -27,8 +27,8 @@ _Threads = dict[str, tuple[int, int]]
 class StartPacing:
     """Calls `start` with the processes, in the order in which they were admitted.
 
-    `stagger_s` is the least time from one start to the next, `most` how many may be starting at
-    the same time (None: any number).
+    `stagger_s` is the least time from one start to the next, which for a warm one is when it is
+    complete; `most` how many may be starting at the same time (None: any number).
     """
 
     def __init__(
@@ -45,6 +45,7 @@ class StartPacing:
         self._start = start
         self._waiting: deque[Process] = deque()
         self._starting: dict[Process, _StartingProcess] = {}
+        self._last: Process | None = None
         self._next_s = reactor.now()
         self._timer: Timer | None = None
 
@@ -71,6 +72,7 @@ class StartPacing:
             if self._most is not None:
                 self._starting[process] = _StartingProcess(now)
             self._next_s = now + self._stagger_s
+            self._last = process
             self._start(process)  # which takes a moment, and may cause further starts
             self._next_s = self._reactor.now() + self._stagger_s
 
@@ -80,7 +82,17 @@ class StartPacing:
                 del self._starting[process]
         if self._most is not None and len(self._starting) >= self._most:
             return POLL_S
-        return self._next_s - now
+        return max(self._next_s - now, self._stagger_after_last_s(now))
+
+    def _stagger_after_last_s(self, now: float) -> float:
+        """How long the last start keeps back the next one, if it was not complete at once."""
+        last = self._last
+        if not self._stagger_s or last is None or last.host is not None:
+            return 0.0
+        if last.machine.state is ProcessState.STARTING:
+            return min(POLL_S, self._stagger_s)
+        since_s = last.machine.running_since
+        return 0.0 if since_s is None else since_s + self._stagger_s - now
 
     def _poll_in(self, wait_s: float) -> None:
         if self._timer is not None:

@@ -28,7 +28,7 @@ from launcher.engine.posix.spawn import (
 from launcher.engine.process import Process, adapted, child_environment
 from launcher.engine.process_driver import ProcessDriver
 from launcher.errors import ExitCode
-from launcher.model.events import LoadComponent, ProcessStarted, StartProcess
+from launcher.model.events import LoadComponent, StartProcess
 from launcher.model.options import RunOptions
 from launcher.model.run_events import Finished
 
@@ -497,6 +497,12 @@ class Supervisor:
     def withdraw(self, process: Process) -> bool:
         return self._warm is not None and self._warm.withdraw(process)
 
+    def is_starting(self, process: Process) -> bool:
+        return self._warm is not None and self._warm.is_starting(process)
+
+    def awaits_preparation(self, process: Process) -> bool:
+        return self._warm is not None and self._warm.awaits_preparation(process)
+
     def _merges(self, process: Process) -> bool:
         return process.streams_can_merge and not self.watches(process)
 
@@ -507,7 +513,7 @@ class Supervisor:
         process.is_replaced = False
         if self._ready is not None:
             self._ready.started(process)
-        self._core_driver.feed(ProcessStarted(process_id=process.process_id, pid=pid))
+        self._core_driver.started(process, pid)
         if self._control is not None:
             self._control.started(process)
         self._notify_control()
@@ -527,8 +533,7 @@ class Supervisor:
         self._core_driver.ended(process, pid, end)
 
     def cancelled(self, process: Process) -> None:
-        if not process.machine.is_held:
-            self._core_driver.not_started(process.process_id, errno.ECANCELED)
+        self._core_driver.cancelled(process)
 
     def before_kill(self) -> None:
         self._housekeeper.note_shared_memory()

@@ -143,7 +143,7 @@ class Watching:
                 "env": {name: spec.env[name] for name in _ENVIRONMENT if name in spec.env},
                 "cwd": spec.cwd,
                 "parameters": _parameter_files(spec),
-                "started_ns": self._wall_ns(began_s if began_s else self._reactor.now()),
+                "started_ns": self._wall_ns(self._reactor.now() if began_s is None else began_s),
             }
         )
 
@@ -210,7 +210,8 @@ class Watching:
             return False
         if machine.state in (ProcessState.STOPPED, ProcessState.STOPPING, ProcessState.STARTING):
             return machine.state is ProcessState.STARTING and process.child is not None
-        return machine.running_since == 0.0 or changed_ns > self._wall_ns(machine.running_since)
+        began_s = machine.running_since
+        return began_s is None or changed_ns > self._wall_ns(began_s)
 
     def _is_steered(self, process: Process) -> bool:
         """Whether its restart is to be followed by what the launch file asks of its node."""

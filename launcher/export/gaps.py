@@ -16,6 +16,7 @@ from launcher.language.actions.events import (
 )
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import RosTimer
+from launcher.language.events.process import ProcessExited
 from launcher.language.ros.composition import ComposableNodeContainer, LoadComposableNodes
 from launcher.language.ros.lifecycle import LifecycleTransition
 from launcher.model.options import RunOptions, matches
@@ -83,7 +84,15 @@ def settings_gaps(
 
 def is_exported(process: PlannedProcess) -> bool:
     """Whether it starts at once, or by a timer, not after the exit of another."""
-    return process.stamp.phase == "run" and process.stamp.cause is None
+    return process.stamp.phase == "run" and _cause(process) is None
+
+
+def _cause(process: PlannedProcess) -> int | None:
+    """The index of the process after whose exit it starts."""
+    origin = process.stamp.origin
+    if origin is not None and isinstance(origin.event, ProcessExited):
+        return origin.process
+    return process.stamp.cause
 
 
 def _of_visit(plan: Plan, visit: Visit, places: Places, names: Mapping[int, str]) -> Iterator[Gap]:
@@ -180,7 +189,7 @@ def _left_out(plan: Plan, places: Places) -> Iterator[Gap]:
     for process in plan.processes:
         if is_exported(process):
             continue
-        cause = process.stamp.cause
+        cause = _cause(process)
         after = "" if cause is None else f" the exit of {plan.processes[cause].spec.label}"
         text = f"it is not exported: it starts only after{after or ' a shutdown'}"
         where = places.of_text(process.spec.place)

@@ -318,7 +318,7 @@ class Interpreter:
             self._run_steps()
             if self.context._event_queue:
                 if handled == at_most:
-                    self.host.call_later(0.0, lambda: None)
+                    self.host.call_later(0.0, lambda: None, is_step=True)
                     return
                 self._process(self.context._event_queue.popleft())
             elif not self._becomes_idle():

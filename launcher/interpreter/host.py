@@ -198,11 +198,12 @@ class RunHost:
         *,
         outlives_shutdown: bool = False,
         on_ros_clock: bool = False,
+        is_step: bool = False,
         action: Any = None,
     ) -> int:
         timer_id = self._new_id()
         self.timers[timer_id] = PendingTimer(delay_s, callback, action)
-        self.request(model.CallLater(timer_id, delay_s, outlives_shutdown, on_ros_clock))
+        self.request(model.CallLater(timer_id, delay_s, outlives_shutdown, on_ros_clock, is_step))
         return timer_id
 
     def cancel_call(self, timer_id: int) -> None:

@@ -149,9 +149,11 @@ class Replay:
             self._tell(known, now_s)
 
     def _tell(self, known: Known, now_s: float) -> None:
-        number, ended_s = known.process_id, max(now_s, self._elapsed_s - known.ended_ago_s)
+        number = known.process_id
+        started_s = max(now_s, self._elapsed_s - known.started_ago_s)
+        ended_s = max(now_s, self._elapsed_s - known.ended_ago_s)
         if known.has_started:
-            self._at(now_s, model.ProcessStarted(number, known.pid or 0))
+            self._at(started_s, model.ProcessStarted(number, known.pid or 0))
         if known.has_ended and known.returncode is not None:
             self._at(ended_s, model.ProcessExited(number, 0, known.returncode))
         elif known.has_ended:

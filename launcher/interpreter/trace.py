@@ -51,7 +51,7 @@ class Visit:
 
 
 class Trace:
-    """Collects visits; `stamp` returns the time of each."""
+    """Collects visits; `stamp` returns the time of each. `event` is the cause of the last ones."""
 
     def __init__(self, context: LaunchContext, stamp: Callable[[], Any]) -> None:
         self._context = context
@@ -60,12 +60,15 @@ class Trace:
         self._current: Visit | None = None
         self._of_entity: dict[int, Visit] = {}
         self.roots: list[Visit] = []
+        self.event: Any = None
 
     def visiting(self, entity: Any, depth: int) -> None:
         """A visit begins, `depth` levels below an event (from 1)."""
         del self._path[depth - 1 :]
         parent = self._path[-1] if self._path else None
-        event = None if parent else self._context.get_locals_as_dict().get("event")
+        event = None
+        if parent is None:
+            event = self.event = self._context.get_locals_as_dict().get("event")
         visit = Visit(entity, parent, self._stamp(), event)
         (self.roots if parent is None else parent.children).append(visit)
         self._path.append(visit)
@@ -94,9 +97,13 @@ class Trace:
 
     def started(self, action: Any, process: int) -> None:
         """An action that was visited started a process."""
-        visit = self._of_entity.get(id(action))
+        visit = self.visit_of(action)
         if visit is not None:
             visit.processes.append(process)
+
+    def visit_of(self, entity: Any) -> Visit | None:
+        """The last visit of an entity."""
+        return self._of_entity.get(id(entity))
 
     def _note_argument(self, visit: Visit) -> None:
         """Record where the value of an argument was set, if it has one already."""

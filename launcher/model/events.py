@@ -51,14 +51,17 @@ class WriteStdin(Record):
 class CallLater(Record):
     """Answer with TimerFired(timer_id) after `delay_s` seconds.
 
+    They count from the first start among the effects of the same moment, which may take a while.
     The shutdown of the run waits for a timer that outlives it, and cancels all others. The ROS
-    clock is wall time, or that of a simulation after UseSimTime.
+    clock is wall time, or that of a simulation after UseSimTime. `is_step`: not a timer of the
+    launch file, but the next step of the interpreter, which waits for no start.
     """
 
     timer_id: int
     delay_s: float
     outlives_shutdown: bool = False
     on_ros_clock: bool = False
+    is_step: bool = False
 
 
 class UseSimTime(Record):

@@ -11,8 +11,9 @@ from launcher.model.spec_diff import Comparable
 class Known(Record):
     """A process of the run before the evaluation.
 
-    `pid` is None if it is not running. `has_ended`, `ended_ago_s` seconds ago: neither a restart
-    nor a user will start it again; with `returncode`, unless it could not be started. `is_stopped`:
+    `has_started`: last `started_ago_s` seconds ago, or its next start is under way. `pid` is None
+    if it is not running. `has_ended`, `ended_ago_s` seconds ago: neither a restart nor a user will
+    start it again; with `returncode`, unless it could not be started. `is_stopped`:
     a user or the launch file has stopped it. `is_edited`: it is restarted since its files have
     changed. `is_debugged`: it is left as it is, whatever has changed.
     """
@@ -21,6 +22,7 @@ class Known(Record):
     name: str
     spec: Comparable
     has_started: bool = False
+    started_ago_s: float = 0.0
     pid: int | None = None
     has_ended: bool = False
     returncode: int | None = None

@@ -136,7 +136,12 @@ def _plain(value: object) -> object:
 
 
 def _stamp(stamp: Stamp) -> dict[str, Any]:
-    return {"time": stamp.time_s, "phase": stamp.phase, "cause": stamp.cause}
+    return {
+        "time": stamp.time_s,
+        "phase": stamp.phase,
+        "cause": stamp.cause,
+        "since_cause": stamp.since_cause_s,
+    }
 
 
 def _error(error: PlanError) -> dict[str, Any]:

@@ -15,12 +15,13 @@ from launcher.language.actions.configuration import (
     ResetLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from launcher.language.actions.events import Log, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.events import Log, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction
 from launcher.language.description import LaunchDescription
+from launcher.render.certainty import is_own_function
 from launcher.render.command_line import ParameterFiles, command_line
 from launcher.render.entities import (
     condition_text,
@@ -31,6 +32,7 @@ from launcher.render.entities import (
     place,
     short_path,
 )
+from launcher.render.process_names import process_names
 from launcher.render.start_rules import start_lines
 from launcher.render.tree import Branch
 
@@ -38,7 +40,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from launcher.interpreter.trace import Setting, Visit
-    from launcher.planner import Plan, PlannedProcess
+    from launcher.model.events import StateRequest
+    from launcher.planner import Plan, PlannedProcess, Stamp
     from launcher.render.hosts import Placed
 
 
@@ -70,8 +73,9 @@ def run_tree(plan: Plan) -> Branch:
         for name, value in plan.declared.items()
     ]
     processes = [_run_process(plan, process) for process in plan.processes]
-    loads = [_load_branch(load, stamp) for load, stamp in plan.loads]
-    children = [*arguments, *processes, *loads, *_transitions(plan)]
+    loads = [_load_branch(load, _time(stamp.time_s)) for load, stamp in plan.loads]
+    changes = [_transition(change, _time(stamp.time_s)) for change, stamp in plan.lifecycle]
+    children = [*arguments, *processes, *loads, *changes]
     return Branch(short_path(plan.path), style="scope", children=children)
 
 
@@ -80,6 +84,7 @@ class _PlanTree:
         self._plan = plan
         self._files = files
         self._placed = dict(enumerate(placed))
+        self._names = process_names(plan)
         self._loads = list(plan.loads)
         self._visit_of: dict[int, Visit] = {}  # by id of the entity, the last one
         self._owner: dict[int, Visit] = {}  # by id of an entity, the visit that yields it later
@@ -94,9 +99,27 @@ class _PlanTree:
             self._find_place(root)
         children = [branch for root in self._plan.visits[:1] for branch in self._of_root(root)]
         children += [self._event(root, visit) for root, visit in self._loose]
-        children += [_load_branch(load, stamp) for load, stamp in self._loads]
-        children += _transitions(self._plan)
+        children += [self._load(load, stamp) for load, stamp in self._loads]
+        children += [_transition(change, self._when(at)) for change, at in self._plan.lifecycle]
         return Branch(short_path(self._plan.path), style="scope", children=children)
+
+    def _when(self, stamp: Stamp, *, is_below: bool = False) -> str:
+        """`at 5 s`, `when one-1 exits` (empty if it `is_below` that), `2 s after one-1 exits`."""
+        origin = stamp.origin
+        if origin is None:
+            return _time(stamp.time_s)
+        delay_s = stamp.time_s - origin.time_s
+        if origin.process is not None:
+            subject = self._names[origin.process]
+        else:
+            subject = self._name(origin.event.action)
+        text = f"{subject} {happening(origin.event)}"
+        if delay_s:
+            return f"{delay_s:g} s after {text}"
+        return "" if is_below else f"when {text}"
+
+    def _load(self, load: Any, stamp: Stamp) -> Branch:
+        return _load_branch(load, self._when(stamp))
 
     # ---- owners of what happens later
 
@@ -112,7 +135,7 @@ class _PlanTree:
             self._owner[id(one)] = visit
 
     def _find_place(self, root: Visit) -> None:
-        visits = root.children if _is_internal(root) else [root]
+        visits = root.children if is_own_function(root.entity) else [root]
         for visit in visits:
             owner = self._owner.get(id(visit.entity)) or self._visit_of.get(
                 id(getattr(root.event, "action", None))
@@ -186,7 +209,7 @@ class _PlanTree:
         action = getattr(root.event, "action", None)
         subject = "it" if short else self._name(action)
         head = f"when {subject} {happening(root.event)}" if action is not None else "later"
-        aside = _time(root.stamp.time_s)
+        aside = self._when(root.stamp, is_below=True)
         return Branch(head, style="event", aside=aside, children=self._branches(visit))
 
     def _handler(self, visit: Visit) -> Branch:
@@ -207,7 +230,7 @@ class _PlanTree:
     def _name(self, action: Any) -> str:
         visit = self._visit_of.get(id(action))
         if visit is not None and visit.processes:
-            return self._plan.processes[visit.processes[0]].spec.name
+            return self._names[visit.processes[0]]
         return headline(action)
 
     # ---- processes and components
@@ -215,10 +238,11 @@ class _PlanTree:
     def _process(self, visit: Visit, number: int) -> Branch:
         process = self._plan.processes[number]
         host = f"on {self._placed[number].shown}" if number in self._placed else ""
-        asides = [_identity(process), host, _time(process.stamp.time_s), _condition_result(visit)]
-        children = [_load_branch(load, stamp) for load, stamp in self._loads_of(process)]
+        when = self._when(process.stamp, is_below=True)
+        asides = [_identity(process), host, when, _condition_result(visit)]
+        children = [self._load(load, stamp) for load, stamp in self._loads_of(process)]
         return Branch(
-            process.spec.name,
+            self._names[number],
             style="process",
             aside=_joined(*asides, place(visit.entity._origin)),
             lines=self._process_lines(process, self._placed.get(number)),
@@ -234,7 +258,7 @@ class _PlanTree:
             from launcher.render.hosts import lines_there
 
             there = lines_there(placed, self._plan.environment, spec.env)
-            after = [*_restart_line(process), *start_lines(self._plan, process)]
+            after = [*_restart_line(process), *start_lines(self._plan, process, self._names)]
             return [*there[:1], *after, *there[1:]]
         lines: list[tuple[str, str]] = []
         paths: dict[str, str] = {}
@@ -246,7 +270,7 @@ class _PlanTree:
             lines += [("aside", f"{paths[source.file]}:")]
             lines += [("aside", f"  {line}") for line in text.splitlines()]
         command = command_line(spec, self._plan.environment, paths)
-        starts = start_lines(self._plan, process)
+        starts = start_lines(self._plan, process, self._names)
         return [("command", f"$ {command}"), *_restart_line(process), *starts, *lines]
 
     def _loads_of(self, process: PlannedProcess) -> list[Any]:
@@ -259,14 +283,11 @@ class _PlanTree:
         return mine
 
 
-def _transitions(plan: Plan) -> list[Branch]:
-    return [
-        Branch(f"{change.node}: {change.transition}", style="event", aside=_time(stamp.time_s))
-        for change, stamp in plan.lifecycle
-    ]
+def _transition(change: StateRequest, when: str) -> Branch:
+    return Branch(f"{change.node}: {change.transition}", style="event", aside=when)
 
 
-def _load_branch(load: Any, stamp: Any) -> Branch:
+def _load_branch(load: Any, when: str) -> Branch:
     lines = [("plain", f"{key}: {value}") for key, value in load.parameters]
     lines += [("plain", f"remap {old} to {new}") for old, new in load.remappings]
     lines += [("plain", f"extra argument {key}: {value}") for key, value in load.extra_arguments]
@@ -274,7 +295,7 @@ def _load_branch(load: Any, stamp: Any) -> Branch:
     return Branch(
         f"component {_full_name(load.namespace, load.name)}",
         style="process",
-        aside=_joined(aside, _time(stamp.time_s)),
+        aside=_joined(aside, when),
         lines=lines,
     )
 
@@ -359,13 +380,6 @@ def _unvisited(entities: Iterable[Any]) -> list[Branch]:
 
 def _is_in(visit: Visit, kind: type) -> bool:
     return visit.parent is not None and isinstance(visit.parent.entity, kind)
-
-
-def _is_internal(visit: Visit) -> bool:
-    """Whether the launcher created this entity itself, to handle an event."""
-    function = vars(visit.entity).get("_OpaqueFunction__function")
-    own = getattr(function, "__module__", "") or ""
-    return isinstance(visit.entity, OpaqueFunction) and own.startswith("launcher.")
 
 
 def _run_process(plan: Plan, process: PlannedProcess) -> Branch:

@@ -8,27 +8,32 @@ from launcher.model.options import matches
 from launcher.model.supervision import restarts_with, rule_for, waits_for
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from launcher.model.supervision import Fact
     from launcher.planner import Plan, PlannedProcess
 
 
-def start_lines(plan: Plan, process: PlannedProcess) -> Iterator[tuple[str, str]]:
-    """The lines below a process in the tree."""
+def start_lines(
+    plan: Plan, process: PlannedProcess, shown: Sequence[str]
+) -> Iterator[tuple[str, str]]:
+    """The lines below a process in the tree; `shown` are the names of all processes there."""
     if not plan.start_rules:
         return
     spec, specs = process.spec, [one.spec for one in plan.processes]
+    names_of = dict(zip((one.name for one in specs), shown, strict=True))
     rule = rule_for(plan.start_rules, spec)
     if rule.after is not None and rule.after.names:
         absent = [f"{name} ({_absence(plan, name)})" for name in _absent(plan, rule.after.names)]
-        names = ", ".join([*waits_for(rule, spec.name, specs), *absent])
+        awaited = [names_of[name] for name in waits_for(rule, spec.name, specs)]
+        names = ", ".join([*awaited, *absent])
         then = f"at most {rule.after.timeout_s:g} s, then {rule.after.on_timeout}"
         yield "aside", f"starts when ready: {names}; {then}"
     if rule.ready_when:
         yield "aside", f"ready with: {', '.join(fact.text for fact in rule.ready_when)}"
     if rule.restart_with:
-        names = ", ".join(restarts_with(rule, spec.name, specs)) or "no process"
+        others = [names_of[name] for name in restarts_with(rule, spec.name, specs)]
+        names = ", ".join(others) or "no process"
         yield "aside", f"restarted with: {names}"
 
 

@@ -52,7 +52,7 @@ def numbered(processes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def named(tree: Tree | None, processes: Sequence[dict[str, Any]]) -> Tree | None:
-    """The tree with the names that the processes have in the run; null if it was not started.
+    """The tree with the names that the processes have in the run; null for one not started.
 
     Their numbers differ where the run has started them in another order. `processes` are those
     of the message `plan`.
@@ -80,6 +80,6 @@ def _number(name: str) -> int:
 
 
 def _renamed(entry: dict[str, Any], names: dict[str, str | None]) -> dict[str, Any]:
-    name = entry["name"]
+    name = None if entry["name"] is None else names[entry["name"]]
     children = [_renamed(child, names) for child in entry["children"]]
-    return {**entry, "name": None if name is None else names[name], "children": children}
+    return {**entry, "name": name, "text": name or entry["text"], "children": children}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 import subprocess
@@ -68,6 +69,21 @@ def test_every_line_of_a_node_is_whole_and_behind_its_prefix(world: World):
     for line in terminal.text.replace("^C", "").splitlines():  # what the terminal echoes
         assert line.startswith("[") and "] " in line, line
         assert line.count("[INFO] [1") <= 1, f"two node lines in one: {line}"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("options", [(), ("--cold",)], ids=["warm", "cold"])
+def test_robot_3_starts_5_s_after_the_dispatcher(world: World, options: tuple[str, ...]):
+    terminal = world.launcher("system", *options)
+    # A cold dispatcher imports beside three others, robot_3 alone: it may have sent four.
+    count = "" if options else "5 assignments"
+    terminal.wait_for(f"[robot_3]: Late joiner: received {count}")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0, terminal.text
+    log = Path(world.env["ROS_LOG_DIR"]) / "latest" / "events.jsonl"
+    events = [json.loads(line) for line in log.read_text().splitlines()]
+    times = {one["process"]: one["monotonic_s"] for one in events if one["event"] == "started"}
+    assert times["robot_3-5"] - times["dispatcher-1"] >= 5.0
 
 
 def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(

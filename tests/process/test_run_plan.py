@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
 from typing import Any
 
-from tests.process.conftest import Workspace
+from tests.process.conftest import Bench, Workspace
+from tests.support.supervising import events
 
 RICH = """
     DeclareLaunchArgument("speed", default_value="3", description="how fast"),
@@ -69,6 +72,7 @@ def test_actions_of_an_exit_handler_name_the_process_that_exited(workspace: Work
     assert after["phase"] == "exit"
     assert after["cause"] == document["processes"].index(first)
     assert after["time"] >= 0.3
+    assert (first["since_cause"], after["since_cause"]) == (None, 0.0)
     assert [shutdown["reason"] for shutdown in document["shutdowns"]] == ["idle"]
 
 
@@ -79,3 +83,26 @@ def test_what_a_handler_raises_is_the_error_of_the_plan(workspace: Workspace):
     assert workspace.call(file).returncode == 1
     document = json.loads((workspace.folder / "log" / "latest" / "plan.json").read_text())
     assert document["error"]["type"] == "ZeroDivisionError"
+
+
+def test_names_in_a_plan_are_those_of_the_run(bench: Bench):
+    actions = """
+        quick := sh("exit 0", name="quick"), sh("exit 0", name="other"),
+        RegisterEventHandler(OnProcessExit(target_action=quick, on_exit=[
+            sh("exit 0", name="second"),
+            TimerAction(period=0.1, actions=[sh("exit 0", name="third")])])),
+        TimerAction(period=0.5, actions=[
+            late := sh("exit 0", name="late"), sh("exit 0", name="with_late")]),
+        RegisterEventHandler(OnProcessExit(target_action=late, on_exit=[
+            sh("exit 0", name="last")])),"""
+    command = bench.command(actions)
+    plan = [*command[:3], "plan", *command[3:]]
+    tree = subprocess.run(plan, env=bench.env, capture_output=True, text=True, check=True).stdout
+    names = re.findall(r"^[│├└─ ]*── ([a-z_]+(?:-\d+)?)  ", tree, re.M)
+    bench.run(actions)
+    started = [event["process"] for event in events(bench) if event["event"] == "started"]
+    labels = ["quick", "other", "second", "third", "late", "with_late", "last"]
+    assert [name.partition("-")[0] for name in names] == labels
+    assert {name for name in names if "-" in name} <= {*started}
+    assert [name for name in names if "-" in name] == ["quick-1", "other-2"]
+    assert len(started) == len(labels)

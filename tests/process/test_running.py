@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import signal
 import subprocess
+import time
 
 import pytest
 
@@ -117,6 +119,35 @@ def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
     assert done.returncode == 1
 
 
+def test_clean_exits_that_are_restarted_as_asked_are_no_deaths(bench: Bench):
+    done = bench.run('sh("exit 0", respawn=True, respawn_max_retries=2)')
+    out = done.stdout.decode()
+    assert "[INFO] [sh-1]: process is not restarted again after 2 restarts\n" in out
+    assert re.search(r"\n    sh-1 +exited 3x: exit code 0, restarts used up +2 ", out)
+    assert "[INFO] [launch]: exit code 0: every process was restarted or ended as expected" in out
+    assert done.returncode == 0
+
+
+def test_a_stop_during_the_first_starts_tells_how_long_they_ran(bench: Bench):
+    begun_s = time.monotonic()
+    # With a niceness, they are not started yet when the first one interrupts the launcher.
+    actions = 'sh("kill -INT $PPID; exec sleep 1000", name="first"),'
+    actions += '*[sh("exec sleep 1000", name="late") for _ in range(12)]'
+    out = bench.run(actions, "--nice", "late=1").stdout.decode()
+    (seconds,) = re.findall(r"13 processes ended as expected after ([\d.]+) s", out)
+    assert float(seconds) < time.monotonic() - begun_s
+
+
+def test_what_was_not_started_has_not_ended_as_expected(control_bench: ControlBench):
+    sleeper = 'sh("exec sleep 1000")'
+    with control_bench.launch(f"{sleeper}, {sleeper}, {sleeper}", "--stagger", "1000") as run:
+        run.wait_for("[sh-1]: process started")
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert "exit code 0: 1 process ended as expected after " in run.screen
+        assert "; 2 processes were not started; ended by: ctrl-c (SIGINT)" in run.screen
+
+
 def test_the_first_failure_is_repeated_at_the_end_with_its_last_lines(bench: Bench):
     ready = bench.folder / "ready"
     first = f"until [ -e {ready} ]; do sleep 0.02; done; seq 30; exit 7"
@@ -159,7 +190,9 @@ def test_a_process_that_died_four_times_is_in_the_table_at_the_end(bench: Bench)
     head, columns, row, last = out.splitlines()[-4:]
     assert head == "[INFO] [launch]: processes of this run:"
     assert re.fullmatch(
-        r"    sh-1 +died 4x \(exit code 3\), then exit code 0 +4 +\d+\.\d s +- +no port", row
+        r"    sh-1 +died 4x \(exit code 3\), then exit code 0, restarts used up "
+        r" +4 +\d+\.\d s +- +no port",
+        row,
     )
     assert last.startswith("[INFO] [launch]: exit code 0: every process was restarted or")
     assert done.returncode == 0

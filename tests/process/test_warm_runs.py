@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import psutil
@@ -14,6 +15,7 @@ import pytest
 from tests.process.conftest import ControlBench
 from tests.process.test_startup import REPOSITORY
 from tests.support.controlled_run import ControlledRun
+from tests.support.supervising import events
 from tests.support.waiting import wait_until
 
 SCRIPT = """#!{python}
@@ -124,6 +126,118 @@ def test_a_reload_during_the_preparation_starts_what_the_new_file_says(
         run.wait_for("x: 2222")
         assert "x: 1111" not in run.screen
         assert {row["start"] for row in run.ask("ps")["processes"]} == {"warm"}
+
+
+def started_s(bench: ControlBench, name: str) -> float | None:
+    """When the process was started, on the monotonic clock."""
+    found = [
+        event["monotonic_s"]
+        for event in events(bench)
+        if event["event"] == "started" and event["process"] == name
+    ]
+    return found[0] if found else None
+
+
+def held(script: Path, more: str = "") -> str:
+    """Nodes that wait, a timer of 1 s of their moment, and a clock that shows when 1.5 s passed."""
+    late = 'TimerAction(period=1.0, actions=[sh("exec sleep 1000", name="late")]),'
+    clock = 'sh("sleep 1.5", name="clock"),'
+    return nodes(script, len(os.sched_getaffinity(0)) + 1) + late + clock + more
+
+
+def prepares(run: ControlledRun) -> psutil.Process:
+    """The preparing process, suspended before it is done, when 1.5 s have passed."""
+    wait_until(lambda: preparing_of(run), "it prepares")
+    (preparing,) = preparing_of(run)
+    preparing.suspend()
+    clock = f"[clock-{len(os.sched_getaffinity(0)) + 2}]: process has finished cleanly"
+    run.wait_for(clock)
+    return preparing
+
+
+def late_name() -> str:
+    return f"late-{len(os.sched_getaffinity(0)) + 3}"
+
+
+def test_timers_count_from_the_warm_starts_of_their_moment(control_bench: ControlBench, folder):
+    with control_bench.launch(held(node_script(folder))) as run:
+        preparing = prepares(run)
+        assert started_s(control_bench, late_name()) is None
+        assert started_s(control_bench, "node-1") is None
+        preparing.resume()
+        wait_until(lambda: started_s(control_bench, late_name()), "the timer fires")
+        assert {run.row("node-1")["start"], run.row("late")["start"]} == {"warm", "cold"}
+        begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late_name())
+        assert begun_s is not None and late_s is not None
+        assert late_s - begun_s >= 1.0
+
+
+def test_if_the_preparation_fails_they_count_from_the_cold_starts(
+    control_bench: ControlBench, folder
+):
+    with control_bench.launch(held(node_script(folder))) as run:
+        prepares(run).kill()
+        wait_until(lambda: started_s(control_bench, late_name()), "the timer fires")
+        assert run.row("node-1")["start"] == "cold"
+        begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late_name())
+        assert begun_s is not None and late_s is not None
+        assert late_s - begun_s >= 1.0
+
+
+def test_if_the_starts_are_given_up_the_timers_count(control_bench: ControlBench, folder):
+    with control_bench.launch(held(node_script(folder))) as run:
+        prepares(run)
+        run.ask("stop", "node-*")
+        wait_until(lambda: started_s(control_bench, late_name()), "the timer fires")
+        given_up_s = [
+            event["monotonic_s"] for event in events(control_bench) if event["event"] == "withdrawn"
+        ]
+        late_s = started_s(control_bench, late_name())
+        assert late_s is not None and late_s - max(given_up_s) >= 1.0
+
+
+def test_a_stop_while_timers_wait_ends_the_run(control_bench: ControlBench, folder):
+    lasting = """TimerAction(period=0.5, cancel_on_shutdown=False, actions=[
+        LogInfo(msg="outlived the stop")]),"""
+    with control_bench.launch(held(node_script(folder), lasting)) as run:
+        prepares(run)
+        run.process.send_signal(signal.SIGINT)
+        assert run.exit_code() == 0
+        assert run.screen.count("outlived the stop") == 1
+        assert started_s(control_bench, late_name()) is None
+
+
+def test_a_reload_while_timers_wait_does_not_shorten_them(control_bench: ControlBench, folder):
+    script = node_script(folder)
+    with control_bench.launch(held(script)) as run:
+        preparing = prepares(run)
+        control_bench.command(held(script, 'sh("exec sleep 1000", name="added"),'))
+        run.ask("reload")
+        run.wait_for("[added-")
+        assert "late-" not in run.screen
+        preparing.resume()
+        run.wait_for("[late-")
+        (late,) = [row["name"] for row in run.ask("ps", "late")["processes"]]
+        begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late)
+        assert begun_s is not None and late_s is not None
+        assert late_s - begun_s >= 1.0
+
+
+def test_starts_that_wait_for_the_preparation_stay_a_stagger_apart(
+    control_bench: ControlBench, folder
+):
+    clock = 'sh("sleep 1", name="clock"),'  # when it has ended, all of them would have been due
+    with control_bench.launch(
+        clock + nodes(node_script(folder), 3), "--warm", "--stagger", "0.2"
+    ) as run:
+        wait_until(lambda: preparing_of(run), "it prepares")
+        (preparing,) = preparing_of(run)
+        preparing.suspend()
+        run.wait_for("[clock-1]: process has finished cleanly")
+        preparing.resume()
+        run.wait_for("[node-4]: process started")
+        times = [started_s(control_bench, f"node-{number}") or 0.0 for number in (2, 3, 4)]
+        assert all(after - before >= 0.2 for before, after in pairwise(times))
 
 
 def test_edited_code_is_used_by_the_next_start(control_bench: ControlBench, folder):

@@ -22,7 +22,7 @@ HEAD = """
 from launch import LaunchDescription
 from launch.actions import *
 from launch.conditions import *
-from launch.event_handlers import *
+from launch.event_handlers import *; from launch.events.process import *
 from launch.substitutions import *
 from launch_ros.actions import *
 from launch_ros.descriptions import ComposableNode
@@ -128,6 +128,72 @@ def test_a_handler_holds_what_it_starts_and_names_its_process(tree):
         """
     )
     assert entries(lines) == [(0, "when first-1 exits"), (1, "second-2"), (0, "first-1")]
+
+
+def detail(lines: list[str], name: str) -> str:
+    """What the line of this entry says behind its name, without the place."""
+    (line,) = [line for line in lines if f"── {name}  " in line]
+    return line.partition(f"── {name}  ")[2].rpartition("a.launch.py")[0].removesuffix(", ")
+
+
+EXITS = """
+    first := sh("first"),
+    RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[
+        second := sh("second"),
+        TimerAction(period=2.0, actions=[
+            sh("nested"), TimerAction(period=1.5, actions=[sh("deeper")])]),
+        LoadComposableNodes(target_container="/box", composable_node_descriptions=[
+            ComposableNode(package="p", plugin="P", name="part")]),
+    ])),
+    RegisterEventHandler(OnProcessStart(target_action=second, on_start=[
+        TimerAction(period=1.0, actions=[sh("other")])])),
+"""
+
+
+def test_what_follows_an_exit_counts_from_it(tree):
+    lines = tree(f'{EXITS} TimerAction(period=5.0, actions=[sh("late")]),')
+    assert (0, "when first-1 exits") in entries(lines)
+    details = {name: detail(lines, name) for name in ("second", "nested", "deeper", "other")}
+    assert details == {
+        "second": "",
+        "nested": "2 s after first-1 exits",
+        "deeper": "3.5 s after first-1 exits",
+        "other": "1 s after first-1 exits",
+    }
+    assert detail(lines, "late") == "at 5 s"
+    (part,) = [line for line in lines if "component /part" in line]
+    assert part.endswith(", into /box, when first-1 exits")
+
+
+def test_a_process_has_a_number_only_where_a_run_gives_it_the_same(tree):
+    timer = 'TimerAction(period=5.0, actions=[sh("late")]),'
+    names = lambda actions: {text for _, text in entries(tree(actions))}  # noqa: E731
+    assert {"late-2", "end-3"} <= names(
+        """TimerAction(period=5.0, actions=[late := sh("late")]), sh("now"),
+        RegisterEventHandler(OnProcessExit(target_action=late, on_exit=[sh("end")])),"""
+    )
+    alone = names(EXITS)
+    assert {"first-1", "second-2"} <= alone  # nothing else comes in between
+    assert {"nested", "deeper", "other"} <= alone  # `other` may come before the loading is done
+    assert {"first-1", "second", "late"} <= names(EXITS + timer)
+    # A function may start anything at any time.
+    output = "RegisterEventHandler(OnProcessIO(on_stdout=lambda event: None)),"
+    assert {"first-1", "late"} <= names(f'sh("first"), {timer} {output}')
+    assert {"first-1", "late-2"} <= names(f'sh("first"), {timer}')
+
+
+def test_what_a_signal_ends_has_no_time(tree):
+    lines = tree(
+        """
+        first := sh("first"),
+        TimerAction(period=4.0, actions=[EmitEvent(event=ShutdownProcess(
+            process_matcher=lambda action: action is first))]),
+        RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[
+            sh("second"), TimerAction(period=2.0, actions=[sh("third")])])),
+        """
+    )
+    assert detail(lines, "second-2") == ""
+    assert detail(lines, "third-3") == "2 s after first-1 exits"
 
 
 def test_what_a_function_yields_at_an_exit_stands_below_the_process(tree):

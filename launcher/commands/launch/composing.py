@@ -47,7 +47,7 @@ def composed(core: LaunchCore, options: RunOptions) -> tuple[Core, frozenset[str
     starts = [one for one in core.effects if isinstance(one, StartProcess)]
     specs = [(one.process_id, options.adapt(one.spec)) for one in starts]
     found = composition(specs, options, core.watches_output)
-    run = ComposedCore(core, found, lambda spec: _late(spec, options))
+    run = ComposedCore(core, found, lambda spec: _late(spec, options, spec.name))
     return run, _absorbed(found)
 
 
@@ -58,6 +58,8 @@ def _absorbed(found: Composition) -> frozenset[str]:
 
 def composition_of(plan: Plan, options: RunOptions) -> tuple[Sequence[str], frozenset[str]]:
     """What a run of the plan would say about it, and the processes that are `absorbed`."""
+    from launcher.render.process_names import process_names
+
     later = {
         number
         for root in plan.visits
@@ -69,14 +71,15 @@ def composition_of(plan: Plan, options: RunOptions) -> tuple[Sequence[str], froz
         (number, one.spec) for number, one in enumerate(plan.processes) if number not in later
     ]
     found = composition(at_once, options)
-    late = [_late(plan.processes[number].spec, options) for number in sorted(later)]
+    names = process_names(plan)
+    late = [_late(plan.processes[number].spec, options, names[number]) for number in sorted(later)]
     return [*found.remarks, *filter(None, late)], _absorbed(found)
 
 
-def _late(spec: ProcessSpec, options: RunOptions) -> str | None:
+def _late(spec: ProcessSpec, options: RunOptions, name: str) -> str | None:
     if not any(matches(pattern, spec) for pattern in options.compose):
         return None
-    return f"{spec.name} is not composed: it is not started at the beginning of the run"
+    return f"{name} is not composed: it is not started at the beginning of the run"
 
 
 def composition(

@@ -83,7 +83,6 @@ class LaunchCore:
         self._source = source
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
-        self._began_s = 0.0
         self._services = dict(enumerate(services, _FIRST_SERVICE))
         self._started: set[int] = set()  # by a reload; the launch file has been told
 
@@ -147,8 +146,7 @@ class LaunchCore:
 
     def start(self) -> Sequence[Effect]:
         """Begin the run: the effects of the static part, which are recorded."""
-        self._began_s = time.monotonic()
-        self._steps.append((self._began_s, None, self.effects))
+        self._steps.append((time.monotonic(), None, self.effects))
         if not self._services:
             return self.effects
         found = self._services.items()
@@ -195,10 +193,11 @@ class LaunchCore:
         known: Sequence[Known],
         options: RunOptions,
         adapt: Callable[[ProcessSpec], ProcessSpec],
+        elapsed_s: float,
     ) -> Evaluation:
         """Evaluate the launch file as it is now, which changes nothing yet; LauncherError.
 
-        `adapt` applies the options.
+        `adapt` applies the options. The first timers of the run count for `elapsed_s`.
         """
         from launcher.commands.launch import reloading
 
@@ -210,7 +209,7 @@ class LaunchCore:
             effects=effects,
             rules=options.start_rules,
             adapt=adapt,
-            elapsed_s=time.monotonic() - self._began_s,
+            elapsed_s=elapsed_s,
         )
 
     def adopt(self, evaluation: Evaluation) -> None:

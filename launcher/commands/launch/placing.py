@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from launcher.commands.launch.certainty import is_certain
 from launcher.errors import LauncherError
 from launcher.hosts.model import HostsFile
 from launcher.hosts.order import order_for
@@ -12,6 +11,7 @@ from launcher.hosts.placement import Candidates, Component, Findings, Placement
 from launcher.model.events import LoadRequest
 from launcher.model.record import Record, replace
 from launcher.planner import Plan
+from launcher.render.certainty import is_certain
 from launcher.render.hosts import HERE, Placed
 
 TYPE_CHECKING = False

@@ -85,7 +85,9 @@ class _PlanBuilder:
                 phase = "run" if cause is None else "exit"
                 phase = "shutdown" if self._is_over else phase
                 time_s = round(when_s - steps[0][0], 3)
-                self._add_effect(effect, Stamp(time_s=time_s, phase=phase, cause=cause))
+                since_s = None if cause is None else 0.0
+                stamp = Stamp(time_s=time_s, phase=phase, cause=cause, since_cause_s=since_s)
+                self._add_effect(effect, stamp)
 
     def _add_effect(self, effect: model.Effect, stamp: Stamp) -> None:
         plan = self._plan

@@ -13,7 +13,6 @@ import resource
 import shlex
 import signal
 import struct
-import time
 
 from launcher import proc
 from launcher.model.record import Record
@@ -83,8 +82,7 @@ def note_of(process: Process, session: int, outcome: Outcome) -> str:
     if pattern.handler:
         return _with_handler(pattern.handler, session) if is_own else ""
     folder = os.path.abspath(process.spec.cwd or os.getcwd())
-    wall_s = time.time() - (time.monotonic() - process.machine.running_since)
-    core = find(pattern.glob(folder), session, wall_s)
+    core = find(pattern.glob(folder), session, process.begun_wall_s)
     if core is not None:
         return _how_to_open(core)
     text = f"its core file was not found: the pattern of the kernel is '{pattern.text}'"

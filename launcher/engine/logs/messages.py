@@ -15,7 +15,6 @@ from launcher.engine.process import Process
 from launcher.errors import ExitCode
 from launcher.model.events import Outcome, refusal, signal_name
 from launcher.model.record import Record
-from launcher.model.spec import RestartPolicy
 from launcher.text import count
 
 _RUN = ("-m", "launcher", "run")  # what finds the executable on hosts with systemd
@@ -140,6 +139,10 @@ def restarts_in(delay_s: float, restarts: int, limit: int | None) -> Line:
     return Line("INFO", f"restart {restarts + 1}{of} in {delay_s:.3g} s")
 
 
-def gave_up(policy: RestartPolicy, restarts: int) -> Line:
-    within = "" if policy.window_s is None else f" within {policy.window_s:g} s"
-    return Line("ERROR", f"process is given up after {restarts} restarts{within}")
+def restarts_used_up(machine: ProcessMachine) -> Line:
+    window_s = machine.restart.window_s
+    within = "" if window_s is None else f" within {window_s:g} s"
+    after = f"after {count(machine.restarts, 'restart')}{within}"
+    if machine.state is ProcessState.FATAL:
+        return Line("ERROR", f"process is given up {after}")
+    return Line("INFO", f"process is not restarted again {after}")

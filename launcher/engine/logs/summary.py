@@ -20,7 +20,9 @@ from launcher.text import count
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.engine.logs.run_log import RunLog
+    from launcher.engine.machine import Ended
     from launcher.engine.output.stdout import StdoutWriter
+    from launcher.engine.process import History
     from launcher.engine.shutdown import Shutdown
 
 MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
@@ -114,7 +116,8 @@ def write(
         log.log(level, "launch", head + in_file, sink="log")
         for text in hangs(processes):
             log.log(level, "launch", text)
-        causes = causes or ["every process was restarted or ended as expected"]
+        well = "every process was restarted or ended as expected"
+        causes = causes or ["; ".join([well, *_not_started(processes)])]
     if is_script:
         return
     found = [*causes, *odd_codes(processes)] if causes or not processes else [all_well(processes)]
@@ -126,22 +129,24 @@ def write(
 def is_well(process: Process) -> bool:
     """Whether it ended as expected, and never had to be restarted."""
     history = process.history
-    return not (history.deaths or history.refusals or process.machine.had_to_be_killed)
+    troubles = history.deaths or history.exits or history.refusals
+    return not (troubles or process.machine.had_to_be_killed)
 
 
 def all_well(processes: Collection[Process]) -> str:
     """`5 processes ended as expected after 12.3 s; peak memory 31.0 MB USS (robot_1-3)`."""
     left = [process for process in processes if process.is_abandoned]
-    before = [process for process in processes if _had_ended_before(process)]
-    others = [*left, *before, *(one for one in processes if one.history.odd_code is not None)]
-    ended = [process for process in processes if process not in others]
+    started = [one for one in processes if one.history.starts and not one.is_abandoned]
+    before = [process for process in started if _had_ended_before(process)]
+    odd = [process for process in started if process.history.odd_code is not None]
+    ended = [process for process in started if process not in [*before, *odd]]
     longest_s = max((process.history.run_s for process in ended), default=0.0)
     parts = [f"{count(len(ended), 'process')} ended as expected after {longest_s:.1f} s"]
-    if not any(process.history.starts for process in ended):
-        parts = [] if others else ["no process was started"]
+    parts = parts if ended else []
     parts += [f"{count(len(before), 'process')} had ended before"] if before else []
     parts += [f"{count(len(left), 'process')} left on other hosts"] if left else []
-    text = "; ".join([*parts, *odd_codes(processes)])
+    parts += [*odd_codes(processes), *_not_started(processes)]
+    text = "; ".join(parts) if started or left else "no process was started"
     peaks = [(p.history.peak_uss, p.name) for p in processes if p.history.peak_uss is not None]
     if not peaks:
         return text
@@ -165,6 +170,13 @@ def _code(code: int) -> str:
     """With the signal of which a shell tells by it."""
     signum = code - SIGNALLED
     return f"{code}, {signal_name(signum)}" if 0 < signum < signal.NSIG else str(code)
+
+
+def _not_started(processes: Iterable[Process]) -> list[str]:
+    """`1 process was not started`, if that is so."""
+    number = sum(not (one.history.starts or one.is_abandoned) for one in processes)
+    verb = "was" if number == 1 else "were"
+    return [f"{count(number, 'process')} {verb} not started"] if number else []
 
 
 def hangs(processes: Sequence[Process]) -> list[str]:
@@ -198,7 +210,8 @@ def table(processes: Sequence[Process], columns: int | None) -> list[str]:
     lines = [_aligned(head, widths)]
     for row, error in zip(rows, errors, strict=True):
         lines += _row(row, error, widths, room if in_row else None, columns, in_row=in_row)
-    return [*lines, *_omitted(len(processes) - len(shown), len(troubled) - len(shown))]
+    omitted = [process for process in processes if process not in shown]
+    return [*lines, *_omitted(omitted)]
 
 
 def _row(
@@ -218,13 +231,14 @@ def _row(
     return [_aligned(row, widths), _cut(below, columns or ERROR_CHARS)]
 
 
-def _omitted(others: int, troubled: int) -> list[str]:
-    if others <= 0:
-        return []
-    well = others - max(0, troubled)
-    parts = [f"{count(well, 'process')} ended as expected"] if well else []
-    parts += [f"{count(troubled, 'process')} did not; see events.jsonl"] if troubled > 0 else []
-    return [f"{INDENT}and {' and '.join(parts)}"]
+def _omitted(processes: Sequence[Process]) -> list[str]:
+    troubled = sum(not is_well(process) for process in processes)
+    well = [process for process in processes if is_well(process)]
+    ended = sum(process.history.starts > 0 for process in well)
+    parts = [f"{count(ended, 'process')} ended as expected"] if ended else []
+    parts += _not_started(well)
+    parts += [f"{count(troubled, 'process')} did not; see events.jsonl"] if troubled else []
+    return [f"{INDENT}and {' and '.join(parts)}"] if parts else []
 
 
 def _narrowed(rows: Sequence[tuple[str, ...]], columns: int) -> list[tuple[str, ...]]:
@@ -250,7 +264,7 @@ def _ended(process: Process) -> str:
 
 def _how_it_ended(process: Process) -> str:
     """`stopped (SIGINT)`, `died 4x: exit code 1`, `died 4x (exit code 1), then exit code 0`."""
-    end, history = process.last_end, process.history
+    end = process.last_end
     if process.is_abandoned:
         return f"left on {process.host_name}"
     if process.machine.is_stuck:
@@ -264,11 +278,26 @@ def _how_it_ended(process: Process) -> str:
         text = f"had to be killed ({text})"
     elif end.asked:
         text = f"stopped ({text})"
-    is_only_one = history.deaths < 2 and not end.asked and end.outcome.returncode is not None
-    if not history.deaths or is_only_one:
-        return text
-    how, died = str(history.first_death), f"died {history.deaths}x"
-    return f"{died}: {how}" if how == text else f"{died} ({how}), then {text}"
+    is_used_up = process.machine.has_used_up_restarts and end.outcome.returncode is not None
+    return _with_earlier(process.history, end, text) + ", restarts used up" * is_used_up
+
+
+def _with_earlier(history: History, end: Ended, text: str) -> str:
+    """The last end, of which `text` tells, with those before it."""
+    code = None if end.asked else end.outcome.returncode
+    exits = history.exits - (code == 0 and end.retry_in_s is not None)
+    deaths = history.deaths - (code is not None and end.outcome.failed)
+    how = str(history.first_death)
+    earlier = []
+    if deaths and code and how == text:
+        text = f"died {deaths + 1}x: {text}"
+    elif deaths:
+        earlier.append(f"died {deaths}x ({how})")
+    if exits and code == 0:
+        text = f"exited {exits + 1}x: {text}"
+    elif exits:
+        earlier.append(f"exited {exits}x (exit code 0)")
+    return f"{', '.join(earlier)}, then {text}" if earlier else text
 
 
 def _megabytes(size: int) -> str:

@@ -81,7 +81,11 @@ class Reactor:
 
     def call_later(self, delay_s: float, callback: Callback) -> Timer:
         """Call back once, `delay_s` seconds from now; in the next pass of the loop if it is 0."""
-        timer = Timer(self.now() + delay_s, callback)
+        return self.call_at(self.now() + delay_s, callback)
+
+    def call_at(self, when_s: float, callback: Callback) -> Timer:
+        """Call back once, at this time; in the next pass of the loop if it has passed."""
+        timer = Timer(when_s, callback)
         if self._heap is None:
             import heapq  # a shared library, loaded only after the first process was started
 

@@ -183,7 +183,6 @@ class WarmSpawner:
         """Start the preparing process, with the environment that fits most of them."""
         fitting = _fitting(starts)
         base = self._base = fitting[0].settings.env
-        self._check_again()
         try:
             self._preparing = PreparingProcess(
                 self._reactor, base, answered=self._answered, ended=self._ended
@@ -194,6 +193,8 @@ class WarmSpawner:
             self._preparing.send(order)
         except OSError as error:
             self._ended(os.strerror(error.errno or 0))
+            return
+        self._check_again()
 
     def _answered(self, answer: dict[str, Any]) -> None:
         assert self._preparing is not None
@@ -303,14 +304,29 @@ class WarmSpawner:
 
     def withdraw(self, process: Process) -> bool:
         """Give up the start of a process; False if none is under way."""
+        start = self._under_way(process)
+        if start is None:
+            return False
+        start.is_withdrawn = True
+        start.close()  # if it was forked already, it ends by that
+        if start in self._waiting:
+            self._waiting.remove(start)
+        return True
+
+    def _under_way(self, process: Process) -> Start | None:
+        """Its start, until it is adopted, begun cold or given up."""
         for start in (*self._waiting, *self._sent.values()):
             if start.process is process and not start.is_withdrawn:
-                start.is_withdrawn = True
-                start.close()  # if it was forked already, it ends by that
-                if start in self._waiting:
-                    self._waiting.remove(start)
-                return True
-        return False
+                return start
+        return None
+
+    def is_starting(self, process: Process) -> bool:
+        return self._under_way(process) is not None
+
+    def awaits_preparation(self, process: Process) -> bool:
+        """Whether its start waits for the preparation, which is not over."""
+        is_over = self._prepared is not None or not (self._is_collecting or self._preparing)
+        return not is_over and self.is_starting(process)
 
     # ---- the end
 

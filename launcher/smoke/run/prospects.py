@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.control.selection import ProcessNames
-from launcher.model.run_events import Ended
+from launcher.model.run_events import Ended, Started
 from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge
@@ -35,9 +35,14 @@ def lost(
     late = [e for e in presence if e.within is not None and facts.now_s > _end_s(e)]
     if not late or forecast is None or not forecast.is_certain or _has_starting_step(waiting):
         return None
-    if any(not _is_past(moment, facts) for moment in forecast.conditions):
+    begun_s = _begun_s(forecast, facts)
+    if any(not _is_past(moment, facts, begun_s) for moment in forecast.conditions):
         return None
-    starts = [process for process, moment in unstarted(forecast, facts) if _may_be(moment, facts)]
+    starts = [
+        process
+        for process, moment in unstarted(forecast, facts)
+        if moment.cause is None or not _is_past(moment, facts, begun_s)  # a timer may be slow
+    ]
     starts += _restarting(forecast, facts)
     components = forecast.components if _is_any_running(facts) else ()
     for expectation in late:
@@ -79,15 +84,24 @@ def unstarted(forecast: Forecast, facts: Facts) -> Iterator[tuple[ProcessNames, 
             yield process, moment
 
 
-def _may_be(moment: Moment, facts: Facts) -> bool:
-    """Whether a process may still be started then; a timer may be slower than in the plan."""
-    return moment.cause is None or not _is_past(moment, facts)
+def _begun_s(forecast: Forecast, facts: Facts) -> float | None:
+    """From when the times of the plan count at the latest; None while that is not known.
+
+    Timers of the launch file count from the first start, which may wait for a preparation.
+    """
+    at_once = sum(moment.time_s == 0.0 for moment in forecast.moments)
+    starts: dict[str | None, float] = {}
+    for event in facts.of(Started):
+        starts.setdefault(event.process, event.at_s)
+    if len(starts) < at_once:
+        return None
+    return sorted(starts.values())[at_once - 1] if at_once else 0.0
 
 
-def _is_past(moment: Moment, facts: Facts) -> bool:
+def _is_past(moment: Moment, facts: Facts, begun_s: float | None) -> bool:
     """Whether what is due at a moment has happened, if it ever does."""
     if moment.time_s is not None:
-        return facts.now_s > moment.time_s + SETTLE_S
+        return begun_s is not None and facts.now_s > begun_s + moment.time_s + SETTLE_S
     if moment.cause is None:
         return False
     names = [name for name in facts.processes() if label_of(name) == moment.cause]

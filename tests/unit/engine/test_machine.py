@@ -129,6 +129,29 @@ def test_a_stop_that_overtakes_the_spawn_is_delivered_when_there_is_a_process():
     one.handle(Command.START, 0.0)
     assert one.handle(Command.STOP, 0.0) == []
     assert one.handle(Command.STARTED, 0.1) == [Signal(INT)]
+    assert one.running_since == 0.1
+
+
+def test_only_a_complete_start_gives_a_time():
+    one = machine(mode=RestartMode.ALWAYS, delay_s=1.0)
+    assert one.running_since is None
+    one.handle(Command.START, 1000.0)
+    assert one.running_since is None
+    one.handle(Command.STARTED, 1001.0)
+    one.handle(exited(0), 1002.0)
+    assert one.running_since == 1001.0
+    one.handle(Command.TICK, 1003.0)
+    assert (one.state, one.running_since) == (ProcessState.STARTING, None)
+
+
+def test_one_that_ends_before_its_program_began_had_no_quiet_time():
+    one = machine(mode=RestartMode.ALWAYS, delay_s=1.0, quiet_s=30.0, backoff_max_s=8.0)
+    delays = []
+    for now in (1000.0, 2000.0, 3000.0):
+        one.handle(Command.TICK if delays else Command.START, now)
+        (end,) = one.handle(exited(1), now)
+        delays.append(end.retry_in_s)
+    assert delays == [1.0, 2.0, 4.0]
 
 
 @pytest.mark.parametrize(

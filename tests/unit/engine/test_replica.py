@@ -157,7 +157,7 @@ def facts(machine: ProcessMachine, offset_s: float = 0.0) -> dict[str, object]:
         "state": machine.state,
         "restarts": machine.restarts,
         "deadline": on_host(machine.deadline),
-        "running_since": on_host(machine.running_since) if machine.running_since else 0.0,
+        "running_since": on_host(machine.running_since),
         "flags": (machine.is_held, machine.is_suspended, machine.had_to_be_killed),
         "stuck": machine.is_stuck,
         "step": machine._step,

@@ -7,17 +7,18 @@ import re
 import pytest
 
 from launcher.engine.hosts.remote_host import RemoteHost
-from launcher.engine.logs import summary
-from launcher.engine.machine import Command, Ended
+from launcher.engine.logs import messages, summary
+from launcher.engine.machine import Command, Ended, Exited, ProcessMachine
 from launcher.engine.posix.spawn import Child
 from launcher.engine.process import Process
 from launcher.hosts.model import Host
 from launcher.model.events import Outcome
 from launcher.model.record import replace
-from launcher.model.spec import ProcessSpec, RestartPolicy
+from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy, StopPolicy
 
 STOPPED = Ended(Outcome(returncode=-2), asked=True, retry_in_s=None)
 DIED = Ended(Outcome(returncode=3), asked=False, retry_in_s=None)
+OTHER_DEATH = Ended(Outcome(returncode=4), asked=False, retry_in_s=None)
 
 
 def process(name: str, end: Ended | None = STOPPED, *, deaths: int = 0, starts: int = 1) -> Process:
@@ -58,6 +59,73 @@ def test_processes_of_which_none_was_started_have_not_ended_as_expected():
     text = summary.all_well(never)
     assert text.startswith("no process was started")
     assert "ended" not in text
+
+
+def test_what_was_not_started_has_not_ended():
+    ended, never = process("a-1"), [process(f"b-{n}", None, starts=0) for n in range(30)]
+    ((_, text),) = written([ended, never[0]]).screen
+    assert "1 process ended as expected after 12.3 s; 1 process was not started; peak" in text
+    died = process("c-3", DIED, deaths=1)
+    (_, table), (_, last) = written([died, never[0], never[1]]).screen
+    assert re.search(r"b-0 +not started +0 ", table)
+    assert last.endswith("restarted or ended as expected; 2 processes were not started")
+    (_, table), _ = written([died, ended, *never], code=1).screen
+    text = "    and 1 process ended as expected and 30 processes were not started"
+    assert table.splitlines()[-1] == text
+
+
+EXIT = Outcome(returncode=0)
+
+
+@pytest.mark.parametrize(
+    ("deaths", "exits", "end", "text"),
+    [
+        (0, 2, Ended(EXIT, asked=False, retry_in_s=None), "exited 3x: exit code 0"),
+        (0, 2, Ended(EXIT, asked=False, retry_in_s=1.0), "exited 2x: exit code 0"),
+        (0, 1, Ended(EXIT, asked=False, retry_in_s=1.0), "exit code 0"),
+        (0, 2, STOPPED, "exited 2x (exit code 0), then stopped (SIGINT)"),
+        (1, 2, DIED, "exited 2x (exit code 0), then exit code 3"),
+        (2, 1, DIED, "exited 1x (exit code 0), then died 2x: exit code 3"),
+        (2, 1, STOPPED, "died 2x (exit code 3), exited 1x (exit code 0), then stopped (SIGINT)"),
+        (
+            1,
+            0,
+            Ended(EXIT, asked=False, retry_in_s=None),
+            "died 1x (exit code 3), then exit code 0",
+        ),
+        (1, 0, DIED, "exit code 3"),
+        (2, 0, DIED, "died 2x: exit code 3"),
+        (2, 0, OTHER_DEATH, "died 1x (exit code 3), then exit code 4"),
+    ],
+)
+def test_deaths_and_clean_exits_are_told_apart(deaths: int, exits: int, end: Ended, text: str):
+    one = process("a-1", end, deaths=deaths, starts=4)
+    one.history.exits = exits
+    (_, table), _ = written([one]).screen
+    assert table.splitlines()[2].removeprefix("    a-1      ").partition("   ")[0] == text
+
+
+@pytest.mark.parametrize(("mode", "code"), [("always", 0), ("on-failure", 3)])
+def test_used_up_restarts_are_named(mode: str, code: int):
+    one = process("a-1")
+    one.machine = ProcessMachine(
+        RestartPolicy(mode=RestartMode(mode), max_restarts=1), StopPolicy()
+    )
+    for command in (Command.START, Command.TICK):
+        one.machine.handle(command, 0.0)
+        one.machine.handle(Command.STARTED, 0.0)
+        (one.last_end,) = one.machine.handle(Exited(Outcome(returncode=code)), 0.0)
+    one.history.deaths, one.history.exits = (2, 0) if code else (0, 1)
+    one.history.first_death = Outcome(returncode=3)
+    (_, table), _ = written([one]).screen
+    how = "died 2x: exit code 3" if code else "exited 2x: exit code 0"
+    assert f"{how}, restarts used up" in table
+    line = messages.restarts_used_up(one.machine)
+    assert (line.level, line.text) == (
+        ("ERROR", "process is given up after 1 restart")
+        if code
+        else ("INFO", "process is not restarted again after 1 restart")
+    )
 
 
 def test_where_all_is_well_it_is_one_line():

@@ -68,6 +68,17 @@ def test_what_starts_after_an_exit_is_left_out_and_told(exported: Export):
     assert "the exit of robot_1" in gap.text
 
 
+def test_what_starts_after_an_exit_that_the_launch_file_causes_is_left_out(exported: Export):
+    stop = "EmitEvent(event=ShutdownProcess(process_matcher=lambda action: True))"
+    system = exported(
+        f"node('a', on_exit=[node('late')]), TimerAction(period=3.0, actions=[{stop}])",
+        before="from launch.events.process import ShutdownProcess\n",
+    )
+    assert [one.unit for one in system.processes] == ["a"]
+    (gap,) = (gap for gap in system.gaps if "not exported" in gap.text)
+    assert "the exit of robot_1" in gap.text
+
+
 def test_functions_that_ran_and_messages_are_notes(exported: Export):
     function = "def later(context):\n    from launch_ros.actions import Node\n    return []\n"
     system = exported(

@@ -202,8 +202,8 @@ def test_groups_and_includes_are_named_with_what_starts_in_them_later(plan: Plan
     code, output, errors = plan(actions, "group:/left: bot1\ninclude:b.launch.py: bot2")
 
     assert (code, errors) == (0, "")
-    hosts = {line.split("-")[0]: line for line in lines_with(", on ", output)}
-    hosts |= {line.split("-")[0]: line for line in lines_with("  on ", output)}
+    lines = [*lines_with(", on ", output), *lines_with("  on ", output)]
+    hosts = {line.split("  ")[0].split("-")[0]: line for line in lines}
     where = {name: line.split("on ")[1].split(",")[0] for name, line in hosts.items()}
     assert where.pop("outside") == "local"
     assert {where[name] for name in ("late", "after")} == {"bot1"}

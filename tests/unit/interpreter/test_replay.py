@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 
 from launcher.interpreter import Interpreter
 from launcher.interpreter.replay import Replay
 from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler
-from launcher.language.actions.process import OnProcessStart
+from launcher.language.actions.process import ExecuteProcess, OnProcessStart
+from launcher.language.actions.timer import TimerAction
 from launcher.language.compat import vocabulary
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from launcher.model import events as model
 from launcher.model.reload import Known, Reload
+from launcher.model.spec import ProcessSpec
 from launcher.model.spec_diff import comparable
 from tests.unit.interpreter.interpreting import notices, started
 
@@ -115,3 +118,18 @@ def test_a_container_is_evaluated_once_when_its_nodes_have_changed():
 
     assert plugins(after_restart(reload)) == ["A"]
     assert len(calls) == 1 and replay.started == {1}
+
+
+def test_timers_of_an_event_count_from_the_event():
+    with vocabulary():
+        program = ExecuteProcess(cmd=["cat"])
+        timer = TimerAction(period=5.0, actions=[ExecuteProcess(cmd=["true"])])
+        handler = RegisterEventHandler(OnProcessStart(target_action=program, on_start=[timer]))
+        interpreter = Interpreter(LaunchDescription([program, handler]))
+        spec = ProcessSpec(name="cat-1", label="cat", argv=("cat",), env=dict(os.environ))
+        known = Known(7, "cat-1", comparable(spec), has_started=True, started_ago_s=2.0, pid=1)
+        replay = Replay(interpreter, [known], done=[], said=(), adapt=lambda spec: spec, numbered=1)
+        reload = replay.run(100.0)
+        interpreter.close()
+    assert [one.delay_s for one in reload.effects if isinstance(one, model.CallLater)] == [3.0]
+    assert not reload.new

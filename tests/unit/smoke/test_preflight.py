@@ -11,7 +11,6 @@ import std_msgs.msg
 
 from launcher import frontends
 from launcher.commands import plan as planning
-from launcher.commands.launch.certainty import is_certain
 from launcher.commands.launch.core import LaunchCore
 from launcher.commands.launch.forecast import document
 from launcher.commands.launch.target import LaunchRequest
@@ -19,6 +18,7 @@ from launcher.control.selection import ProcessNames
 from launcher.errors import UsageError
 from launcher.interpreter import Interpreter
 from launcher.language.compat import vocabulary
+from launcher.render.certainty import is_certain
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
@@ -257,6 +257,11 @@ def generate_launch_description():
         ("", True),
         ("TimerAction(period=5.0, actions=[look])", True),
         ("RegisterEventHandler(OnProcessExit(target_action=one, on_exit=[two]))", True),
+        (
+            "RegisterEventHandler(OnProcessExit(target_action=one, on_exit=["
+            "TimerAction(period=5.0, actions=[two])]))",
+            True,
+        ),
         ("RegisterEventHandler(OnProcessIO(target_action=one, on_stdout=lambda e: None))", False),
         ("RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: None))", False),
         ("RegisterEventHandler(OnProcessExit(target_action=one, on_exit=[look]))", False),

@@ -30,7 +30,7 @@ def verdict(text: str, foreseen: Forecast | None, now_s: float = 4.0, **facts: A
     return None if found is None else str(found.subject)
 
 
-TIMED, AFTER_EXIT = Moment(time_s=60.0), Moment(cause="robot_1")
+AT_ONCE, TIMED, AFTER_EXIT = Moment(time_s=0.0), Moment(time_s=60.0), Moment(cause="robot_1")
 GONE = (*started("robot_1-1"), ended("robot_1-1", 0, 1.0))
 RESTARTING = ended("robot_2-2", 1, 2.0, restart_in_s=9.0)
 BOTH = started("robot_1-1", "robot_2-2")
@@ -67,6 +67,16 @@ WAITS: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
     "a condition may be true later": (NODE, forecast(ROBOT, conditions=(TIMED,)), {}),
     "a condition may be true at any time": (NODE, forecast(ROBOT, conditions=(Moment(),)), {}),
     "a condition may be true at an exit": (NODE, forecast(ROBOT, conditions=(AFTER_EXIT,)), {}),
+    "timers count from a start that waits": (
+        NODE,
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        {"events": ()},
+    ),
+    "timers count from a late start": (
+        NODE,
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        {"events": started("robot_1-1", at_s=2.0)},
+    ),
     "a component": (NODE, forecast(ROBOT, components=("/robot_2",)), {}),
     "a component that names itself": (NODE, forecast(ROBOT, components=(None,)), {}),
 }
@@ -102,6 +112,11 @@ LOST: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
         NODE,
         forecast(ROBOT, conditions=(Moment(time_s=1.0), AFTER_EXIT)),
         {"events": GONE},
+    ),
+    "a condition was false, some time after the start": (
+        NODE,
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        {"events": started("robot_1-1", at_s=0.5)},
     ),
     "a component of a container that is gone": (
         NODE,

@@ -29,6 +29,14 @@ def test_names_are_those_of_the_run():
     ]
 
 
+def test_a_process_that_was_started_shows_its_name_of_the_run():
+    tree = [entry("late-3", entry(None, text="log: x"), text="late"), entry("b-4", text="b")]
+    found = named(tree, started("a-1", "late-2"))
+    assert found is not None
+    assert [found[0]["text"], found[0]["children"][0]["text"]] == ["late-2", "log: x"]
+    assert (found[1]["text"], found[1]["name"]) == ("b", None)
+
+
 def test_processes_of_one_label_are_matched_in_order():
     tree = [entry("sleep-10"), entry("sleep-9"), entry("sleep-11")]
     assert flat(named(tree, started("sleep-1", "sleep-2"))) == ["sleep-2", "sleep-1", None]

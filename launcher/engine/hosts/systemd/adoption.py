@@ -56,10 +56,10 @@ class Adoption:
                 continue
             one = self._units[process_id]
             since_s = int(found.get("ExecMainStartTimestampMonotonic") or 0) / 1e6
-            state = one.adopt(found, clock.here(since_s, now))
-            self._listener.adopted(
-                process_id, state, one.pid, one.machine.running_since, one.machine.restarts
-            )
+            since_s = clock.here(since_s, now)
+            state = one.adopt(found, since_s)
+            restarts = one.machine.restarts
+            self._listener.adopted(process_id, state, one.pid, since_s, restarts)
         uid = self._facts.uid
         announced = [number for number, one in self._units.items() if uid or not one.order.merge]
         past = journal.past(self._attached.run, self._attached.lines, uid, announced)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from launcher.interpreter.trace import Visit
 from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
 from launcher.planner import Plan
@@ -26,7 +28,14 @@ def _is_open(visit: Visit, seen: set[int]) -> bool:
         known = entity.event_handler.describe()[1]
         return not known or any(id(one) not in seen for one in known)
     if isinstance(entity, OpaqueFunction):
-        return bool(visit.stamp.phase == "exit")
+        return visit.stamp.phase == "exit" and not is_own_function(entity)
     if not type(entity).__module__.startswith(_OURS):
         return True
     return callable(getattr(entity, "_ExecuteLocal__on_exit", None))  # `on_exit` of a process
+
+
+def is_own_function(entity: Any) -> bool:
+    """Whether the launcher created this entity itself, to handle an event."""
+    function = vars(entity).get("_OpaqueFunction__function")
+    module = getattr(function, "__module__", "") or ""
+    return isinstance(entity, OpaqueFunction) and module.startswith("launcher.")
