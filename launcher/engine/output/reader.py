@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Collection
 
 from launcher.engine.logs.run_directory import RunDirectory
@@ -10,6 +11,7 @@ from launcher.engine.machine import ProcessState
 from launcher.engine.output.lines import Block, LineBuffer
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import read_stream
 from launcher.engine.process import Process
 
 TYPE_CHECKING = False
@@ -50,10 +52,11 @@ class Stream:
 
 
 class OutputReader:
-    """Reads the streams of running processes. `processes` is the live collection of them.
+    """Reads the streams of processes. `processes` is the live collection of them.
 
-    It pauses while the screen is slow: then the pipes fill, and the children block. `read_at_s` is
-    the time of the last read, on the monotonic clock.
+    What a process has started may write to its streams when it has exited, or runs again: these are
+    kept, and read to their end. It pauses while the screen is slow: then the pipes fill, and the
+    children block. `read_at_s` is the time of the last read, on the monotonic clock.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class OutputReader:
         self._processes = processes
         self._listener = listener
         self._paused = False
+        self._kept: dict[int, Process] = {}  # descriptor -> process, the oldest first
         self.read_at_s = 0.0
         self.on_pause: Callable[[bool], None] = lambda paused: None
         screen.on_pressure = self._pause
@@ -99,34 +103,63 @@ class OutputReader:
         """Read the rest of the output of a process that has exited, and flush its last line.
 
         A grandchild may keep writing to the pipe, so this reads at most what a pipe can hold; the
-        loop reads later output.
+        loop reads later output. Without a child: of all that is kept.
         """
-        for fd in list(process.streams):
+        is_over = process.child is None
+        for fd in self._descriptors(process):
+            if fd in self._kept and not is_over:
+                continue
             left = DRAIN_BYTES
             while left > 0 and (size := self._read(process, fd)):
                 left -= size
             if fd in process.streams:
                 self._finish(process, fd, process.streams[fd])
 
+    def keep(self, process: Process) -> list[Process]:
+        """Its child is about to be released: keep what others may still write to.
+
+        Returns the processes of which something had to be closed instead, since half of the
+        descriptors that this process may have are kept already.
+        """
+        for fd in () if process.child is None else process.child.give_streams():
+            self._kept[fd] = process
+        for fd in [fd for fd in process.streams if fd < 0]:  # of another host
+            del process.streams[fd]
+        most = os.sysconf("SC_OPEN_MAX") // 2
+        oldest = list(self._kept.items())[: max(0, len(self._kept) - most) if most > 0 else 0]
+        for fd, other in oldest:
+            self._close(other, fd)
+        return [other for _, other in oldest]
+
     def detach(self, process: Process) -> None:
-        """Stop reading; the child closes the descriptors."""
-        for fd in process.streams:
-            self._reactor.remove(fd)
-        process.streams.clear()
+        """Stop reading; the child closes its descriptors, and what was kept is closed here."""
+        for fd in self._descriptors(process):
+            self._close(process, fd)
+
+    def _descriptors(self, process: Process) -> list[int]:
+        return list(process.streams)
+
+    def _close(self, process: Process, fd: int) -> None:
+        self._finish(process, fd, process.streams[fd])
+        del process.streams[fd]
+        self._close_descriptor(process, fd)
+
+    def _close_descriptor(self, process: Process, fd: int) -> None:
+        self._reactor.remove(fd)
+        if self._kept.pop(fd, None) is not None:
+            os.close(fd)
+        elif process.child is not None:
+            process.child.close_stream(fd)
 
     def _read(self, process: Process, fd: int) -> int:
         """Read once; the number of bytes."""
-        child = process.child
-        chunk = None if child is None else child.read(fd)
-        if child is None or chunk is None:
+        chunk = read_stream(fd)
+        if chunk is None:
             return 0
         stream = process.streams[fd]
         self.read_at_s = stream.read_at_s = self._reactor.now()
         if not chunk:
-            self._finish(process, fd, stream)
-            self._reactor.remove(fd)
-            del process.streams[fd]
-            child.close_stream(fd)
+            self._close(process, fd)
             return 0
         self._accept(process, fd, stream, chunk)
         return len(chunk)
@@ -173,7 +206,7 @@ class OutputReader:
             process.history.unshown_lines += lines.count(b"\n")
         policy = process.spec.output
         self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
-        if process.on_lines is not None:
+        if process.on_lines is not None and fd not in self._kept:
             process.on_lines(lines)
         self._screen.push()
 
@@ -181,7 +214,8 @@ class OutputReader:
         self, process: Process, fd: int, stream: Stream, lines: bytes, group: GroupOutput
     ) -> None:
         policy = process.spec.output
-        for part in group.parts(lines, has_events=stream.name != "stdout"):
+        has_events = stream.name != "stdout" and fd not in self._kept
+        for part in group.parts(lines, has_events=has_events):
             process.ring.append(stream.name, stream.read_at_s, part.kept)
             shown = part.lines
             if part.prefix is process.prefix:  # a member tells of its end in its own lines

@@ -180,6 +180,17 @@ def reap(pidfd: int) -> tuple[int, bool]:
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
 
+
+def read_stream(fd: int) -> bytes | None:
+    """Read once: b"" at EOF, None if there is nothing yet, or (-1) if it is on another host."""
+    try:
+        return os.read(fd, READ_BYTES) if fd >= 0 else None
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""  # a pseudo-terminal ends with EIO
+
+
 STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
 
 
@@ -217,15 +228,6 @@ class Child:
         """As `reap`; call it when the pidfd is readable."""
         return reap(self.pidfd)
 
-    def read(self, fd: int) -> bytes | None:
-        """Read once: b'' at EOF, None if there is nothing yet."""
-        try:
-            return os.read(fd, READ_BYTES)
-        except BlockingIOError:
-            return None
-        except OSError:
-            return b""  # a pseudo-terminal ends with EIO
-
     def resize(self, terminal_size: tuple[int, int]) -> None:
         """Resize its pseudo-terminals, if it has any."""
         terminals = [fd for fd in self.streams if os.isatty(fd)]
@@ -245,6 +247,12 @@ class Child:
             self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
+
+    def give_streams(self) -> list[int]:
+        """Its streams, which belong to the caller from now on."""
+        fds = list(self.streams)
+        self.streams.clear()
+        return fds
 
     def close_stream(self, fd: int) -> None:
         if self.streams.pop(fd, None) is not None:
