@@ -11,7 +11,7 @@ from launcher.engine.machine import ProcessState
 from launcher.engine.output.lines import Block, LineBuffer
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
-from launcher.engine.posix.spawn import read_stream
+from launcher.engine.posix.spawn import most_open_files, read_stream
 from launcher.engine.process import Process
 
 TYPE_CHECKING = False
@@ -125,8 +125,8 @@ class OutputReader:
             self._kept[fd] = process
         for fd in [fd for fd in process.streams if fd < 0]:  # of another host
             del process.streams[fd]
-        most = os.sysconf("SC_OPEN_MAX") // 2
-        oldest = list(self._kept.items())[: max(0, len(self._kept) - most) if most > 0 else 0]
+        most = most_open_files(len(self._kept)) // 2
+        oldest = list(self._kept.items())[: max(0, len(self._kept) - most)]
         for fd, other in oldest:
             self._close(other, fd)
         return [other for _, other in oldest]

@@ -10,7 +10,8 @@ import contextlib
 import errno
 import os
 import signal
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from launcher.model.spec import ProcessSpec
 
@@ -20,14 +21,32 @@ FOR_PROCESSES = 16  # not used by the streams of processes
 FOR_FILES = 8  # not used by log files either
 
 
+_for_child: Callable[[tuple[int, int, int]], contextlib.AbstractContextManager[Sequence[int]]] = (
+    contextlib.nullcontext
+)
+
+
+def most_open_files(used: int) -> int:
+    """How many descriptors this process may have; more from now on if half of them are used."""
+    global _for_child
+    soft = os.sysconf("SC_OPEN_MAX")
+    if soft < 0:
+        return sys.maxsize
+    if 2 * used <= soft:
+        return soft
+    from launcher.engine.posix import open_files
+
+    _for_child = open_files.for_child
+    return open_files.raise_limit()
+
+
 def keep_free(fd: int, reserve: int) -> int:
     """Return `fd`, which was just opened; OSError (EMFILE) if it is one of the last `reserve`.
 
     The kernel uses the lowest free number, so a high one means that few are left. The descriptor
     stays open in either case.
     """
-    limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
-    if 0 < limit <= fd + reserve:
+    if most_open_files(fd) <= fd + reserve:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
     return fd
 
@@ -52,7 +71,8 @@ def execute(
 
     A program without a slash is searched in the PATH of `env`, which is the whole environment. The
     process gets `streams`, all above 2, as its standard streams, and the descriptors `inherited`
-    under their numbers; no others. EINVAL: a word or variable has a NUL.
+    under their numbers; no others. It has the limit of open files that we were
+    started with. EINVAL: a word or variable has a NUL.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
@@ -80,22 +100,23 @@ def _execute(
 def _by_posix_spawn(
     words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int]
 ) -> int:
-    actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(streams)]
     refusal: OSError | None = None
-    for program in _candidates(words[0], env):
-        try:
-            return os.posix_spawn(
-                program,
-                tuple(words),
-                env,
-                file_actions=actions,
-                setsid=True,
-                setsigdef=_BACK_TO_DEFAULT,
-            )
-        except OSError as error:
-            # As execvp: a later folder of the PATH may have an executable program.
-            is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
-            refusal = error if is_new else refusal
+    with _for_child(streams) as numbers:
+        actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(numbers)]
+        for program in _candidates(words[0], env):
+            try:
+                return os.posix_spawn(
+                    program,
+                    tuple(words),
+                    env,
+                    file_actions=actions,
+                    setsid=True,
+                    setsigdef=_BACK_TO_DEFAULT,
+                )
+            except OSError as error:
+                # As execvp: a later folder of the PATH may have an executable program.
+                is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
+                refusal = error if is_new else refusal
     raise refusal or FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), words[0])
 
 
@@ -140,6 +161,8 @@ def _by_subprocess(
 ) -> int:
     import subprocess
 
+    from launcher.engine.posix import open_files
+
     stdin, stdout, stderr = streams
     popen = subprocess.Popen(
         words,
@@ -150,6 +173,7 @@ def _by_subprocess(
         cwd=cwd,
         pass_fds=inherited,
         start_new_session=True,
+        preexec_fn=open_files.lower if open_files.is_raised() else None,
     )
     popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
     return popen.pid
