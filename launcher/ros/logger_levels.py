@@ -14,6 +14,8 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any
 
+from launcher import dispositions
+
 if TYPE_CHECKING:
     from launcher.ros.services import ServiceCaller
 
@@ -125,6 +127,7 @@ def _get(caller: ServiceCaller, node: str, logger: str) -> tuple[str, str]:
 
 
 def main() -> None:
+    dispositions.ignore()  # we end with our input
     questions = json.loads(sys.stdin.readline())
     threading.Thread(target=_await_end_of_input, daemon=True).start()
     from launcher.ros.discovery.observer import Observer

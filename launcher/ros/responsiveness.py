@@ -19,7 +19,7 @@ import sys
 import time
 from typing import Any
 
-from launcher import proc
+from launcher import dispositions, proc
 
 PERIOD_S = 1.0
 LATE_S = 0.5  # more than this between two rounds is our own delay, and not that of a node
@@ -172,6 +172,7 @@ def serve(questions: Questions, lines: Input) -> None:
 
 
 def main() -> None:
+    dispositions.ignore()  # we end with our input
     try:
         from launcher.ros.discovery.observer import Observer
     except ImportError:

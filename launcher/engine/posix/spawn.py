@@ -13,6 +13,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from launcher import dispositions
 from launcher.model.spec import ProcessSpec
 
 # Reserved descriptors: without them a run with too many processes could neither import a module nor
@@ -55,8 +56,6 @@ def keep_free(fd: int, reserve: int) -> int:
 started: set[int] = set()
 
 SHELL = "/bin/sh"
-# Python ignores these two, and an ignored signal stays ignored in a child.
-_BACK_TO_DEFAULT = (signal.SIGPIPE, signal.SIGXFSZ)
 
 
 def execute(
@@ -71,8 +70,8 @@ def execute(
 
     A program without a slash is searched in the PATH of `env`, which is the whole environment. The
     process gets `streams`, all above 2, as its standard streams, and the descriptors `inherited`
-    under their numbers; no others. It has the limit of open files that we were
-    started with. EINVAL: a word or variable has a NUL.
+    under their numbers; no others. It ignores and blocks no signal, and has the limit of open files
+    that we were started with. EINVAL: a word or variable has a NUL.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
@@ -111,7 +110,8 @@ def _by_posix_spawn(
                     env,
                     file_actions=actions,
                     setsid=True,
-                    setsigdef=_BACK_TO_DEFAULT,
+                    setsigmask=(),
+                    setsigdef=dispositions.EVERY,
                 )
             except OSError as error:
                 # As execvp: a later folder of the PATH may have an executable program.
@@ -163,6 +163,10 @@ def _by_subprocess(
 
     from launcher.engine.posix import open_files
 
+    def restore() -> None:  # posix_spawn does this by itself
+        dispositions.reset()
+        open_files.lower()
+
     stdin, stdout, stderr = streams
     popen = subprocess.Popen(
         words,
@@ -173,7 +177,7 @@ def _by_subprocess(
         cwd=cwd,
         pass_fds=inherited,
         start_new_session=True,
-        preexec_fn=open_files.lower if open_files.is_raised() else None,
+        preexec_fn=restore if open_files.is_raised() or not dispositions.are_default() else None,
     )
     popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
     return popen.pid
