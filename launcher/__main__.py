@@ -10,9 +10,14 @@ try:
     import sys
 
     # Python notices a Ctrl-C where a function begins, which no `try` of main covers. Until
-    # main has begun, one ends the process without a word; where it is ignored, it stays so.
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    # main has begun, one ends the process without a word; also where a shell has ignored it for
+    # us because of `&`.
+    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    from launcher import dispositions
+
+    dispositions.take_over()
 except KeyboardInterrupt:  # imports are where a Ctrl-C is noticed
     raise SystemExit(INTERRUPTED) from None
 

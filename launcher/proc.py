@@ -20,6 +20,7 @@ START_TICKS, RSS_PAGES, START_CODE = 19, 21, 23
 # PF_EXITING and PF_KTHREAD of the kernel's linux/sched.h.
 _EXITING, _KERNEL_THREAD = 0x4, 0x200000
 
+_ENDED = (b"Z", b"X")
 _STATES = {
     "D": "uninterruptible sleep",
     "Z": "a zombie",
@@ -48,6 +49,14 @@ def read(pid: int | str, name: str) -> bytes:
     return content
 
 
+def read_memory(pid: int, name: str) -> bytes:
+    """As `read`, for a file about the memory of a process: `environ`, `cmdline`, `maps` ..."""
+    content = read(pid, name)
+    if not content and (tid := living_thread(pid)) != pid:
+        return read(tid, name)
+    return content
+
+
 def pids() -> list[int]:
     """Every process in our pid namespace, zombies included; empty where there is no /proc."""
     try:
@@ -58,7 +67,7 @@ def pids() -> list[int]:
 
 def uss_bytes(pid: int) -> int | None:
     """The memory that would be free if the process exited; None if it cannot be read."""
-    lines = [line.split() for line in read(pid, "smaps_rollup").splitlines()]
+    lines = [line.split() for line in read_memory(pid, "smaps_rollup").splitlines()]
     private = [int(line[1]) for line in lines if line[0].startswith(b"Private_")]
     return 1024 * sum(private) if private else None
 
@@ -71,15 +80,43 @@ def stat_fields(pid: int) -> list[bytes]:
     return read(pid, "stat").rpartition(b")")[2].split()
 
 
+def living_fields(pid: int) -> list[bytes]:
+    """As `stat_fields`; of a thread that lives on if the main one has ended. Empty if none does.
+
+    START_TICKS are those of the process.
+    """
+    return _living(pid)[1]
+
+
+def living_thread(pid: int) -> int:
+    """The number whose folder in /proc shows memory and files of a process.
+
+    That is `pid`, or that of a thread: when the main thread has ended before others, /proc/PID is
+    that of a zombie, without memory and files.
+    """
+    return _living(pid)[0]
+
+
+def _living(pid: int) -> tuple[int, list[bytes]]:
+    fields = stat_fields(pid)
+    if not fields or fields[STATE] not in _ENDED:
+        return pid, fields
+    for tid in threads(pid) if int(fields[THREADS]) > 1 else ():
+        living = stat_fields(tid)
+        if living and living[STATE] not in _ENDED:
+            return tid, [*living[:START_TICKS], fields[START_TICKS], *living[START_TICKS + 1 :]]
+    return pid, []
+
+
 def state(pid: int) -> str:
     """State as in ps(1): `R`, `S`, `T`, `Z` ...; empty if there is no such process."""
-    fields = stat_fields(pid)
+    fields = living_fields(pid) or stat_fields(pid)
     return fields[STATE].decode() if fields else ""
 
 
 def is_alive(pid: int) -> bool:
     """Whether the process exists and is not a zombie."""
-    return state(pid) not in ("", "Z", "X")
+    return bool(living_fields(pid))
 
 
 def is_suspended(pid: int) -> bool:
@@ -92,7 +129,7 @@ def describe_state(pid: int) -> str:
     letter = state(pid)
     if not letter:
         return "it has just exited"
-    place = read(pid, "wchan").decode("ascii", "replace").strip("\0\n 0")
+    place = read(living_thread(pid), "wchan").decode("ascii", "replace").strip("\0\n 0")
     where = f", in {place}" if place else ""
     return f"state {letter} ({_STATES.get(letter, 'see man 5 proc')}){where}{_owner(pid)}"
 
@@ -108,10 +145,8 @@ def _owner(pid: int) -> str:
 
 def start_ticks(pid: int) -> int | None:
     """Start in clock ticks since boot; None if there is no such process, or a zombie."""
-    fields = stat_fields(pid)
-    if not fields or fields[STATE] in (b"Z", b"X"):
-        return None
-    return int(fields[START_TICKS])
+    fields = living_fields(pid)
+    return int(fields[START_TICKS]) if fields else None
 
 
 def threads(pid: int) -> list[int]:
@@ -155,9 +190,14 @@ def status_field(pid: int | str, name: str) -> str:
     return ""
 
 
+def is_traced(pid: int) -> bool:
+    """Whether a debugger is attached to it."""
+    return status_field(living_thread(pid), "TracerPid") not in ("", "0")
+
+
 def command_line(pid: int) -> list[str]:
     """Arguments of the process, its program first; empty for zombies and kernel threads."""
-    text = read(pid, "cmdline").removesuffix(b"\0")
+    text = read_memory(pid, "cmdline").removesuffix(b"\0")
     return [os.fsdecode(word) for word in text.split(b"\0")] if text else []
 
 
@@ -168,7 +208,7 @@ def command_name(pid: int) -> str:
 
 def environment(pid: int) -> list[bytes]:
     """Entries NAME=VALUE that the process was started with."""
-    return read(pid, "environ").split(b"\0")
+    return read_memory(pid, "environ").split(b"\0")
 
 
 def was_in_exec(pid: int) -> bool:
@@ -183,7 +223,7 @@ def was_in_exec(pid: int) -> bool:
     except OSError:
         return False
     fields = stat_fields(pid)
-    if not fields or fields[STATE] in (b"Z", b"X"):
+    if not fields or fields[STATE] in _ENDED:
         return False
     if int(fields[FLAGS]) & (_EXITING | _KERNEL_THREAD):
         return False

@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection
 
-from launcher.engine.output.reader import DRAIN_BYTES, PARTIAL_LINE_S, OutputReader
+from launcher.engine.output.reader import PARTIAL_LINE_S, OutputReader
 from launcher.engine.output.tracebacks import has_begin
 from launcher.engine.posix.reactor import Reactor, Timer
+from launcher.engine.posix.spawn import read_stream
 from launcher.engine.process import Process
 
 _NUMBERS = {"stdout": 0, "stderr": 1, "both": 2}  # of `frames.STREAMS`
@@ -30,6 +31,7 @@ class Forwarder(OutputReader):
         self._processes = processes
         self._send = send
         self._paused = False
+        self._kept = {}
         self._numbers: dict[int, dict[int, int]] = {}  # process id -> descriptor -> stream
         self._unfinished: dict[tuple[Process, int], float] = {}  # when it wrote last
         self._silence: Timer | None = None
@@ -49,7 +51,7 @@ class Forwarder(OutputReader):
     def attach(self, process: Process) -> None:
         assert process.child is not None
         numbers = {fd: _NUMBERS[name] for fd, name in process.child.streams.items()}
-        self._numbers[process.process_id] = numbers
+        self._numbers.setdefault(process.process_id, {}).update(numbers)
         if not self._paused:
             for fd in numbers:
                 self._listen(process, fd)
@@ -57,21 +59,17 @@ class Forwarder(OutputReader):
     def _listen(self, process: Process, fd: int) -> None:
         self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
 
-    def drain(self, process: Process) -> None:
-        for fd in list(self._numbers.get(process.process_id, ())):
-            left = DRAIN_BYTES
-            while left > 0 and (size := self._read(process, fd)):
-                left -= size
+    def _descriptors(self, process: Process) -> list[int]:
+        return list(self._numbers.get(process.process_id, ()))
 
-    def detach(self, process: Process) -> None:
-        for fd in self._numbers.pop(process.process_id, ()):
-            self._reactor.remove(fd)
-            self._unfinished.pop((process, fd), None)
+    def _close(self, process: Process, fd: int) -> None:
+        self._unfinished.pop((process, fd), None)
+        del self._numbers[process.process_id][fd]
+        self._close_descriptor(process, fd)
 
     def _read(self, process: Process, fd: int) -> int:
-        child = process.child
-        chunk = None if child is None else child.read(fd)
-        if child is None or chunk is None:
+        chunk = read_stream(fd)
+        if chunk is None:
             return 0
         numbers = self._numbers[process.process_id]
         self.read_at_s = self._reactor.now()
@@ -79,10 +77,7 @@ class Forwarder(OutputReader):
             self._send(process.process_id, numbers[fd], chunk)
             self._expect_rest((process, fd), chunk)
             return len(chunk)
-        self._reactor.remove(fd)
-        self._unfinished.pop((process, fd), None)
-        del numbers[fd]
-        child.close_stream(fd)
+        self._close(process, fd)
         return 0
 
     def _expect_rest(self, stream: tuple[Process, int], chunk: bytes) -> None:

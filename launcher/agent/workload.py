@@ -182,6 +182,8 @@ class Workload:
     def finished(self) -> None:
         self._is_ending, self._leftovers = False, None
         found, self._found = self._found, []
+        for process in self._processes.values():
+            self._driver.read_rest(process)
         self._reporter.ended(found, killed=self._has_killed)
 
     def close(self) -> None:

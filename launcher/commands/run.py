@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
+from launcher.dispositions import for_exec
 from launcher.engine.logs.run_directory import provide_log_root
 from launcher.errors import UsageError
 from launcher.packages import executables, find_executable
@@ -73,4 +74,5 @@ def main(words: Sequence[str]) -> int:
 def _become(argv: list[str]) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
-    os.execvp(argv[0], argv)
+    with for_exec():
+        os.execvp(argv[0], argv)

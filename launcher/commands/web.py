@@ -12,6 +12,7 @@ from launcher.commands import VERBS
 from launcher.commands.launch.options import page_options
 from launcher.commands.launch.page import require_page
 from launcher.control.runs import find_run
+from launcher.dispositions import heeded
 from launcher.errors import ExitCode
 from launcher.program import browse
 
@@ -57,7 +58,7 @@ async def _serve(options: Parsed, socket: str) -> int:
     if warning := risk(settings):
         _warn(warning)
     loop = asyncio.get_running_loop()
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for signum in heeded((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
         loop.add_signal_handler(signum, server.stop)
 
     def show(link: str) -> None:

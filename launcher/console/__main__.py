@@ -11,15 +11,16 @@ import signal
 import socket
 import sys
 
+from launcher import dispositions
+
 # The launcher handles these signals; the console shows how it stops, and exits after it. SIGTTOU
 # would suspend us when we restore the terminal of a launcher that was killed.
-IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTTOU)
+IGNORED = (*dispositions.ENDING, signal.SIGTTOU)
 CONNECT_TIMEOUT_S = 10.0
 
 
 def main(words: list[str]) -> int:
-    for signum in IGNORED:
-        signal.signal(signum, signal.SIG_IGN)
+    dispositions.ignore(IGNORED)
     pid, feed, link = map(int, words)
     asyncio.run(_run(pid, feed, socket.socket(fileno=link)))
     return 1  # `_run` exits by itself, unless the launcher has exited before

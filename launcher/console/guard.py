@@ -15,15 +15,15 @@ import sys
 import time
 
 PATIENCE_S = 3.0  # for an orderly end, after the console has gone
-# The console ignores them, and what it starts would do so, too.
-DEFAULT = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTTOU)
 
 
 def main(words: list[str]) -> int:
     lifeline, command = int(words[0]), words[1:]
     os.set_inheritable(lifeline, False)
+    # The console ignores signals, and what it starts would do so, too.
+    every = signal.valid_signals()
     pid = os.posix_spawn(
-        command[0], command, os.environ, setsid=True, setsigdef=DEFAULT, setsigmask=()
+        command[0], command, os.environ, setsid=True, setsigdef=every, setsigmask=()
     )
     _watch(lifeline, pid)
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])

@@ -17,6 +17,7 @@ from launcher.console.format import end_cut, is_in_trouble
 from launcher.console.tables import process_table, render
 from launcher.control.client import Connection, NoRunError
 from launcher.control.verbs import Call
+from launcher.dispositions import Handled
 
 Process = Mapping[str, Any]
 
@@ -235,13 +236,11 @@ def _typed() -> bytes:
 def _signals() -> Iterator[int]:
     """A descriptor from which the numbers of signals are read."""
     reading, writing = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
-    before = {signum: signal.signal(signum, lambda *_: None) for signum in _SIGNALS}
     old = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     try:
-        yield reading
+        with Handled(lambda *_: None, _SIGNALS):
+            yield reading
     finally:
         signal.set_wakeup_fd(old)
-        for signum, handler in before.items():
-            signal.signal(signum, handler)
         os.close(reading)
         os.close(writing)

@@ -96,7 +96,7 @@ def unreachable() -> tuple[Unreachable, ...]:
 
 
 def _lost_lock(pid: int) -> bool:
-    folder = f"{proc.ROOT}/{pid}/fd"
+    folder = f"{proc.ROOT}/{proc.living_thread(pid)}/fd"
     try:
         return any(LOST_LOCK.fullmatch(os.readlink(f"{folder}/{fd}")) for fd in os.listdir(folder))
     except OSError:

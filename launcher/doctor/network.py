@@ -69,10 +69,10 @@ def _is_in_step() -> bool | None:
 
 def _nodes() -> Iterator[Node]:
     """Processes in this network that hold the ports of participants; others need root."""
-    own_memory = _device("self")
+    own_memory = _device(os.getpid())
     for domain in sorted(participants_by_domain()):
         for pid in sorted(holders(set(announcement_ports(domain)), set())):
-            memory = _device(str(pid))
+            memory = _device(proc.living_thread(pid))
             variables = {name: proc.variable(pid, name) for name in (*SETTINGS, *PROFILES)}
             yield Node(
                 pid=pid,
@@ -83,9 +83,9 @@ def _nodes() -> Iterator[Node]:
             )
 
 
-def _device(pid: str) -> int | None:
+def _device(pid: int) -> int | None:
     """The file system that /dev/shm is for a process; None if it cannot be seen."""
     try:
-        return os.stat(os.path.join(proc.ROOT, pid, "root", "dev", "shm")).st_dev
+        return os.stat(f"{proc.ROOT}/{pid}/root/dev/shm").st_dev
     except OSError:
         return None

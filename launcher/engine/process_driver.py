@@ -219,10 +219,17 @@ class ProcessDriver:
             text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
             self._log.report(process, messages.Line("WARNING", text))
 
+    def read_rest(self, process: Process) -> None:
+        """Read what the descendants that have outlived it have written before they ended."""
+        self._reader.drain(process)
+
     def release(self, process: Process) -> None:
-        """Close the child and its descriptors."""
+        """Close the child and its descriptors, and those of earlier ones that were kept."""
+        self._reader.detach(process)
+        self._release(process)
+
+    def _release(self, process: Process) -> None:
         if process.child is not None:
-            self._reader.detach(process)
             self._reactor.remove(process.child.pidfd)
             if process.child.status >= 0:
                 self._reactor.remove(process.child.status)
@@ -349,7 +356,9 @@ class ProcessDriver:
             self._log.note(ended, process, at_s)
             self._report_core(process, pid, end)
         self._report_restart(process, end)
-        self.release(process)
+        for dropped in self._reader.keep(process):
+            self._log.log("WARNING", "launch", messages.no_longer_read(dropped.name))
+        self._release(process)
         self._listener.ended(process, pid, end)
 
     def _report_hang(self, process: Process, now: float) -> None:

@@ -234,4 +234,6 @@ class Shutdown:
     def finished(self) -> None:
         self._sweeps -= 1
         if self._sweeps == 0:
+            for process in self._processes:
+                self._driver.read_rest(process)
             self._handle(rules.Occurrence.LEFTOVERS_GONE)

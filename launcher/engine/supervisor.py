@@ -9,6 +9,7 @@ import gc
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
+from launcher import dispositions
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
 from launcher.engine.core_driver import CoreDriver
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
     from launcher.model.events import Event
     from launcher.model.spec import ProcessSpec
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 RESPONSIVE_DELAY_S = 2.0  # nodes are starting before, and cannot be late
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 WATCH_DELAY_S = 0.05  # the first processes are started before
@@ -227,7 +227,11 @@ class Supervisor:
     @contextlib.contextmanager
     def running(self) -> Iterator[None]:
         """The run; within, the reactor must run until it is stopped."""
-        self._reactor.on_signals(STOP_SIGNALS, lambda signum: self._shutdown.interrupt(signum))
+        with contextlib.suppress(ValueError):  # a script runs it in another thread
+            dispositions.notice_children()
+        self._reactor.on_signals(
+            dispositions.ENDING, lambda signum: self._shutdown.interrupt(signum)
+        )
         set_close_on_exec()
         self._reactor.on_signals((signal.SIGWINCH,), self._terminal_resized)
         is_orderly = False

@@ -13,6 +13,8 @@ import shutil
 import sys
 from collections.abc import Iterator, Mapping
 
+from launcher.dispositions import for_exec
+
 PROGRAM = "fast-discovery-server"
 _MISSING = 127  # as a shell says
 
@@ -28,7 +30,8 @@ def main(words: list[str]) -> None:
         )
         raise SystemExit(_MISSING)
     command = [binary, "-i", index, "-l", listen, "-p", port]
-    os.execve(binary, command, environment(os.environ, binary))
+    with for_exec():
+        os.execve(binary, command, environment(os.environ, binary))
 
 
 def find(env: Mapping[str, str], prefix: str) -> str | None:

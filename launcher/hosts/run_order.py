@@ -10,6 +10,7 @@ import json
 import os
 import sys
 
+from launcher.dispositions import for_exec
 from launcher.errors import ExitCode, LauncherError
 from launcher.hosts import order_json
 from launcher.hosts.resolution import resolve
@@ -30,7 +31,8 @@ def main(path: str, folder: str | None = None) -> NoReturn:
         if found.cwd is not None:
             os.chdir(found.cwd)
         words = ("/bin/sh", "-c", " ".join(found.argv)) if order.shell else found.argv
-        os.execvpe(words[0], words, dict(found.env))
+        with for_exec():
+            os.execvpe(words[0], words, dict(found.env))
     except LauncherError as error:
         print(error.render(), file=sys.stderr)
     except (OSError, ValueError) as error:

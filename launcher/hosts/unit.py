@@ -110,6 +110,7 @@ def process_settings(
         *stop_settings(stop),
         *limit_settings(limits),
         *output_settings(),
+        Setting("IgnoreSIGPIPE", "no"),  # as without systemd
     )
 
 

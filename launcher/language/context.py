@@ -55,6 +55,8 @@ class LaunchContext:
         self._event_handlers: deque[BaseEventHandler] = deque()
         self._handler_changes = 0
         self._completion_futures: list[Any] = []
+        # The launch files of the run so far, and where each was included last.
+        self._includers: dict[str, Origin | None] = {}
         self.__host: Host | None = None
         self.__globals: dict[str, Any] = {}
         self.__locals: dict[str, Any] = {}

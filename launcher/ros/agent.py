@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
 import threading
 import time
@@ -39,6 +38,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
+from launcher import dispositions
 from launcher.interface_sources import INSTRUCTIONS, clone_commands
 from launcher.program import program
 from launcher.ros.clean_up import limited_clean_up
@@ -247,10 +247,8 @@ def _read_requests(agent: Agent) -> None:
 
 
 def main() -> None:
-    # we end with our input; signals that stop a run are for its other processes
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_IGN)
     keep_for_messages()
+    dispositions.ignore()  # we end with our input
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     agent = Agent(_write_line)
     executor = SingleThreadedExecutor()  # made before the input, which may have ended already

@@ -14,6 +14,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any
 
+from launcher import dispositions
 from launcher.stdio import keep_for_messages
 
 if TYPE_CHECKING:
@@ -128,6 +129,7 @@ def _get(caller: ServiceCaller, node: str, logger: str) -> tuple[str, str]:
 
 def main() -> None:
     keep_for_messages()
+    dispositions.ignore()  # we end with our input
     questions = json.loads(sys.stdin.readline())
     threading.Thread(target=_await_end_of_input, daemon=True).start()
     from launcher.ros.discovery.observer import Observer

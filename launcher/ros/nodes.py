@@ -63,7 +63,7 @@ class Vitals:
 
 def vitals(pid: int) -> Vitals | None:
     """None if the process has ended."""
-    fields = proc.stat_fields(pid)
+    fields = proc.living_fields(pid)
     if not fields:
         return None
     ticks = os.sysconf("SC_CLK_TCK")

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
+from launcher import dispositions
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.stdio import keep_for_messages
@@ -232,6 +233,7 @@ def _same(one: Setting, other: Setting) -> bool:
 
 def main() -> None:
     keep_for_messages()
+    dispositions.ignore()  # we end with our input
     request = json.loads(sys.stdin.readline())
     try:
         from launcher.ros.discovery.observer import Observer

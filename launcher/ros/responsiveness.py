@@ -19,7 +19,7 @@ import sys
 import time
 from typing import Any
 
-from launcher import proc
+from launcher import dispositions, proc
 from launcher.stdio import keep_for_messages
 
 PERIOD_S = 1.0
@@ -174,6 +174,7 @@ def serve(questions: Questions, lines: Input) -> None:
 
 def main() -> None:
     keep_for_messages()
+    dispositions.ignore()  # we end with our input
     try:
         from launcher.ros.discovery.observer import Observer
     except ImportError:

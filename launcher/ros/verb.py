@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from launcher import command_line
 from launcher.command_line import DEBUG, Command, Option, Parsed, option
+from launcher.dispositions import heeded
 from launcher.errors import ExitCode, UsageError
 from launcher.stdio import can_print
 from launcher.text import count, escape_controls
@@ -91,7 +92,7 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
             check_environment(os.environ)
         _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
-    for signum in (signal.SIGTERM, signal.SIGHUP):
+    for signum in heeded((signal.SIGTERM, signal.SIGHUP)):
         signal.signal(signum, signal.default_int_handler)
     try:
         with escaped_output():

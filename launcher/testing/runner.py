@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
+from launcher import dispositions
 from launcher.domain_lease import leased_domain
 from launcher.engine.cleanup import subreaper, sweep
 from launcher.engine.cleanup.watchdog_client import WatchdogClient
@@ -27,7 +28,6 @@ _SETTLE_S = 3.0  # for processes that are about to end
 _STOP_S = 3.0  # between SIGTERM and SIGKILL of those that are left
 _LOOK_S = 0.1
 _DEATH_S = 0.01  # one with much memory dies late
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 TICK_S = 0.5
 
 
@@ -102,7 +102,7 @@ class Runner:
     def run(self) -> list[Outcome]:
         """Run all; the outcomes in the order of their ends."""
         with Reactor() as self.reactor:
-            self.reactor.on_signals(_SIGNALS, self._interrupt)
+            self.reactor.on_signals(dispositions.ENDING, self._interrupt)
             watchdog = WatchdogClient(self.reactor, _run_id(), self._listener.warn)
             watchdog.ensure()
             try:

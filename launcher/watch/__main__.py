@@ -22,6 +22,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from launcher import dispositions
 from launcher.errors import LauncherError
 from launcher.watch.folders import Folders
 from launcher.watch.programs import Program
@@ -145,9 +146,10 @@ def tell(message: Mapping[str, Any]) -> None:
 
 
 def main() -> int:
+    dispositions.ignore()  # we end with our input
     try:
         Watcher().run()
-    except (BrokenPipeError, KeyboardInterrupt):
+    except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     return 0
 

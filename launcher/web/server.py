@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import errno
 import json
-import signal
 import socket
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -17,6 +16,7 @@ from urllib.parse import quote, unquote, urlsplit
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from launcher import dispositions
 from launcher.errors import LauncherError
 from launcher.web.access import Access, is_loopback, new_token, token_in
 from launcher.web.graph_feed import GraphFeed
@@ -187,7 +187,7 @@ def main() -> None:
     of the input that the launcher has. The output is `{"link": URL, "port": N, "token": TEXT}` when
     the page works, `{"warning": TEXT}`, or `{"error": TEXT}`.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run decides when it ends
+    dispositions.ignore()  # the run decides when it ends
     settings = Settings.from_json(sys.stdin.readline())
     try:
         asyncio.run(_serve_for_launcher(settings))

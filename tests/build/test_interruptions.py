@@ -21,6 +21,7 @@ from tests.build.small_packages import (
     python_package,
     write,
 )
+from tests.support.hostile_parent import with_signals
 from tests.support.waiting import rest_of, wait_until
 
 SLEEP = "execute_process(COMMAND sleep 1000)"
@@ -103,6 +104,27 @@ def test_a_signal_ends_all_and_the_next_build_works(running: RunningBuild, numbe
     assert not any(map(is_alive, processes))
     mend(running.root)
     assert built(running.root).summary == "1 package: 1 built, 0 unchanged"
+
+
+def test_signals_that_were_ignored_and_blocked_end_a_build(tmp_path: Path):
+    cmake_package(tmp_path / "src", "slow", SLEEP)
+    build = RunningBuild(tmp_path, *with_signals(COMMAND))
+    wait_until(build.waits, "CMake waits")
+    processes = build.below()
+
+    build.process.send_signal(signal.SIGHUP)  # is respected
+    build.process.send_signal(signal.SIGINT)
+
+    assert build.end()[0] == 130
+    assert not any(map(is_alive, processes))
+
+
+def test_a_build_succeeds_where_sigchld_is_ignored(tmp_path: Path):
+    python_package(tmp_path / "src", "plain")
+    command = with_signals(COMMAND)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S)
+    assert done.returncode == 0, done.stderr
+    assert "1 package: 1 built, 0 unchanged" in done.stdout
 
 
 @pytest.mark.thorough

@@ -17,6 +17,7 @@ from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.engine.monitor.shared_memory import FOLDER, SETTLING_S, free, held
 from tests.process.conftest import Bench
+from tests.support import ended_main_thread
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.alone
@@ -105,11 +106,13 @@ def test_a_node_whose_files_were_removed_is_named(tmp_path: Path):
     assert f"[{node.pid}]" in found["unreachable nodes"]["text"]
 
 
-LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :")'
+LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :"), '
+LEFT += f'ExecuteProcess(cmd=[sys.executable, "{ended_main_thread.PROGRAM}"], output="screen")'
 
 
 def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(bench: Bench):
     launcher = bench.terminal(LEFT, "--no-console")
+    launcher.wait_for("ready")
     launcher.wait_for("ready")
     wait_until(
         lambda: sum(one.startswith("sleep 100 ") for one in bench.survivors()) == 2, "both sleep"
@@ -119,7 +122,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
     launcher.kill()
     watchdog.kill()
     wait_until(lambda: not proc.is_alive(watchdog.pid), "the watchdog is gone")
-    wait_until(lambda: len(bench.survivors()) == 4, "two shells, and what they run")
+    wait_until(lambda: len(bench.survivors()) == 5, "two shells, what they run, and the last one")
     left = bench.survivors()
     _, found, _ = doctor()
     assert found["leftover processes"]["level"] == "problem"
@@ -132,7 +135,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
 def wait_for_watchdog(pid: int) -> psutil.Process:
     def watchdogs() -> list[psutil.Process]:
         children = psutil.Process(pid).children()
-        return [child for child in children if "watchdog.py" in " ".join(child.cmdline())]
+        return [one for one in children if "watchdog.py" in " ".join(proc.command_line(one.pid))]
 
     wait_until(watchdogs, "the watchdog runs")
     return watchdogs()[0]

@@ -16,6 +16,7 @@ from launcher import proc
 from launcher.errors import LauncherError
 from launcher.hosts.sync.host_sync import Outcome
 from launcher.hosts.sync.tree import Entry
+from tests.support import ended_main_thread
 from tests.support.sync_hosts import Site, brought, fails
 from tests.support.waiting import wait_until
 
@@ -179,13 +180,18 @@ def test_three_releases_are_kept(site: Site):
     assert site.releases == names[2:]
 
 
-def test_a_release_that_a_process_uses_is_kept(site: Site):
+WAITS = "import time; print('ready', flush=True); time.sleep(600)"
+
+
+@pytest.mark.parametrize(
+    "words", [("-c", WAITS), (ended_main_thread.PROGRAM,)], ids=["", "ended main thread"]
+)
+def test_a_release_that_a_process_uses_is_kept(site: Site, words: tuple[str, ...]):
     site.sync(brought(a="1"))
     first = site.release
-    code = "import time; print('up', flush=True); time.sleep(600)"
-    command = [str(site.current / "bin/python"), "-c", code]
+    command = [str(site.current / "bin/python"), *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None and process.stdout.readline() == b"up\n"
+        assert process.stdout is not None and process.stdout.readline() == b"ready\n"
         for text in "2345":
             site.sync(brought(a=text))
         assert first in site.releases

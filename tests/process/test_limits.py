@@ -8,13 +8,17 @@ import json
 import os
 import re
 import resource
+import signal
 import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from launcher.engine.posix.limits import command_prefix, parse_refusal
 from launcher.model.spec import UNLIMITED, Limits
 from tests.process.conftest import Bench
+from tests.support.waiting import wait_until
 
 TELL = """
 import os, resource
@@ -213,3 +217,75 @@ def test_a_kill_that_was_asked_for_is_no_failure(bench: Bench):
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
     assert "[INFO] [sh-1]: process was stopped" in terminal.text
+
+
+# ---- the launcher's own limit of open files
+
+TELL_FILES = "import resource; print(*resource.getrlimit(resource.RLIMIT_NOFILE))"
+# Each process takes three or four descriptors of the launcher.
+RUNS = [
+    pytest.param(40, 64, id="40"),
+    pytest.param(420, 1024, id="420", marks=pytest.mark.thorough),
+]
+
+
+@pytest.mark.parametrize(("count", "soft"), RUNS)
+def test_the_soft_limit_of_open_files_limits_no_run_and_stays_that_of_processes(
+    bench: Bench, count: int, soft: int
+):
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    (bench.folder / "tell.py").write_text(f"{TELL_FILES}\nimport time; time.sleep(1000)")
+    shells = 'sh("echo $(ulimit -Sn) $(ulimit -Hn); exec sleep 1000", cwd="/" if n % 2 else None)'
+    python = 'ExecuteProcess(cmd=[sys.executable, "tell.py"], cwd=folder, output="screen")'
+    actions = f"*[{shells} for n in range({count})], *[{python} for _ in range(2)]"
+    options = ("--warm", "--nice", "sh-1=0", "--nice", "python-*1=0")
+    command = bench.command(actions.replace("folder", repr(str(bench.folder))), *options)
+    with (bench.folder / "screen").open("wb") as screen:
+        launcher = subprocess.Popen(
+            ["sh", "-c", f'ulimit -Sn {soft}; exec "$@"', "sh", *command],
+            env=bench.env,
+            stdout=screen,
+        )
+    told = f"] {soft} {hard}\n"
+    shown = (bench.folder / "screen").read_text
+    wait_until(lambda: shown().count(told) == count + 2, "all have told their limits")
+    own = Path(f"/proc/{launcher.pid}/limits").read_text()
+    assert re.search(rf"Max open files +{hard} +{hard} ", own)
+    launcher.send_signal(signal.SIGINT)
+    assert launcher.wait(60) == 0
+    assert "could not be started" not in shown()
+    assert bench.survivors() == []
+
+
+HELPER = f"""
+import resource, subprocess
+from launcher.engine.helpers.popen import start_module
+from launcher.engine.posix.spawn import most_open_files
+
+hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+resource.setrlimit(resource.RLIMIT_NOFILE, (64, hard))
+assert most_open_files(32) == 64
+assert most_open_files(33) == hard
+files = [open("/dev/null") for _ in range(80)]
+helper = start_module(["tell_files"], stdout=subprocess.PIPE)
+assert helper.communicate()[0].split() == [b"64", b"%d" % hard]
+{TELL_FILES}
+"""
+
+
+def test_helpers_have_the_soft_limit_of_open_files_that_the_launcher_had(tmp_path: Path):
+    (tmp_path / "tell_files.py").write_text(TELL_FILES)
+    done = subprocess.run(
+        [sys.executable, "-c", HELPER],
+        env={**os.environ, "PYTHONPATH": f"{os.getcwd()}:{tmp_path}"},
+        capture_output=True,
+        text=True,
+    )
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    assert done.stdout == f"{hard} {hard}\n", done.stderr
+
+
+def test_a_limit_that_a_launch_file_sets_for_its_processes_stays(bench: Bench):
+    limit = "__import__('resource').setrlimit(7, (48, 4096))"
+    done = bench.run(f"OpaqueFunction(function=lambda c: {limit}), sh('ulimit -Sn; ulimit -Hn')")
+    assert b"[sh-1] 48\n[sh-1] 4096\n" in done.stdout

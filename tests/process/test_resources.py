@@ -27,14 +27,14 @@ IDLE = "import signal; signal.pause()"
 BUSY = "while True: pass"
 TREE = f"import subprocess, sys; subprocess.run([sys.executable, '-S', '-c', {BUSY!r}])"
 # Opens no file after its last thread is there, so that a sample with all threads stays true.
-HUNGRY = f"""
+HUNGRY = """
 import os, signal, threading
 memory = bytearray(os.urandom(64) * (50 << 20 >> 6))
 files = [open(os.devnull) for _ in range(40)]
 for _ in range(6):
     threading.Thread(target=threading.Event().wait, daemon=True).start()
-{IDLE}
 """
+NO_MAIN_THREAD = "import ctypes; ctypes.CDLL(None).syscall(60, 0)"  # only this thread ends
 LATE_CHILD = f"""
 import signal, subprocess, sys, threading
 command = [sys.executable, "-S", "-c", {IDLE!r}]
@@ -87,15 +87,16 @@ def sample_until(sampler: WholeRounds, pid: int, fact: Callable[[Sample], object
     return latest[0]
 
 
-def started_hungry(start: Starter) -> int:
+def started_hungry(start: Starter, then: str = IDLE) -> int:
     """The pid of a process that has taken all that it takes."""
-    pid = start(HUNGRY).pid
+    pid = start(HUNGRY + then).pid
     sample_until(WholeRounds(), pid, lambda s: s.threads == 7)
     return pid
 
 
-def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
-    pid = started_hungry(start)
+@pytest.mark.parametrize("then", [IDLE, NO_MAIN_THREAD], ids=["", "no main thread"])
+def test_memory_threads_and_files_of_a_process_are_counted(start: Starter, then: str):
+    pid = started_hungry(start, then)
     sample = WholeRounds().sample([pid], time.monotonic())[pid]
     assert sample.threads == 7 and sample.fds >= 43
     assert sample.processes == 1
@@ -103,9 +104,10 @@ def test_memory_threads_and_files_of_a_process_are_counted(start: Starter):
     assert sample.uss_bytes is None  # not before it has had time to load what it needs
 
 
-def test_a_shell_reads_the_same_as_psutil(start: Starter):
+@pytest.mark.parametrize("then", [IDLE, NO_MAIN_THREAD], ids=["", "no main thread"])
+def test_a_shell_reads_the_same(start: Starter, then: str):
     """What is read of a unit on another host, here of a process without one."""
-    pid = started_hungry(start)
+    pid = started_hungry(start, then)
     script = Samples().script([pid, 2**22 + 1], 0.0)  # there is no such process
     shell = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
     (found,) = Samples().read(shell.stdout, {1: pid, 2: 2**22 + 1}, 0.0).values()
@@ -126,7 +128,7 @@ def test_a_shell_reads_the_same_as_psutil(start: Starter):
 
 
 def test_the_uss_is_read_again_when_it_is_due(start: Starter):
-    sampler, child = WholeRounds(), start(HUNGRY)
+    sampler, child = WholeRounds(), start(HUNGRY + IDLE)
     sample_until(sampler, child.pid, lambda s: s.threads == 7)
     assert sampler.sample([child.pid], time.monotonic() + 2)[child.pid].uss_bytes is not None
     later = sampler.sample([child.pid], time.monotonic() + 60)[child.pid]

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -52,8 +53,13 @@ class Site:
         return going_on(self.env, *words, cwd=self._root)
 
     @contextlib.contextmanager
-    def pursuing(self, *options: str) -> Iterator[subprocess.Popen[str]]:
-        """`send_goal` whose goal the server executes until it is cancelled."""
+    def pursuing(
+        self, *options: str, in_background: bool = False
+    ) -> Iterator[subprocess.Popen[str]]:
+        """`send_goal` whose goal the server executes until it is cancelled.
+
+        `in_background`: as a script starts it with `&`, with SIGINT ignored.
+        """
         words = ("action", "send_goal", "/execute", TYPE, WAIT, *options)
         program = subprocess.Popen(
             [sys.executable, "-m", "launcher", *words],
@@ -62,6 +68,9 @@ class Site:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+            if in_background
+            else None,
         )
         with program:
             try:
@@ -176,8 +185,9 @@ def test_goals_that_fail_and_that_are_refused(site):
     assert (refused.lines[-1], refused.code) == ("Goal was rejected.", 1)
 
 
-def test_ctrl_c_cancels_the_goal(site):
-    with site.pursuing("--feedback") as program:
+@pytest.mark.parametrize("in_background", [False, True])
+def test_ctrl_c_cancels_the_goal(site, in_background: bool):
+    with site.pursuing("--feedback", in_background=in_background) as program:
         assert read_until(program, "Feedback:") == "Feedback:\n"
         assert read_until(program, "    progress") == "    progress: 0.0\n"
         program.send_signal(signal.SIGINT)

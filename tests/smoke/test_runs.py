@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from launcher import proc
 from launcher.smoke.observe.leftovers import processes_of
 from tests.smoke.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
+from tests.support.hostile_parent import with_signals
 from tests.support.waiting import wait_until
 
 NODE = "--expect-node=/nowhere=1s"
@@ -33,6 +35,17 @@ def test_an_expectation_that_is_not_met_exits_with_3_and_an_explanation(bench: B
     assert "expected: a line from brief with 'gone'" in done.stdout
     assert "last lines of brief-1:" in done.stdout
     assert "here I was" in done.stdout
+
+
+@pytest.mark.parametrize(("action", "code"), [(PATIENT, 0), (SHORT, 1)], ids=["met", "died"])
+def test_exit_codes_are_known_where_sigchld_is_ignored(bench: Bench, action: str, code: int):
+    bench.write(action)
+    command = bench.command("--for=1", "--expect-log=.")
+    done = subprocess.run(
+        with_signals(command), env=bench.environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == code, done.stdout
+    assert bench.report()["ending"]["returncode"] is not None
 
 
 @pytest.mark.thorough

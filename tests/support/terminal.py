@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import signal
 from collections.abc import Mapping, Sequence
@@ -9,6 +10,8 @@ from pathlib import Path
 
 import pexpect
 import psutil
+
+from launcher import proc
 
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 TIMEOUT_S = 60.0
@@ -109,12 +112,13 @@ class Terminal:
 
 
 def marked_processes(variable: str, value: str) -> dict[str, psutil.Process]:
-    """Command line -> process of all whose environment has this entry, zombies left out."""
+    """Command line -> process of all whose environment has this entry, zombies left out.
+
+    Psutil takes one whose main thread has ended for a zombie.
+    """
     found = {}
-    for process in psutil.process_iter():
-        try:
-            if process.environ().get(variable) == value:
-                found[f"{' '.join(process.cmdline())} [{process.pid}]"] = process
-        except (psutil.NoSuchProcess, psutil.AccessDenied):
-            continue  # NoSuchProcess is also what a zombie raises
+    for pid in proc.pids():
+        if proc.variable(pid, variable) == value:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                found[f"{' '.join(proc.command_line(pid))} [{pid}]"] = psutil.Process(pid)
     return found

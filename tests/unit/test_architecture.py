@@ -13,13 +13,14 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "launcher"
 
 # They import no room, and every room may import them.
-GROUND = {"text", "proc", "program", "stdio", "interface_sources", "xml_tree"}
+GROUND = {"text", "proc", "dispositions", "program", "stdio", "interface_sources", "xml_tree"}
 
 # Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
 # here: its table names modules of the front ends, which the language itself does not know.
 MAY_IMPORT = {
     "text": set(),
     "proc": set(),
+    "dispositions": set(),
     "program": set(),
     "stdio": set(),
     "interface_sources": set(),

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from types import FrameType
 
+from launcher.dispositions import Handled
 from launcher.errors import ExitCode
 
 _ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -19,21 +20,13 @@ class Terminated(BaseException):
 
 @contextlib.contextmanager
 def end_the_build() -> Iterator[None]:
-    """Raise Terminated for them, so that blocks are left in order.
-
-    What the parent ignores, as nohup does with SIGHUP, is ignored.
-    """
+    """Raise Terminated for them, so that blocks are left in order."""
 
     def end(number: int, _: FrameType | None) -> None:
         raise Terminated(number)
 
-    heeded = [one for one in _ENDING if signal.getsignal(one) is not signal.SIG_IGN]
-    handlers = {number: signal.signal(number, end) for number in heeded}
-    try:
+    with Handled(end, _ENDING):
         yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
 
 
 def interrupted(stop: BaseException, note: str) -> ExitCode:
@@ -46,11 +39,5 @@ def interrupted(stop: BaseException, note: str) -> ExitCode:
 @contextlib.contextmanager
 def ignored() -> Iterator[None]:
     """Ignore them and Ctrl-C: what is done takes no time."""
-    handlers = {
-        number: signal.signal(number, signal.SIG_IGN) for number in (*_ENDING, signal.SIGINT)
-    }
-    try:
+    with Handled(signal.SIG_IGN):
         yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)

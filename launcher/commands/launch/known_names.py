@@ -22,7 +22,6 @@ from launcher.language.conditions import LaunchConfigurationEquals
 from launcher.language.configurations import ALL_NAMES
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import is_library, is_own_file
-from launcher.language.diagnostics.ros2_quirks import includers
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.events.base import BaseEventHandler
 from launcher.language.substitution import TextSubstitution, perform_substitutions
@@ -92,7 +91,7 @@ def known_names(plan: Plan) -> KnownNames:
 def _texts_of_files(context: LaunchContext | None) -> list[str]:
     """The launch files, one of which takes arguments from the command line."""
     texts = []
-    for path in () if context is None else includers(context):
+    for path in () if context is None else context._includers:
         with contextlib.suppress(OSError), open(path, encoding="utf-8", errors="replace") as file:
             texts.append(file.read())
     return texts

@@ -19,7 +19,6 @@ from launcher.errors import LauncherError, LaunchFileError
 from launcher.interpreter import Interpreter
 from launcher.interpreter.replay import Replay
 from launcher.language import session
-from launcher.language.diagnostics.ros2_quirks import includers
 from launcher.language.session import replace_environment
 from launcher.model.events import (
     ChangeState,
@@ -222,5 +221,5 @@ def launch_files(request: LaunchRequest, interpreter: Interpreter) -> list[str]:
         for name, module in list(sys.modules.items())
         if name not in session.current().modules
     ]
-    paths = [request.path, *includers(interpreter.context), *filter(is_own, modules), *files_read()]
+    paths = [request.path, *interpreter.context._includers, *filter(is_own, modules), *files_read()]
     return list(dict.fromkeys(os.path.abspath(path) for path in paths if path is not None))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
+from launcher.dispositions import Handled
 from launcher.errors import ExitCode
 from launcher.ros.verb import (
     dispatch,
@@ -185,12 +186,8 @@ def _interrupts() -> Iterator[list[int]]:
     """Collect signals that ask for an end, which may not raise anywhere within rclpy."""
     seen: list[int] = []
     signums = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(one, lambda number, _: seen.append(number)) for one in signums]
-    try:
+    with Handled(lambda number, _: seen.append(number), signums):
         yield seen
-    finally:
-        for one, handler in zip(signums, before, strict=True):
-            signal.signal(one, handler)
 
 
 def _cancel(goal: Goal, options: Parsed) -> None:

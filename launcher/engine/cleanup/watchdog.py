@@ -12,12 +12,6 @@ import os
 import select
 import sys
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    import signal
-else:
-    import _signal as signal
-
 GOODBYE = b"goodbye"
 LEAVE = b"leave"  # the launcher is about to stop everything
 KEEP = b"keep"  # the pid of a process follows that must not be killed
@@ -28,11 +22,11 @@ def main() -> None:
     # The folder of `launcher` comes last: nothing in it may hide a module of Python's own.
     sys.path.append(os.path.abspath(__file__).rpartition("/launcher/engine/")[0])
     # Imported now: a watchdog that cannot work exits at once, and the launcher warns of it.
+    from launcher import dispositions
     from launcher.engine.cleanup.watch import Watch
 
     os.chdir("/")  # so that it keeps no file system in use
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
-        signal.signal(signum, signal.SIG_IGN)
+    dispositions.ignore()
     run_id, launcher, kind, *before = sys.argv[1:]
     watch = Watch(run_id, int(launcher), kind, frozenset(map(int, before)))
     poll = select.poll()

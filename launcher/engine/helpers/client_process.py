@@ -10,12 +10,11 @@ import contextlib
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.helpers.popen import last_line, wait_or_kill
+from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.monitor.housekeeping import Housekeeper
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.text import how_it_ended
@@ -81,13 +80,12 @@ class ClientProcess:
         self._started_s = time.time()
         self._errors = os.memfd_create("helper-errors", os.MFD_CLOEXEC)
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", *self._words],
+            self._process = start_module(
+                self._words,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL if self._on_line is None else subprocess.PIPE,
                 stderr=self._errors,
                 env=self._env,
-                start_new_session=True,
             )
         except OSError as error:
             os.close(self._errors)

@@ -17,7 +17,7 @@ import sys
 import termios
 from collections.abc import Callable
 
-from launcher.engine.helpers.popen import last_line, wait_or_kill
+from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
 
@@ -97,15 +97,9 @@ class ConsoleProcess:
         # A Ctrl-C before it is ready is only for us: it inherits SIGINT as blocked.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return subprocess.Popen(
-                [
-                    sys.executable,
-                    "-m",
-                    "launcher.console",
-                    str(os.getpid()),
-                    str(self._pipe[0]),
-                    str(theirs),
-                ],
+            return start_module(
+                ["launcher.console", str(os.getpid()), str(self._pipe[0]), str(theirs)],
+                start_new_session=False,
                 pass_fds=(self._pipe[0], theirs),
                 stderr=self._errors,
             )

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.helpers.popen import last_line
+from launcher.engine.helpers.popen import last_line, start_module
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.text import how_it_ended
@@ -57,13 +56,12 @@ class FileWatcher:
         self._started += 1
         self._errors = os.memfd_create("watch-errors", os.MFD_CLOEXEC)
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.watch"],
+            self._process = start_module(
+                ["launcher.watch"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
                 env=self._env,
-                start_new_session=True,
                 bufsize=0,
             )
         except OSError as error:

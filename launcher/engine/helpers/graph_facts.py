@@ -9,10 +9,9 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 
-from launcher.engine.helpers.popen import last_line, wait_or_kill
+from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor, Timer
 from launcher.model.record import as_dict
@@ -81,13 +80,12 @@ class _Helper:
         self._partial = self._unsent = b""
         self._errors = os.memfd_create("ready-errors", os.MFD_CLOEXEC)
         try:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.ros.ready"],
+            process = start_module(
+                ["launcher.ros.ready"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
                 env=self._env,
-                start_new_session=True,
                 bufsize=0,
             )
         except OSError as error:

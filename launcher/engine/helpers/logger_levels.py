@@ -8,10 +8,10 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
+from launcher.engine.helpers.popen import start_module
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
@@ -65,13 +65,12 @@ class LoggerLevels:
         env = {**questions[0].process.spec.env}
         env.pop(RUN_ID_VARIABLE, None)
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # as for `graph_facts`
-        helper = subprocess.Popen(
-            [sys.executable, "-m", "launcher.ros.logger_levels"],
+        helper = start_module(
+            ["launcher.ros.logger_levels"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             env=env,
-            start_new_session=True,
             bufsize=0,
         )
         spawn.started.add(helper.pid)

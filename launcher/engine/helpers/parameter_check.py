@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterable, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
+from launcher.engine.helpers.popen import start_module
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
@@ -82,13 +82,12 @@ class ParameterCheck:
         env.pop(RUN_ID_VARIABLE, None)
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
         try:
-            helper = subprocess.Popen(
-                [sys.executable, "-m", "launcher.ros.parameter_check"],
+            helper = start_module(
+                ["launcher.ros.parameter_check"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
                 env=env,
-                start_new_session=True,
                 bufsize=0,
             )
         except OSError:

@@ -1,9 +1,28 @@
-"""Functions for all helper processes: their last error line, and waiting with a timeout."""
+"""Functions for all helper processes: their start, their last error line, waiting for them."""
 
 from __future__ import annotations
 
 import os
 import subprocess
+import sys
+from collections.abc import Sequence
+
+from launcher.engine.posix import open_files
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+
+def start_module(words: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
+    """`python -m` with these words, in a session of its own; OSError. `options` are those of Popen.
+
+    It has the limit of open files that the launcher was started with.
+    """
+    settings: dict[str, Any] = {"start_new_session": True, **options}
+    if open_files.is_raised():
+        settings["preexec_fn"] = open_files.lower
+    return subprocess.Popen([sys.executable, "-m", *words], **settings)
 
 
 def last_line(errors: int) -> str:

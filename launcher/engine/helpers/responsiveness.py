@@ -8,11 +8,10 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator, Mapping
 
 from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.helpers.popen import last_line, wait_or_kill
+from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
@@ -44,13 +43,12 @@ class ResponsivenessHelper:
         env = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", **env}
         env.pop(RUN_ID_VARIABLE, None)
         try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "launcher.ros.responsiveness"],
+            self._process = start_module(
+                ["launcher.ros.responsiveness"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,
                 env=env,
-                start_new_session=True,
                 bufsize=0,
             )
         except OSError:

@@ -8,10 +8,9 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Mapping
 
-from launcher.engine.helpers.popen import wait_or_kill
+from launcher.engine.helpers.popen import start_module, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
 from launcher.model.events import (
@@ -65,12 +64,11 @@ class RosAgent:
         self._unsent = b""
         self._pending: dict[int, LoadComponent | ChangeState] = {}
         self._timers: set[int] = set()
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "launcher.ros.agent"],
+        self._process = start_module(
+            ["launcher.ros.agent"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=dict(env),
-            start_new_session=True,
             bufsize=0,
         )
         spawn.started.add(self._process.pid)

@@ -101,9 +101,6 @@ class RemoteChild(Child):
     def signal_group(self, signum: int) -> None:
         """Nothing: the host sends the signals."""
 
-    def read(self, fd: int) -> bytes | None:
-        return None
-
     def write_stdin(self, data: bytes) -> int:
         """All of it is sent; if the process does not read, the host warns of it."""
         if self._host.unreachable_s is not None:

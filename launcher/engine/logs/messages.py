@@ -98,6 +98,13 @@ def _repair(process: Process) -> str:
     return f"if {process.host_name} lacks it: python -m launcher hosts sync"
 
 
+def no_longer_read(name: str) -> str:
+    return (
+        f"the output of what {name} has left running is not read any more: it ends by SIGPIPE when "
+        "it writes (the limit of open files, ulimit -n, is too low for all that is left)"
+    )
+
+
 def start_cancelled() -> Line:
     return Line("INFO", "process was not started: stopped while it was queued")
 

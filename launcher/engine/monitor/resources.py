@@ -115,8 +115,8 @@ class Sampler:
 
         The USS of members that are new in a known tree starts at 0, so that its sum stays known.
         """
-        fields = proc.stat_fields(pid)
-        if not fields or fields[proc.STATE] in (b"Z", b"X"):
+        fields = proc.living_fields(pid)
+        if not fields:
             return None
         fds = _open_files(pid)
         if fds is None:
@@ -240,9 +240,12 @@ def _open_files(pid: int) -> int | None:
     """The number of its descriptors; None if it has ended or runs as another user."""
     folder = f"{proc.ROOT}/{pid}/fd"
     try:
-        return os.stat(folder).st_size if _counts_files() else len(os.listdir(folder))
+        count = os.stat(folder).st_size if _counts_files() else len(os.listdir(folder))
     except OSError:
         return None
+    if not count and (tid := proc.living_thread(pid)) != pid:
+        return _open_files(tid)
+    return count
 
 
 @functools.cache

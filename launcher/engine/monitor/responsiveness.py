@@ -167,7 +167,7 @@ class Responsiveness:
             self._answers(process, now)
         elif process.silence is not None:
             process.silence.report(silent_s, now)
-        elif not any(map(_is_traced, members(process.child.pid))):
+        elif not any(map(proc.is_traced, members(process.child.pid))):
             self._fell_silent(process, report, now)
 
     def _answers(self, process: Process, now: float) -> None:
@@ -209,10 +209,6 @@ def _should_answer(process: Process) -> bool:
     is_running = process.child is not None and process.machine.state is ProcessState.RUNNING
     is_held = process.machine.is_suspended or process.debugger is not None
     return is_running and not is_held and process.host is None
-
-
-def _is_traced(pid: int) -> bool:
-    return proc.status_field(pid, "TracerPid") not in ("", "0")
 
 
 def _state(dump: Dump) -> str:

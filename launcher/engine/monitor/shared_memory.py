@@ -244,7 +244,7 @@ def _mapped_by(pid: int | None) -> set[str] | None:
     """Segments and ports of Fast DDS that the process has mapped; None if that is unknown."""
     if pid is None:
         return None
-    names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read(pid, "maps"))}
+    names = {name.decode("ascii") for name in re.findall(_MAPPED, proc.read_memory(pid, "maps"))}
     return names or None  # an owner maps its own segment, so another process has this pid
 
 

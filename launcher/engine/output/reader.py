@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Collection
 
 from launcher.engine.logs.run_directory import RunDirectory
@@ -10,6 +11,7 @@ from launcher.engine.machine import ProcessState
 from launcher.engine.output.lines import Block, LineBuffer
 from launcher.engine.output.stdout import StdoutWriter
 from launcher.engine.posix.reactor import Reactor
+from launcher.engine.posix.spawn import most_open_files, read_stream
 from launcher.engine.process import Process
 
 TYPE_CHECKING = False
@@ -50,10 +52,11 @@ class Stream:
 
 
 class OutputReader:
-    """Reads the streams of running processes. `processes` is the live collection of them.
+    """Reads the streams of processes. `processes` is the live collection of them.
 
-    It pauses while the screen is slow: then the pipes fill, and the children block. `read_at_s` is
-    the time of the last read, on the monotonic clock.
+    What a process has started may write to its streams when it has exited, or runs again: these are
+    kept, and read to their end. It pauses while the screen is slow: then the pipes fill, and the
+    children block. `read_at_s` is the time of the last read, on the monotonic clock.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class OutputReader:
         self._processes = processes
         self._listener = listener
         self._paused = False
+        self._kept: dict[int, Process] = {}  # descriptor -> process, the oldest first
         self.read_at_s = 0.0
         self.on_pause: Callable[[bool], None] = lambda paused: None
         screen.on_pressure = self._pause
@@ -104,9 +108,12 @@ class OutputReader:
         """Read the rest of the output of a process that has exited, and flush its last line.
 
         A grandchild may keep writing to the pipe, so this reads at most what a pipe can hold; the
-        loop reads later output.
+        loop reads later output. Without a child: of all that is kept.
         """
-        for fd in list(process.streams):
+        is_over = process.child is None
+        for fd in self._descriptors(process):
+            if fd in self._kept and not is_over:
+                continue
             self._read_what_is_there(process, fd)
             if fd in process.streams:
                 self._finish(process, fd, process.streams[fd])
@@ -114,27 +121,53 @@ class OutputReader:
             self._hear(process, process.group)
             self._reactor.remove(process.child.stdin)
 
+    def keep(self, process: Process) -> list[Process]:
+        """Its child is about to be released: keep what others may still write to.
+
+        Returns the processes of which something had to be closed instead, since half of the
+        descriptors that this process may have are kept already.
+        """
+        for fd in () if process.child is None else process.child.give_streams():
+            self._kept[fd] = process
+        for fd in [fd for fd in process.streams if fd < 0]:  # of another host
+            del process.streams[fd]
+        most = most_open_files(len(self._kept)) // 2
+        oldest = list(self._kept.items())[: max(0, len(self._kept) - most)]
+        for fd, other in oldest:
+            self._close(other, fd)
+        return [other for _, other in oldest]
+
     def detach(self, process: Process) -> None:
-        """Stop reading; the child closes the descriptors."""
-        for fd in process.streams:
-            self._reactor.remove(fd)
-        process.streams.clear()
+        """Stop reading; the child closes its descriptors, and what was kept is closed here."""
+        for fd in self._descriptors(process):
+            self._close(process, fd)
+
+    def _descriptors(self, process: Process) -> list[int]:
+        return list(process.streams)
+
+    def _close(self, process: Process, fd: int) -> None:
+        self._finish(process, fd, process.streams[fd])
+        del process.streams[fd]
+        self._close_descriptor(process, fd)
+
+    def _close_descriptor(self, process: Process, fd: int) -> None:
+        self._reactor.remove(fd)
+        if self._kept.pop(fd, None) is not None:
+            os.close(fd)
+        elif process.child is not None:
+            process.child.close_stream(fd)
 
     def _read(self, process: Process, fd: int) -> int:
         """Read once; the number of bytes."""
-        child = process.child
-        chunk = None if child is None else child.read(fd)
-        if child is None or chunk is None:
+        chunk = read_stream(fd)
+        if chunk is None:
             return 0
         if process.group is not None:  # a node may be new whose lines these are
             self._take_messages(process, process.group)
         stream = process.streams[fd]
         self.read_at_s = stream.read_at_s = self._reactor.now()
         if not chunk:
-            self._finish(process, fd, stream)
-            self._reactor.remove(fd)
-            del process.streams[fd]
-            child.close_stream(fd)
+            self._close(process, fd)
             return 0
         self._accept(process, fd, stream, chunk)
         if process.group is not None and process.group.has_ends:
@@ -183,7 +216,7 @@ class OutputReader:
             process.history.unshown_lines += lines.count(b"\n")
         policy = process.spec.output
         self._directory.write_lines(process.name, policy, stream.name, lines, stream.ago_s)
-        if process.on_lines is not None:
+        if process.on_lines is not None and fd not in self._kept:
             process.on_lines(lines)
         self._screen.push()
 
@@ -208,7 +241,7 @@ class OutputReader:
 
     def _take_messages(self, process: Process, group: GroupOutput) -> None:
         child = process.child
-        while child is not None and (message := child.read(child.stdin)) is not None:
+        while child is not None and (message := read_stream(child.stdin)) is not None:
             if not message:
                 self._reactor.remove(child.stdin)
                 break

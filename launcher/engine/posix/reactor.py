@@ -15,6 +15,8 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from types import FrameType, ModuleType
 
+from launcher import dispositions
+
 Callback = Callable[[], object]
 
 
@@ -104,8 +106,8 @@ class Reactor:
     def on_signals(self, signums: Iterable[int], callback: Callable[[int], None]) -> None:
         """Call back, outside of signal context, when one of these signals arrives.
 
-        Inherited `SIG_IGN` is replaced, too: a shell that starts us with `&` ignores SIGINT for us
-        (CONFORMANCE 1.27). Nothing in another thread than the main one, which gets all signals.
+        What `dispositions` respects is left as it is. Nothing in another thread than the main one,
+        which gets all signals.
         """
         if self._wakeup is None:
             read_end, write_end = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
@@ -117,7 +119,7 @@ class Reactor:
                 return
             self._wakeup = (read_end, write_end)
             self.add_reader(read_end, self._deliver_signals)
-        for signum in signums:
+        for signum in dispositions.heeded(signums):
             self._handlers[signum] = callback
             self._before[signum] = signal.signal(signum, _noted)
 

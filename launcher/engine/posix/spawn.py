@@ -10,8 +10,10 @@ import contextlib
 import errno
 import os
 import signal
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from launcher import dispositions
 from launcher.model.spec import ProcessSpec
 
 # Reserved descriptors: without them a run with too many processes could neither import a module nor
@@ -20,14 +22,32 @@ FOR_PROCESSES = 16  # not used by the streams of processes
 FOR_FILES = 8  # not used by log files either
 
 
+_for_child: Callable[[tuple[int, int, int]], contextlib.AbstractContextManager[Sequence[int]]] = (
+    contextlib.nullcontext
+)
+
+
+def most_open_files(used: int) -> int:
+    """How many descriptors this process may have; more from now on if half of them are used."""
+    global _for_child
+    soft = os.sysconf("SC_OPEN_MAX")
+    if soft < 0:
+        return sys.maxsize
+    if 2 * used <= soft:
+        return soft
+    from launcher.engine.posix import open_files
+
+    _for_child = open_files.for_child
+    return open_files.raise_limit()
+
+
 def keep_free(fd: int, reserve: int) -> int:
     """Return `fd`, which was just opened; OSError (EMFILE) if it is one of the last `reserve`.
 
     The kernel uses the lowest free number, so a high one means that few are left. The descriptor
     stays open in either case.
     """
-    limit = os.sysconf("SC_OPEN_MAX")  # below 0 where there is none
-    if 0 < limit <= fd + reserve:
+    if most_open_files(fd) <= fd + reserve:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
     return fd
 
@@ -36,8 +56,6 @@ def keep_free(fd: int, reserve: int) -> int:
 started: set[int] = set()
 
 SHELL = "/bin/sh"
-# Python ignores these two, and an ignored signal stays ignored in a child.
-_BACK_TO_DEFAULT = (signal.SIGPIPE, signal.SIGXFSZ)
 
 
 def execute(
@@ -52,7 +70,8 @@ def execute(
 
     A program without a slash is searched in the PATH of `env`, which is the whole environment. The
     process gets `streams`, all above 2, as its standard streams, and the descriptors `inherited`
-    under their numbers; no others. EINVAL: a word or variable has a NUL.
+    under their numbers; no others. It ignores and blocks no signal, and has the limit of open files
+    that we were started with. EINVAL: a word or variable has a NUL.
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
@@ -80,22 +99,24 @@ def _execute(
 def _by_posix_spawn(
     words: Sequence[str], env: Mapping[str, str], streams: tuple[int, int, int]
 ) -> int:
-    actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(streams)]
     refusal: OSError | None = None
-    for program in _candidates(words[0], env):
-        try:
-            return os.posix_spawn(
-                program,
-                tuple(words),
-                env,
-                file_actions=actions,
-                setsid=True,
-                setsigdef=_BACK_TO_DEFAULT,
-            )
-        except OSError as error:
-            # As execvp: a later folder of the PATH may have an executable program.
-            is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
-            refusal = error if is_new else refusal
+    with _for_child(streams) as numbers:
+        actions = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(numbers)]
+        for program in _candidates(words[0], env):
+            try:
+                return os.posix_spawn(
+                    program,
+                    tuple(words),
+                    env,
+                    file_actions=actions,
+                    setsid=True,
+                    setsigmask=(),
+                    setsigdef=dispositions.EVERY,
+                )
+            except OSError as error:
+                # As execvp: a later folder of the PATH may have an executable program.
+                is_new = refusal is None or (_is_absence(refusal) and not _is_absence(error))
+                refusal = error if is_new else refusal
     raise refusal or FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), words[0])
 
 
@@ -140,6 +161,12 @@ def _by_subprocess(
 ) -> int:
     import subprocess
 
+    from launcher.engine.posix import open_files
+
+    def restore() -> None:  # posix_spawn does this by itself
+        dispositions.reset()
+        open_files.lower()
+
     stdin, stdout, stderr = streams
     popen = subprocess.Popen(
         words,
@@ -150,6 +177,7 @@ def _by_subprocess(
         cwd=cwd,
         pass_fds=inherited,
         start_new_session=True,
+        preexec_fn=restore if open_files.is_raised() or not dispositions.are_default() else None,
     )
     popen.returncode = 0  # it is reaped by its pidfd: Popen must not wait for it
     return popen.pid
@@ -180,6 +208,27 @@ def reap(pidfd: int) -> tuple[int, bool]:
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
 _buffers: list[bytearray] = []  # for reads, one for each thread that reads
+
+
+def read_stream(fd: int) -> bytes | None:
+    """Read once: b"" at EOF, None if there is nothing yet, or (-1) if it is on another host.
+
+    What was read has memory of its own size. A line that is cut from a block of READ_BYTES would
+    stay where that was: the next block does not fit in what is free behind a line that is kept, so
+    that the heap grows with all that is written.
+    """
+    if fd < 0:
+        return None
+    buffer = _buffers.pop() if _buffers else bytearray(READ_BYTES)
+    try:
+        return bytes(memoryview(buffer)[: os.readv(fd, (buffer,))])
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""  # a pseudo-terminal ends with EIO
+    finally:
+        _buffers.append(buffer)
+
 
 STDOUT, STDERR, BOTH = "stdout", "stderr", "both"
 
@@ -218,23 +267,6 @@ class Child:
         """As `reap`; call it when the pidfd is readable."""
         return reap(self.pidfd)
 
-    def read(self, fd: int) -> bytes | None:
-        """Read once: b'' at EOF, None if there is nothing yet.
-
-        What was read has memory of its own size. A line that is cut from a block of READ_BYTES
-        would stay where that was: the next block does not fit in what is free behind a line that is
-        kept, so that the heap grows with all that is written.
-        """
-        buffer = _buffers.pop() if _buffers else bytearray(READ_BYTES)
-        try:
-            return bytes(memoryview(buffer)[: os.readv(fd, (buffer,))])
-        except BlockingIOError:
-            return None
-        except OSError:
-            return b""  # a pseudo-terminal ends with EIO
-        finally:
-            _buffers.append(buffer)
-
     def resize(self, terminal_size: tuple[int, int]) -> None:
         """Resize its pseudo-terminals, if it has any."""
         terminals = [fd for fd in self.streams if os.isatty(fd)]
@@ -259,6 +291,12 @@ class Child:
             self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
+
+    def give_streams(self) -> list[int]:
+        """Its streams, which belong to the caller from now on."""
+        fds = list(self.streams)
+        self.streams.clear()
+        return fds
 
     def close_stream(self, fd: int) -> None:
         if self.streams.pop(fd, None) is not None:

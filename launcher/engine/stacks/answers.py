@@ -47,7 +47,7 @@ def ask(reactor: Reactor, pid: int, done: Callable[[Dump | None], None]) -> bool
 
 def _open(pid: int) -> tuple[int, int]:
     """The file of its answers, and the pipe for requests, which has the next descriptor."""
-    folder = f"{proc.ROOT}/{pid}/fd"
+    folder = f"{proc.ROOT}/{proc.living_thread(pid)}/fd"
     for name in os.listdir(folder):
         link = pipe = ""
         with contextlib.suppress(FileNotFoundError):  # closed meanwhile

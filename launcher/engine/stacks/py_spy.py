@@ -45,7 +45,7 @@ def _ptrace_scope() -> str:
 def is_interpreter(pid: int) -> bool:
     """Whether its program is a Python interpreter."""
     try:
-        program = os.path.basename(os.readlink(f"{proc.ROOT}/{pid}/exe"))
+        program = os.path.basename(os.readlink(f"{proc.ROOT}/{proc.living_thread(pid)}/exe"))
     except OSError:
         return False
     return bool(_PYTHON.fullmatch(program))
@@ -53,7 +53,7 @@ def is_interpreter(pid: int) -> bool:
 
 def is_python(pid: int) -> bool:
     """Whether it is a Python interpreter, or has one in it."""
-    return is_interpreter(pid) or b"/libpython" in proc.read(pid, "maps")
+    return is_interpreter(pid) or b"/libpython" in proc.read_memory(pid, "maps")
 
 
 def words(program: str, pid: int, *, native: bool = False, with_locals: bool = False) -> list[str]:
@@ -62,7 +62,7 @@ def words(program: str, pid: int, *, native: bool = False, with_locals: bool = F
     It stops the process for some milliseconds, which it cannot with one that is stopped already.
     """
     command = [program, "dump", "--json", "--full-filenames", "--pid", str(pid)]
-    if proc.is_suspended(pid) or proc.status_field(pid, "TracerPid") not in ("", "0"):
+    if proc.is_suspended(pid) or proc.is_traced(pid):
         command.append("--nonblocking")
     elif native:
         command.append("--native")

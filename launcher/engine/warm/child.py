@@ -74,7 +74,8 @@ def _refuse(status: int, number: int, setting: str) -> None:
 
 def _inherit(launcher: int) -> None:
     """Take over what a child has from its parent, which may have changed since we were started."""
-    for which in range(_RLIMITS):
+    # Of open files it has as many as the launcher at first, which may have raised its own limit.
+    for which in {*range(_RLIMITS)} - {resource.RLIMIT_NOFILE}:
         with contextlib.suppress(OSError, ValueError):  # we cannot raise our own
             limit = resource.prlimit(launcher, which)
             if limit != resource.getrlimit(which):

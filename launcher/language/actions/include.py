@@ -7,7 +7,6 @@ from collections.abc import Iterable
 
 from launcher.language.action import Action
 from launcher.language.context import LaunchContext
-from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
@@ -87,7 +86,7 @@ class IncludeLaunchDescription(Action):
             }
         )
         self._check_required(context, description)
-        ros2_quirks.note_include(context, self._get_launch_file(), self._origin)
+        context._includers[self._get_launch_file()] = self._origin
         return [*self._settings(), description]
 
     def _load(self, context: LaunchContext) -> Any:

@@ -7,7 +7,7 @@ import re
 from types import CodeType, FunctionType, MethodType
 
 from launcher.language.configurations import ROS_NAMES
-from launcher.language.diagnostics import hints, ros2_quirks
+from launcher.language.diagnostics import hints
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.diagnostics.truth_values import configurations_in
 from launcher.text import suggest
@@ -101,7 +101,7 @@ def cycle(context: LaunchContext | None) -> tuple[str, Origin] | None:
     """(sentence, place of an include) if the launch files include each other."""
     if context is None:
         return None
-    includers = ros2_quirks.includers(context)
+    includers = context._includers
     for start in includers:
         chain, file = [start], start
         while (origin := includers.get(file)) is not None:

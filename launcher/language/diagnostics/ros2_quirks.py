@@ -11,21 +11,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.diagnostics.origin import Origin
 
-_INCLUDERS = "_launch_file_includers"  # attribute of the context: file -> place of its include
 _SIM_TIME = "_is_on_sim_time"  # attribute of the context
-
-
-def note_include(context: LaunchContext, path: str, origin: Origin | None) -> None:
-    """Remember which launch file included another."""
-    known = includers(context)
-    known[path] = origin
-    setattr(context, _INCLUDERS, known)
-
-
-def includers(context: LaunchContext) -> dict[str, Origin | None]:
-    """The launch files of the run so far, and where each was included last."""
-    known: dict[str, Origin | None] = getattr(context, _INCLUDERS, {})
-    return known
 
 
 def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> None:
@@ -40,7 +26,7 @@ def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> N
 def value_of_another_include(context: LaunchContext, name: str, origin: Origin | None) -> None:
     """An argument gets a value that an unrelated, earlier include left behind."""
     setter = context.launch_configurations.origin_of(name)
-    known = includers(context)
+    known = context._includers
     if setter is None or origin is None or setter.path not in known:
         return
     file: str | None = origin.path
@@ -62,7 +48,7 @@ def this_file_is_another(context: LaunchContext, what: str, origin: Origin | Non
     if (
         origin is None
         or path is None
-        or origin.path not in includers(context)
+        or origin.path not in context._includers
         or origin.path == path
     ):
         return

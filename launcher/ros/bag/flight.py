@@ -16,7 +16,6 @@ import os
 import queue
 import re
 import shutil
-import signal
 import sys
 import threading
 import time
@@ -24,6 +23,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from launcher import dispositions
 from launcher.bag import snapshot
 from launcher.bag.model import Message, Qos, Topic
 from launcher.bag.selection import Selection
@@ -265,8 +265,7 @@ def say(**values: object) -> None:
 
 def main() -> None:
     keep_for_messages()
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_IGN)  # it ends with the launcher
+    dispositions.ignore()  # it ends with the launcher
     settings = Settings(**json.loads(sys.argv[1]))
     with Observer() as observer:
         FlightRecorder(settings, observer).run()

@@ -14,6 +14,7 @@ from launcher.bag.errors import BagError
 from launcher.bag.words import clock, size
 from launcher.bag.writer import BagWriter, Storage
 from launcher.command_line import Parsed
+from launcher.dispositions import Handled
 from launcher.errors import ExitCode
 from launcher.ros.bag.keys import Keys, StatusLine
 from launcher.ros.bag.recorder import PERIOD_S, Recorder, RecorderOptions
@@ -63,20 +64,14 @@ def record(parsed: Parsed, options: RecordOptions, recorder_options: RecorderOpt
 def _stopping() -> Iterator[Callable[[], bool]]:
     """Whether Ctrl-C or SIGTERM came; the second one interrupts the finishing, too."""
     seen: list[int] = []
-    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
 
     def handle(number: int, frame: object) -> None:
         seen.append(number)
         if len(seen) > 1:
             raise KeyboardInterrupt
 
-    for one in before:
-        signal.signal(one, handle)
-    try:
+    with Handled(handle, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
         yield lambda: bool(seen)
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
 
 
 class _Run:

@@ -14,6 +14,7 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 from launcher.command_line import Parsed
+from launcher.dispositions import heeded
 from launcher.errors import ExitCode
 from launcher.packages.extras import install_command
 from launcher.ros.errors import VerbError
@@ -55,7 +56,7 @@ async def _serve(observer: Any, choice: Any, options: Parsed) -> None:
         print(_line(event, fields, as_json=options.json), flush=True)
 
     stop = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for signum in heeded((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
     bridge = Bridge(
         observer,

@@ -15,6 +15,7 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
+from launcher import dispositions
 from launcher.errors import LauncherError
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError, did_you_mean
@@ -222,8 +223,7 @@ def _refusal(request_id: Any, error: LauncherError) -> dict[str, Any]:
 
 
 def main() -> None:
-    for signum in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_IGN)  # they are meant for the system
+    dispositions.ignore((signal.SIGINT, signal.SIGHUP))  # they are meant for the system
     # announces us more often; a profile of the user takes precedence
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
     keep_for_messages()

@@ -19,10 +19,10 @@ import contextlib
 import json
 import os
 import select
-import signal
 import sys
 from typing import TYPE_CHECKING, Any
 
+from launcher import dispositions
 from launcher.model.supervision import Fact
 from launcher.ros.discovery.domains import environment_domain, is_plain, localhost_only
 from launcher.ros.discovery.follower import DiscoveryFollower
@@ -167,9 +167,7 @@ class Watcher:
 
 def main() -> None:
     keep_for_messages()
-    # we end with our input; signals that stop a run are for its other processes
-    for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_IGN)
+    dispositions.ignore()  # we end with our input
     with contextlib.ExitStack() as stack:
         Watcher(stack).run()
 

@@ -95,7 +95,7 @@ class SharedMemory:
         return names & {name for pid in proc.pids() for name in self._mapped(pid)}
 
     def _mapped(self, pid: int) -> set[str]:
-        return {os.fsdecode(name) for name in _MAPPED.findall(proc.read(pid, "maps"))}
+        return {os.fsdecode(name) for name in _MAPPED.findall(proc.read_memory(pid, "maps"))}
 
     def _is_private(self, name: str) -> bool:
         """DDS ports outside of the leased domain are shared between domains."""

@@ -41,7 +41,11 @@ class LauncherProcess:
         *,
         foresees: bool = False,
     ) -> None:
+        from launcher import dispositions  # the watchdog cannot import it
+
         self._output = output
+        with contextlib.suppress(ValueError):  # in a thread of pytest
+            dispositions.notice_children()
         self._judge: socket.socket | None = None
         with contextlib.ExitStack() as stack:
             file = stack.enter_context(output.open("wb"))

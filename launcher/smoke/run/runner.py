@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
+from launcher.dispositions import Handled
 from launcher.document.quantities import INFINITY, seconds_text
 from launcher.errors import ExitCode, LauncherError
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
@@ -57,13 +58,8 @@ def terminable() -> Iterator[None]:
     def interrupt(signum: int, frame: FrameType | None) -> None:
         raise Terminated
 
-    signals = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-    before = {signum: signal.signal(signum, interrupt) for signum in signals}
-    try:
+    with Handled(interrupt, (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)):
         yield
-    finally:
-        for signum, handler in before.items():
-            signal.signal(signum, handler)
 
 
 class Runner:

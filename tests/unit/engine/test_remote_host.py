@@ -87,7 +87,6 @@ def test_standard_input_is_sent_whole_or_refused():
         child.write_stdin(b"more\n")
     assert refused.value.errno == errno.EHOSTUNREACH
     child.signal_group(9)
-    assert child.read(-1) is None
     child.close()
 
 

@@ -98,6 +98,12 @@ def test_stop():
     ]
 
 
+def test_a_closed_pipe_ends_a_process_as_without_systemd():
+    settings = lines(unit.process_settings(RestartPolicy(), StopPolicy(), None))
+
+    assert "IgnoreSIGPIPE=no" in settings
+
+
 def test_a_stop_without_patience_is_not_one_without_end():
     settings = lines(unit.stop_settings(StopPolicy(polite=())))
 

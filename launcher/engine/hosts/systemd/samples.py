@@ -19,7 +19,8 @@ _UTIME, _STIME, _THREADS, _RSS = 11, 12, 17, 21
 NEW_S = 5.0  # the memory of a new process grows while it loads what it needs
 
 # A process of which no unit is known counts alone. With version 1 of control groups, that of the
-# unit may be in the hierarchy of systemd alone, although there is one of version 2.
+# unit may be in the hierarchy of systemd alone, although there is one of version 2. If the main
+# thread of a process has ended before others, another one shows its memory and files.
 _SCRIPT = """
 ticks=$(getconf CLK_TCK 2>/dev/null) || ticks=100
 page=$(getconf PAGESIZE 2>/dev/null) || page=4096
@@ -39,10 +40,17 @@ for pid in {pids}; do
     break
   done
   for member in $members; do
-    read -r line <"/proc/$member/stat" || continue
-    set -- "/proc/$member/fd/"*
+    folder=/proc/$member
+    read -r line <"$folder/stat" || continue
+    case ${{line##*) }} in Z*)
+      for task in "$folder/task/"*; do
+        read -r line <"/proc/${{task##*/}}/stat" || continue
+        case ${{line##*) }} in Z*) ;; *) folder=$task; break ;; esac
+      done ;;
+    esac
+    set -- "$folder/fd/"*
     echo "process $pid $member $# ${{line##*) }}"
-    files="$files /proc/$member/smaps_rollup"
+    files="$files $folder/smaps_rollup"
   done
 done 2>/dev/null
 """

@@ -286,7 +286,9 @@ _ANNOUNCED = 'echo "$1"; echo "$1" >&2; shift; exec "$@"'
 # Variables whose names no shell takes, and the program of a Python that takes them.
 _UNNAMEABLE = "variables.json"
 _WITH_VARIABLES = """\
-import json, os, sys
+import json, os, signal, sys
+for number in (signal.SIGPIPE, signal.SIGXFSZ):
+    signal.signal(number, signal.SIG_DFL)
 with open(sys.argv[1]) as file:
     found = json.load(file).items()
 for name, value in found:

@@ -149,8 +149,9 @@ class Requests:
 
 
 def main() -> None:
-    for name in ("SIGHUP", "SIGTERM", "SIGALRM"):
-        signal.signal(getattr(signal, name), signal.SIG_DFL)
+    for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGALRM, signal.SIGCHLD):
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what programs print is no answer
     answers.write(wire.READY)

@@ -20,7 +20,6 @@ from launcher.hosts.sync.on_host.store import (
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from typing import Any
 
 KEEP = 3
@@ -237,12 +236,24 @@ def _used_now(workspace: Workspace) -> set[str]:
     pattern = re.escape(os.fsencode(os.path.realpath(workspace.root)))
     place = re.compile(pattern + rb"/(?:releases|venvs)/([^/:\0]+)")
     found: set[str] = set()
-    for pid in _pids():
-        for file in ("environ", "cmdline", "maps"):
-            with contextlib.suppress(OSError), open(f"/proc/{pid}/{file}", "rb") as opened:
-                found.update(os.fsdecode(name) for name in place.findall(opened.read()))
+    for pid in filter(str.isdigit, os.listdir("/proc")):
+        # If its main thread has ended before others, only they show what it uses.
+        shown = next(filter(None, map(_paths_of, (pid, *_threads(pid)))), b"")
+        found.update(os.fsdecode(name) for name in place.findall(shown))
     return found
 
 
-def _pids() -> Iterable[str]:
-    return [name for name in os.listdir("/proc") if name.isdigit()]
+def _paths_of(number: str) -> bytes:
+    """What /proc tells of the paths that a process or thread uses; empty if it has ended."""
+    shown = b""
+    for file in ("environ", "cmdline", "maps"):
+        with contextlib.suppress(OSError), open(f"/proc/{number}/{file}", "rb") as opened:
+            shown += opened.read()
+    return shown
+
+
+def _threads(pid: str) -> list[str]:
+    try:
+        return os.listdir(f"/proc/{pid}/task")
+    except OSError:
+        return []

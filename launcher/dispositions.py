@@ -1,0 +1,89 @@
+"""Signals: what is taken over from the parent process, what is respected, and what children get.
+
+Ignored and blocked signals are inherited through exec. Cron, CI agents and tool runners ignore
+SIGCHLD, nohup SIGHUP, and a shell without job control SIGINT and SIGQUIT of what it starts with
+`&`. docs/running.md has the table. The watchdog uses this: its rules for imports apply.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import signal
+    from collections.abc import Callable, Iterable
+    from types import FrameType
+
+    Handler = Callable[[int, FrameType | None], object]
+else:
+    import _signal as signal  # see `engine.cleanup.watchdog`
+
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+# Python ignores these, and what is exec'd would do so, too.
+OF_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
+EVERY = frozenset(signal.valid_signals())
+
+
+def take_over() -> None:
+    """To be called first in a program: it has children, and can be signalled, as any other."""
+    notice_children()
+    # What is pending arrives now.
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
+
+
+def notice_children() -> None:
+    """Let the ends of children be noticed: with SIGCHLD ignored, their exit codes are lost.
+
+    ValueError outside of the main thread, if it is ignored.
+    """
+    if _is_ignored(signal.SIGCHLD):
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+
+
+def heeded(signums: Iterable[int] = ENDING) -> list[int]:
+    """Without SIGHUP if that is ignored, since nohup asks to outlive the terminal."""
+    return [one for one in signums if one != signal.SIGHUP or not _is_ignored(one)]
+
+
+class Handled:
+    """Within, `handler` has those of these signals that are heeded; in the main thread."""
+
+    def __init__(self, handler: Handler | int, signums: Iterable[int] = ENDING) -> None:
+        self._handler = handler if callable(handler) else int(handler)
+        self._signums = signums
+        self._before: dict[int, Handler | int | None] = {}
+
+    def __enter__(self) -> None:
+        for signum in heeded(self._signums):
+            self._before[signum] = signal.signal(signum, self._handler)
+
+    def __exit__(self, *exc: object) -> None:
+        for signum, before in self._before.items():
+            signal.signal(signum, signal.SIG_DFL if before is None else before)
+
+
+def ignore(signums: Iterable[int] = ENDING) -> None:
+    """Ignore signals in a helper process: those that stop a run are for its other processes."""
+    for signum in signums:
+        signal.signal(signum, signal.SIG_IGN)
+
+
+def for_exec() -> Handled:
+    """Within, what Python has set for itself is undone, before another program is exec'd."""
+    return Handled(signal.SIG_DFL, OF_PYTHON)
+
+
+def are_default() -> bool:
+    """Whether a program that subprocess starts ignores and blocks nothing."""
+    ignored = any(map(_is_ignored, EVERY.difference(OF_PYTHON)))
+    return not ignored and not signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def reset() -> None:
+    """Ignore and block nothing, between fork and exec."""
+    for signum in filter(_is_ignored, EVERY):
+        signal.signal(signum, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
+
+
+def _is_ignored(signum: int) -> bool:
+    return signal.getsignal(signum) == signal.SIG_IGN
