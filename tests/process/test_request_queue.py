@@ -166,7 +166,7 @@ class StormClient(threading.Thread):
             verb = self.random.choice(
                 ("stop", "start", "start", "restart", "restart", "restart", "kill")
             )
-            patience_s = 0.2 if self.random.random() < 0.15 else None
+            patience_s = self.random.uniform(0.001, 0.05) if self.random.random() < 0.2 else None
             with self.run_.connect() as connection:
                 self._ask(connection, verb, self.random.choice(NAMES), patience_s)
 
