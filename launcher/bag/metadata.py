@@ -11,6 +11,7 @@ import yaml
 
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, Extent, Qos, Topic
+from launcher.yaml_dumper import Dumper
 
 FILE = "metadata.yaml"
 VERSION = 9
@@ -122,15 +123,8 @@ def to_yaml(metadata: Metadata, *, root: bool = True) -> str:
     return _dump({_ROOT: document} if root else document)
 
 
-class _Dumper(yaml.SafeDumper):
-    """Writes no references to profiles that several topics share: few readers know them."""
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True
-
-
 def _dump(document: Any) -> str:
-    return str(yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1000))
+    return str(yaml.dump(document, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=1000))
 
 
 def write(folder: str, metadata: Metadata) -> None:

@@ -11,14 +11,10 @@ from typing import Any
 import yaml
 
 from launcher.model.parameter_text import word_value
+from launcher.yaml_dumper import Dumper
 
 
-class _Dumper(yaml.SafeDumper):
-    """Writes neither anchors nor folded lines."""
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True
-
+class _Dumper(Dumper):
     def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
         super().increase_indent(flow, indentless=False)
 

@@ -125,14 +125,9 @@ def _double(word: str) -> float | str:
 
 @functools.cache
 def _dumper(*, quotes_all: bool) -> Any:
-    import yaml
+    from launcher import yaml_dumper
 
-    class Dumper(yaml.SafeDumper):
-        """Writes lists in place of tuples, and repeated values out instead of aliases."""
-
-        def ignore_aliases(self, data: Any) -> bool:
-            return True
-
+    class Dumper(yaml_dumper.Dumper):
         def represent_mapping(self, *words: Any, **named: Any) -> Any:
             node = super().represent_mapping(*words, **named)
             for key, _ in node.value:

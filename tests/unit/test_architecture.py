@@ -13,7 +13,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2] / "launcher"
 
 # They import no room, and every room may import them.
-GROUND = {"text", "proc", "dispositions", "program", "stdio", "interface_sources", "xml_tree"}
+GROUND = {
+    "text",
+    "proc",
+    "dispositions",
+    "program",
+    "stdio",
+    "interface_sources",
+    "xml_tree",
+    "yaml_dumper",
+}
 
 # Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
 # here: its table names modules of the front ends, which the language itself does not know.
@@ -25,6 +34,7 @@ MAY_IMPORT = {
     "stdio": set(),
     "interface_sources": set(),
     "xml_tree": set(),
+    "yaml_dumper": set(),
     "errors": set(),
     "socket_directory": {"errors"},
     "log_folder": {"socket_directory"},

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from launcher.model.parameter_text import (
@@ -70,6 +70,7 @@ texts = st.text(max_size=20) | st.from_regex(r"[-+.0-9eExXypn_: ~#]{0,8}", fullm
 scalars = texts | st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
 
 
+@example({"a\x85b": "\x85", "\u2028": "\ufeff", "\n": "\t"})
 @given(st.dictionaries(texts, scalars | st.lists(texts, min_size=1)))
 def test_files_and_rules_keep_texts(values: dict[str, Any]):
     content = {"/**": {"ros__parameters": values}}

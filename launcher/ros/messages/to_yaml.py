@@ -19,6 +19,8 @@ from typing import Any
 import yaml
 from rosidl_parser import definition
 
+from launcher.yaml_dumper import Dumper
+
 _SEQUENCES = (list, tuple, array.array)
 LONG = 1024  # numbers; a shorter array goes through PyYAML
 _PIECE = 65536
@@ -63,17 +65,8 @@ class Style:
 WHOLE = Style()
 
 
-class _Dumper(yaml.SafeDumper):
-    """Writes repeated values out instead of aliases."""
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True
-
-
-def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    # these count as line breaks in YAML and would come back as spaces; escaped they survive
-    style = '"' if any(c in text for c in "\x85\u2028\u2029") else None
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+class _Dumper(Dumper):
+    """Has representers of its own."""
 
 
 def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode:
@@ -83,7 +76,6 @@ def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode
     return node
 
 
-_Dumper.add_representer(str, _text)
 _Dumper.add_representer(dict, _block)
 _Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
 

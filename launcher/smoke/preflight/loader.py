@@ -43,7 +43,7 @@ def load(path: str) -> Script:
 
 def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
     """The expectation of a command-line option, which errors name as `origin`."""
-    reader = _Reader(yaml.safe_dump({"expect": [entry]}, allow_unicode=True), origin)
+    reader = _Reader(yaml.safe_dump({"expect": [entry]}), origin)
     try:
         (expectation,) = reader.script().expectations
     except LauncherError as error:

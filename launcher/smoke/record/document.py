@@ -20,6 +20,7 @@ from launcher.smoke.preflight.loader import parse_entry
 from launcher.smoke.record.entries import sections
 from launcher.smoke.record.runs import Entry, Runs, limit_s, note
 from launcher.text import count, escape
+from launcher.yaml_dumper import Dumper
 
 WIDTH = 100
 MORE_S, TIMES_SLOWER = 1.0, 1.2
@@ -79,8 +80,13 @@ def _for_s(runs: Runs, head: Head) -> float:
 
 def _flow(value: Any) -> str:
     """As YAML in one line."""
-    text: str = yaml.safe_dump(
-        value, default_flow_style=True, sort_keys=False, allow_unicode=True, width=float("inf")
+    text: str = yaml.dump(
+        value,
+        Dumper=Dumper,
+        default_flow_style=True,
+        sort_keys=False,
+        allow_unicode=True,
+        width=float("inf"),
     )
     return text.strip()
 
