@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import socket
 from pathlib import Path
 
 import pytest
@@ -132,20 +134,27 @@ def test_a_line_of_an_earlier_life_does_not_make_the_next_one_ready(tmp_path: Pa
     assert (tmp_path / "screen").read_bytes() == b"[a] old\n[a] new\n"
 
 
-def test_an_earlier_life_of_composed_nodes_tells_no_events(tmp_path: Path):
-    with Reactor() as reactor, open(tmp_path / "screen", "wb") as screen:
+def test_lines_of_an_earlier_life_of_composed_nodes_keep_their_names(tmp_path: Path):
+    tokens = b"0" * 16, b"1" * 16
+    with contextlib.ExitStack() as stack, Reactor() as reactor:
+        screen = stack.enter_context(open(tmp_path / "screen", "wb"))
         reader, process = _reader(reactor, screen.fileno())
-        told: list[tuple[int, list[str]]] = []
-        tell = lambda index, words: told.append((index, list(words)))  # noqa: E731
-        process.group = GroupOutput(("a", b"[a] "), [("n", b"[n] ")], tell)
-        for code, writer in enumerate([_begin_life(process, reader) for _ in range(2)]):
-            token = str(code) * 32
-            os.write(writer, f"\x1e\x1d{token}\n\x1e0\x1d{token} exit {code}\n".encode())
+        process.group = GroupOutput(("a", b"[a] "), [("n", b"[n] ")], lambda index, code: None)
+        writers = []
+        for token in tokens:
+            ours, theirs = map(stack.enter_context, socket.socketpair(type=socket.SOCK_SEQPACKET))
+            ours.setblocking(False)
+            writers.append(_begin_life(process, reader, ours.fileno()))
+            theirs.send(b"token %b" % token)
+        for token, writer in zip(tokens, writers, strict=True):
+            os.write(writer, b"\x1e%b0\x1f%b\n" % (token, token))
             os.close(writer)
         reactor.call_later(0, lambda: reactor.call_later(0, reactor.stop))
         reactor.run()
+        reader.drain(process)
         reader.detach(process)
-    assert told == [(0, ["exit", "1"])]
+    lines = (tmp_path / "screen").read_bytes().splitlines()
+    assert sorted(lines) == [b"[n] %b" % token for token in tokens]
 
 
 def _reader(reactor: Reactor, screen: int) -> tuple[OutputReader, Process]:
@@ -161,13 +170,14 @@ def _reader(reactor: Reactor, screen: int) -> tuple[OutputReader, Process]:
     return reader, Process(0, spec, number=0, prefix=b"[a] ")
 
 
-def _begin_life(process: Process, reader: OutputReader) -> int:
+def _begin_life(process: Process, reader: OutputReader, stdin: int = -1) -> int:
     """The end that the new child writes to; what an earlier one had is kept."""
     if process.child is not None:
+        reader.drain(process)
         reader.keep(process)
     read_end, write_end = os.pipe()
     os.set_blocking(read_end, False)
-    process.child = Child(-1, {read_end: BOTH}, -1, -1, -1)
+    process.child = Child(-1, {read_end: BOTH}, -1, stdin, -1)
     reader.attach(process)
     return write_end
 

@@ -115,20 +115,19 @@ def test_it_inherits_no_descriptor_that_the_launcher_was_started_with(bench: Ben
 MANY_LINES = """
 import os
 from launcher.engine.output.lines import LineBuffer, LogRing
-from launcher.engine.posix.spawn import Child
+from launcher.engine.posix.spawn import read_stream
 
 def pages():
     return int(open("/proc/self/statm").read().split()[1])
 
 theirs, ours = os.pipe()
-child = Child(os.getpid(), {theirs: "both"}, -1, -1, -1)
 rings = [LogRing() for _ in range(4)]
 buffers = [LineBuffer() for _ in rings]
 for number in range(40_000):
     for place, (ring, buffer) in enumerate(zip(rings, buffers)):
         if number % 40**place == 0:
             os.write(ours, b"y" * (50 + number * 7 % 450) + b"\\n")
-            lines, _ = buffer.feed(child.read(theirs))
+            lines, _ = buffer.feed(read_stream(theirs))
             ring.append("both", 0.0, lines)
     if number == 2_000:
         before = pages()
