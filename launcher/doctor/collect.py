@@ -53,7 +53,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
     logs = Path(log_root(env))
     kept = kept_runs(logs)
     return Facts(
-        stale=tuple(shared_memory.stale()),
+        stale=tuple(shared_memory.settled()),
         leftovers=leftovers(),
         stale_groups=tuple(group.path for _, group in abandoned_groups()),
         unreachable=unreachable(),

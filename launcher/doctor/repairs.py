@@ -20,7 +20,7 @@ def repair(facts: Facts) -> list[str]:
     lines = stop_runs({leftover.run_id for leftover in facts.leftovers})
     lines += [f"removed {path}" for path in facts.stale_groups if cgroup.Cgroup(path).remove()]
     # Listed again: the processes may have left more, or freed something.
-    freed_bytes = shared_memory.free(item.name for item in shared_memory.stale())
+    freed_bytes = shared_memory.free(item.name for item in shared_memory.settled())
     if freed_bytes:
         lines.append(f"freed {freed_bytes / MB:.1f} MiB of shared memory")
     return lines

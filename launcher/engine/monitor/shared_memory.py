@@ -75,6 +75,18 @@ def stale(*, folder: Folder = FOLDER, now_s: float | None = None) -> list[Stale]
     ]
 
 
+def settled(*, folder: Folder = FOLDER) -> list[Stale]:
+    """As `stale`, but of what looks unused, and is too young to know, it waits for the answer.
+
+    Blocks for SETTLING_S if there is such.
+    """
+    found = stale(folder=folder)
+    if len(stale(folder=folder, now_s=time.time() + SETTLING_S)) == len(found):
+        return found
+    time.sleep(SETTLING_S)
+    return stale(folder=folder)
+
+
 def free(names: Iterable[str], *, folder: Folder = FOLDER) -> int:
     """Free those of these segments and ports that are not used; the bytes that were freed.
 
