@@ -36,8 +36,7 @@ class Ledger:
         self._folder = folder
         self.helper_pids: set[int] = set()
         self._ours: set[str] = set()
-        self._shared_ports: set[str] = set()  # that were ours at some time
-        self._domains: set[int] = set()  # the domains of our other ports
+        self._ports: set[str] = set()  # that were ours at some time
         self._seen: dict[str, int] = {}
         self._files = shared_memory.lock_files(folder)
         self._unsettled_until_s = 0.0
@@ -87,15 +86,8 @@ class Ledger:
             for name, pid in now.items():
                 if self._seen.get(name) != pid and self._is_ours(pid):
                     self._ours.add(name)
-                    self._note_domain(name)
+            self._ports.update(filter(shared_memory.is_port, self._ours))
             self._seen = now
-
-    def _note_domain(self, name: str) -> None:
-        domain = shared_memory.domain_of(name)
-        if domain is not None:
-            self._domains.add(domain)
-        elif shared_memory.is_port(name):
-            self._shared_ports.add(name)
 
     def _is_ours(self, pid: int) -> bool:
         run_id = run_id_of(pid)
@@ -139,10 +131,12 @@ class Ledger:
     def release(self) -> None:
         """Free all that the run has left: none of its processes, and no helper, is there any more.
 
-        Ports are those of the domains of the run, whoever has made them again, that nobody uses.
+        A helper may have been killed before anything of it was recorded, and a sender makes a port
+        again: so what was made meanwhile, and nobody uses, is freed, whoever has made it.
         """
         self.collect()
+        span_s = (self._begun_s - shared_memory.SETTLING_S, time.time() + CLOCK_TICK_S)
+        self._lives_s.append(span_s)
         self.free(is_last=True)
-        left = shared_memory.ports(folder=self._folder)
-        ours = {port for port in left if shared_memory.domain_of(port) in self._domains}
-        shared_memory.free(ours | (self._shared_ports & left), folder=self._folder)
+        made = shared_memory.ports_from([span_s], folder=self._folder)
+        shared_memory.free(made | self._ports, folder=self._folder)

@@ -45,7 +45,6 @@ _PORT_FILE = r"(?:sem\.)?(fast(?:rtps|dds)_port\d+)(?:_el|_sl|_mutex)?$"
 _LOCK_FILE = r"fast(?:rtps|dds)_\w+_[es]l$"
 _MAPPED = rb"/(fast(?:rtps|dds)_\w+)"
 _SEMAPHORE_BYTES = 32  # sem_t
-_DOMAIN_0, _PORTS_PER_DOMAIN = 7400, 250
 _LOCK_LINE = r"^\d+: FLOCK +\S+ +\S+ +(\d+) ([0-9a-f]+):([0-9a-f]+):(\d+) "
 
 
@@ -151,16 +150,13 @@ def lock_files(folder: Folder) -> dict[str, int]:
         return {}
 
 
-def ports(*, folder: Folder = FOLDER) -> set[str]:
-    """All ports that have a file, of any process or of none."""
-    return _ports(_names(folder))
-
-
-def domain_of(name: str) -> int | None:
-    """The ROS domain of a port or one of its files; None if it is shared, or a segment."""
-    found = re.match(_PORT_FILE, name)
-    number = int(found[1].rpartition("port")[2]) - _DOMAIN_0 if found else -1
-    return number // _PORTS_PER_DOMAIN if number >= 0 else None
+def ports_from(spans_s: Collection[tuple[float, float]], *, folder: Folder = FOLDER) -> set[str]:
+    """Ports of which a file was made in one of these spans of wall time, used or not."""
+    return {
+        port
+        for port in _ports(_names(folder))
+        if any(_is_from(spans_s, f"{folder}/{file}") for file in _files(port))
+    }
 
 
 def is_port(name: str) -> bool:
@@ -213,10 +209,10 @@ def _is_settled(folder: Folder, name: str, before_s: float) -> bool:
     return True
 
 
-def _is_from(spans_s: Collection[tuple[float, float]], lock_file: str) -> bool:
-    """Whether a lock file was made in one of these spans; nothing writes to it."""
+def _is_from(spans_s: Collection[tuple[float, float]], path: str) -> bool:
+    """Whether a file was made in one of these spans; its status is not changed later."""
     try:
-        made_s = os.stat(lock_file).st_ctime
+        made_s = os.stat(path).st_ctime
     except OSError:
         return False
     return any(since_s <= made_s <= until_s for since_s, until_s in spans_s)

@@ -21,7 +21,6 @@ from launcher.engine.monitor.ledger import CLOCK_TICK_S, STALE_NEWS_S, Ledger
 from launcher.engine.monitor.shared_memory import (
     SETTLING_S,
     Stale,
-    domain_of,
     free,
     held,
     stale,
@@ -328,13 +327,31 @@ def used_ports(shelf: Shelf) -> Ledger:
     shelf.release()
     for name in used:
         (shelf.folder / f"{name}_el").unlink()
-    shelf.put(PORT, MUTEX, "fastrtps_port7661", "fastrtps_port7003")
+    shelf.put(PORT, MUTEX)
     return ledger
 
 
-def test_when_the_helpers_have_ended_the_ports_of_the_domain_are_freed(shelf: Shelf):
+def test_what_is_too_young_to_know_is_waited_for(shelf: Shelf, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(shared_memory, "SETTLING_S", 0.1)
+    shelf.put(SEGMENT, f"{SEGMENT}_el")
+    assert [one.name for one in shared_memory.settled(folder=shelf.folder)] == [SEGMENT]
+
+
+def test_when_the_helpers_have_ended_ports_that_nobody_uses_are_freed(
+    shelf: Shelf, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(shared_memory, "SETTLING_S", 0.0)
+    shelf.put("fastrtps_port7003", "fastrtps_port7003_el")  # before the run
+    wait_a_moment()
     used_ports(shelf).release()
-    assert shelf.left == {"fastrtps_port7661", "fastrtps_port7003"}  # another domain; everybody's
+    assert shelf.left == {"fastrtps_port7003", "fastrtps_port7003_el"}
+
+
+def test_what_a_helper_leaves_that_was_killed_at_once_is_freed(shelf: Shelf):
+    ledger = Ledger("1-a", folder=shelf.folder)
+    shelf.put(SEGMENT, f"{SEGMENT}_el", PORT, f"{PORT}_el", MUTEX)
+    ledger.release()
+    assert not shelf.left
 
 
 def test_ports_that_others_use_stay_when_the_helpers_have_ended(shelf: Shelf):
@@ -359,21 +376,6 @@ def test_a_child_of_a_helper_is_of_the_run(shelf: Shelf):
     ledger.helper_pids.add(11)
     ledger.note()
     assert ledger.names == {SEGMENT, OTHER}
-
-
-@pytest.mark.parametrize(
-    ("name", "domain"),
-    [
-        ("fastrtps_port7400", 0),
-        ("fastrtps_port7649_el", 0),
-        ("sem.fastrtps_port7650_mutex", 1),
-        ("fastdds_port17411", 40),
-        ("fastrtps_port7399", None),
-        (SEGMENT, None),
-    ],
-)
-def test_the_domain_of_a_port(name: str, domain: int | None):
-    assert domain_of(name) == domain
 
 
 @pytest.mark.parametrize("is_older", [True, False])
