@@ -260,7 +260,6 @@ class ProcessMachine:
                 # STARTING -> RUNNING
                 self.running_since = now
                 self.is_held = False
-                self._sent.clear()
                 self._enter(ProcessState.RUNNING)
             case Command.STARTED, ProcessState.STOPPING:
                 self.running_since = now
@@ -308,6 +307,7 @@ class ProcessMachine:
         self.state = state
         if state is ProcessState.STARTING:
             self._signals = frozenset()
+            self._sent.clear()
             self.running_since = None
         self._is_stuck = False
         self.deadline = deadline
@@ -336,7 +336,7 @@ class ProcessMachine:
     def _sent_to(self, sent: SignalSent, now: float) -> list[Action]:
         is_waking = self.is_suspended and sent.signum in POLITE
         self._signals |= {sent.signum}
-        if sent.by_user and self.state is ProcessState.RUNNING:
+        if sent.by_user and self.state is not ProcessState.STOPPING:
             self._sent[sent.signum] = now
         if is_waking or (sent.by_user and sent.signum == signal.SIGCONT):
             self.is_suspended = False

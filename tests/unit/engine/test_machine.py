@@ -291,8 +291,14 @@ def test_an_outcome_reads_as_a_person_would_say_it(outcome, text):
 @pytest.mark.parametrize(
     ("signum", "code"), [(KILL, -9), (TERM, -15), (TERM, 143), (INT, 0), (INT, 1)]
 )
-def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(signum: int, code: int):
+@pytest.mark.parametrize("is_starting", [False, True])
+def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(
+    signum: int, code: int, is_starting: bool
+):
     one = running(mode=RestartMode.ALWAYS)
+    if is_starting:
+        one = machine(mode=RestartMode.ALWAYS)
+        one.handle(Command.START, 0.0)
     assert one.handle(SignalSent(signum), 1.0) == []
     outcome = Outcome(returncode=code)
     assert one.handle(exited(code), 1.5) == [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
