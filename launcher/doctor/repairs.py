@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 
 from launcher import proc
 from launcher.doctor.checks import MB
 from launcher.doctor.facts import Facts
-from launcher.engine.cleanup import cgroup
+from launcher.engine.cleanup import cgroup, run_id, sweep
 from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
-from launcher.engine.cleanup.run_id import abandoned_groups
 from launcher.engine.monitor import shared_memory
 from launcher.engine.posix.reactor import Reactor
 
@@ -29,26 +27,38 @@ def repair(facts: Facts) -> list[str]:
 def stop_runs(run_ids: Iterable[str]) -> list[str]:
     """Stop all processes with these run ids: SIGINT, SIGTERM, SIGKILL, with deadlines."""
     lines: list[str] = []
-    groups = dict(abandoned_groups())
-    for run_id in sorted(run_ids):
-        group = groups.get(run_id)
+    groups = dict(run_id.abandoned_groups())
+    for one in sorted(run_ids):
         with Reactor() as reactor:
             Leftovers(
-                run_id,
+                one,
                 reactor=reactor,
                 listener=_RepairListener(reactor, lines),
                 ignore=frozenset(),
                 policy=stop_policy_for(()),
-                kin=dict if group is None else functools.partial(_members, group),
+                kin=_Kin(one, groups.get(one)),
             ).check()
             reactor.run()
     return lines
 
 
-def _members(group: cgroup.Cgroup) -> dict[int, int]:
-    """Pid -> start of the processes in a stale group."""
-    starts = {pid: proc.start_ticks(pid) for pid in group.pids()}
-    return {pid: start for pid, start in starts.items() if start is not None}
+class _Kin:
+    """Pid -> start of the processes of a run.
+
+    Descendants are remembered: they cannot be found any more when what is between has ended.
+    """
+
+    def __init__(self, run_id: str, group: cgroup.Cgroup | None) -> None:
+        self._run_id = run_id
+        self._group = group
+        self._known: dict[int, int] = {}
+
+    def __call__(self) -> dict[int, int]:
+        found, _ = sweep.find(self._run_id, kin=self._known)
+        self._known |= run_id.kin(found, self._run_id)
+        if self._group is not None:
+            self._known |= proc.family(self._group.pids())
+        return self._known
 
 
 class _RepairListener:

@@ -15,7 +15,7 @@ import pytest
 from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.engine.monitor.shared_memory import FOLDER, free, held
-from tests.process.conftest import Bench
+from tests.process.conftest import MARK, Bench
 from tests.support import ended_main_thread
 from tests.support.waiting import wait_until
 
@@ -104,22 +104,25 @@ def test_a_node_whose_files_were_removed_is_named(tmp_path: Path):
 
 
 LEFT = 'sh("echo ready; sleep 100; :"), sh("trap \'\' INT; sleep 100; :"), '
-LEFT += f'ExecuteProcess(cmd=[sys.executable, "{ended_main_thread.PROGRAM}"], output="screen")'
+LEFT += f'ExecuteProcess(cmd=[sys.executable, "{ended_main_thread.PROGRAM}"], output="screen"), '
+# Has neither the run id nor the session, but a parent that has.
+LEFT += f'sh("env -i {MARK}=${MARK} setsid sleep 100; :")'
 
 
 def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(bench: Bench):
+    bench.env["LAUNCHER_CGROUP"] = "none"
     launcher = bench.terminal(LEFT, "--no-console")
     launcher.wait_for("ready")
     launcher.wait_for("ready")
     wait_until(
-        lambda: sum(one.startswith("sleep 100 ") for one in bench.survivors()) == 2, "both sleep"
+        lambda: sum(one.startswith("sleep 100 ") for one in bench.survivors()) == 3, "all sleep"
     )
     watchdog = wait_for_watchdog(launcher.pid)
     watchdog.suspend()
     launcher.kill()
     watchdog.kill()
     wait_until(lambda: not proc.is_alive(watchdog.pid), "the watchdog is gone")
-    wait_until(lambda: len(bench.survivors()) == 5, "two shells, what they run, and the last one")
+    wait_until(lambda: len(bench.survivors()) == 7, "three shells, what they run, and the other")
     left = bench.survivors()
     _, found, _ = doctor()
     assert found["leftover processes"]["level"] == "problem"

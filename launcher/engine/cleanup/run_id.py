@@ -7,6 +7,7 @@ A run id is `PID-RANDOM` with the launcher's pid; every descendant carries it in
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Iterator
 
 from launcher import proc
 from launcher.engine.cleanup import RUN_ID_VARIABLE, cgroup
@@ -36,8 +37,9 @@ def is_abandoned(pid: int, run_id: str) -> bool:
 
 
 def abandoned_runs() -> dict[str, list[int]]:
-    """Run id -> pids of all processes whose launcher has exited, also those in its control group.
+    """Run id -> pids of all processes whose launcher has exited.
 
+    They have the run id, or descend from such a process, or are in the control group of the run.
     Without the run that this process is part of: its terminal may be the one we run in.
     """
     ours = run_id_of(os.getpid())
@@ -46,10 +48,30 @@ def abandoned_runs() -> dict[str, list[int]]:
         run_id = run_id_of(pid)
         if run_id is not None and run_id != ours and is_abandoned(pid, run_id):
             runs.setdefault(run_id, []).append(pid)
+    for run_id, found in runs.items():
+        found += sorted(kin(found, run_id).keys() - set(found))
     for run_id, group in abandoned_groups():
         pids = runs.setdefault(run_id, [])
         pids += (pid for pid in group.pids() if pid not in pids)
-    return {run_id: pids for run_id, pids in runs.items() if pids}
+    around = set(ancestors())
+    return {run_id: pids for run_id, pids in runs.items() if pids and around.isdisjoint(pids)}
+
+
+def kin(pids: Iterable[int], run_id: str) -> dict[int, int]:
+    """Pid -> start of these processes of a run, and of their descendants.
+
+    Those that have cleared their environment are included, those of another run are not.
+    """
+    family = proc.family(pids)
+    return {pid: start for pid, start in family.items() if run_id_of(pid) in (None, run_id)}
+
+
+def ancestors() -> Iterator[int]:
+    """The process that has started this one, and so on."""
+    pid = os.getppid()
+    while pid:
+        yield pid
+        pid = int(proc.status_field(pid, "PPid") or 0)
 
 
 def abandoned_groups() -> list[tuple[str, cgroup.Cgroup]]:
