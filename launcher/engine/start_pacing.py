@@ -51,6 +51,10 @@ class StartPacing:
 
     def admit(self, process: Process) -> None:
         """Queue it; it may be started at once."""
+        # Its last start is over: from now on, STARTING says that it waits.
+        self._starting.pop(process, None)
+        if process is self._last:
+            self._last = None
         self._waiting.append(process)
         self._start_next()
 

@@ -6,6 +6,7 @@ import random
 import re
 import signal
 import threading
+from collections.abc import Sequence
 
 import pytest
 
@@ -106,6 +107,19 @@ def test_what_is_typed_twice_in_the_console_is_answered_twice(bench: Bench):
     assert len(pids) == 1
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
+
+
+@pytest.mark.parametrize("words", [("--stagger", "0.1"), ("--max-starting", "1")], ids=" ".join)
+def test_what_was_started_last_is_started_again(control_bench: ControlBench, words: Sequence[str]):
+    sleepers = 'sh("exec sleep 1000", name="a"), sh("exec sleep 1000", name="b")'
+    respawned = 'sh("exit 3", name="c", respawn=True, respawn_delay=0.05)'
+    with control_bench.launch(f"{sleepers}, {respawned}", *words) as run:
+        wait_until(lambda: len(started_pids(run, "c-3")) > 3, "it is respawned")
+        run.ask_text("stop", "c")
+        for name in ("b", "b", "a", "b"):
+            assert "started with pid" in run.ask_text("restart", name)
+        run.ask_text("stop", "b")
+        assert "started with pid" in run.ask_text("start", "b")
 
 
 def test_a_users_stop_during_a_restart_for_a_changed_file_is_seen_by_the_launch_file(
