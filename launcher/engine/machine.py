@@ -28,6 +28,8 @@ POLITE = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 # A process that is being stopped may end by these whoever sends them, as for systemd: they are
 # requests to end, or tell that a reader has gone, which may have been stopped before.
 ORDERLY = frozenset({signal.SIGHUP, signal.SIGINT, signal.SIGTERM, signal.SIGPIPE})
+# Or by these, with which it limits the time of its own clean-up: see `setitimer`.
+OWN_TIMERS = frozenset({signal.SIGALRM, signal.SIGVTALRM, signal.SIGPROF})
 SPAWN_RETRY_S = 1.0  # at least, after such an error
 
 
@@ -417,7 +419,7 @@ class ProcessMachine:
         code = outcome.returncode
         if code is None or code >= 0 or outcome.lost_with:
             return False
-        return -code not in self._signals | ORDERLY
+        return -code not in self._signals | ORDERLY | OWN_TIMERS
 
     def _ends_of_what_was_sent(self, outcome: Outcome, now: float) -> bool:
         if not self._sent or outcome.returncode is None:

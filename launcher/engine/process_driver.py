@@ -12,6 +12,7 @@ from launcher import proc
 from launcher.engine.logs import messages
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.machine import (
+    OWN_TIMERS,
     Action,
     Command,
     Ended,
@@ -393,7 +394,7 @@ class ProcessDriver:
         began_s = at_s if began_s is None else began_s  # it has ended before its program began
         history.run_s += at_s - began_s
         if end.asked:
-            if code > 0 and code not in USUAL_CODES:
+            if code not in USUAL_CODES and (code > 0 or -code in OWN_TIMERS):
                 history.odd_code = history.odd_code or code
             return
         if not end.outcome.failed:

@@ -348,3 +348,11 @@ def test_an_unusual_exit_code_after_the_stop_is_named_in_the_last_line(bench: Be
     last = done.stdout.decode().splitlines()[-1]
     assert "exit code 0: 4 processes ended as expected after" in last
     assert "; stopped with unusual exit codes: sh-3 (7), sh-5 (139, SIGSEGV);" in last
+
+
+def test_a_process_that_its_own_timer_ends_in_a_stop_has_not_died(bench: Bench):
+    """As a node does that limits the time of its clean-up."""
+    done = bench.run(f"sh(\"trap 'kill -PROF $$' INT; {LOOP}\")", "--timeout", "1")
+    assert done.returncode == 0
+    last = done.stdout.decode().splitlines()[-1]
+    assert "exit code 0: stopped with an unusual exit code: sh-1 (SIGPROF);" in last

@@ -167,7 +167,9 @@ def odd_codes(processes: Collection[Process]) -> list[str]:
 
 
 def _code(code: int) -> str:
-    """With the signal of which a shell tells by it."""
+    """A signal by its name, and what a shell tells of one with that."""
+    if code < 0:
+        return signal_name(-code)
     signum = code - SIGNALLED
     return f"{code}, {signal_name(signum)}" if 0 < signum < signal.NSIG else str(code)
 

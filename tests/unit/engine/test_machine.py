@@ -452,9 +452,9 @@ def test_an_end_in_a_stop_by_a_signal_that_nobody_sent_is_a_death(stop: Command,
     assert one.state is ProcessState.STOPPED, "nor does it start again"
 
 
-@pytest.mark.parametrize("code", [0, 1, 7, 139, -1, -2, -13, -15])
+@pytest.mark.parametrize("code", [0, 1, 7, 139, -1, -2, -13, -14, -15, -26, -27])
 def test_other_ends_in_a_stop_are_as_requested(code: int):
-    """Also by signals that ask for an end, or tell that a reader has gone, as for systemd."""
+    """Also by signals that ask for an end, or tell that a reader has gone, and by own timers."""
     one = running()
     one.handle(Command.STOP, 0.0)
     assert one.handle(exited(code), 0.1) == [Ended(Outcome(returncode=code), True, None)]

@@ -143,7 +143,7 @@ def test_where_all_is_well_it_is_one_line():
 
 def test_unusual_exit_codes_after_a_stop_are_named():
     odd = [process(f"sh-{n}") for n in range(5)]
-    for one, code in zip(odd, (7, 139, 254, 99, 3), strict=True):
+    for one, code in zip(odd, (7, 139, -27, 99, 3), strict=True):
         one.history.odd_code = code
     ((_, text),) = written([process("a-1"), odd[0]]).screen
     assert text.startswith(
@@ -151,7 +151,9 @@ def test_unusual_exit_codes_after_a_stop_are_named():
         "stopped with an unusual exit code: sh-0 (7); peak memory"
     )
     ((_, text),) = written(odd).screen
-    many = "stopped with unusual exit codes: sh-0 (7), sh-1 (139, SIGSEGV), sh-2 (254) and 2 more"
+    many = (
+        "stopped with unusual exit codes: sh-0 (7), sh-1 (139, SIGSEGV), sh-2 (SIGPROF) and 2 more"
+    )
     assert text == f"exit code 0: {many}; peak memory 31.0 MB USS (sh-4)"
     died = process("b-2", DIED, deaths=1)
     *_, (_, text) = written([died, odd[0]], code=1, causes=["b-2 ended unexpectedly"]).screen
