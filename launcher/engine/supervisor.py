@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from launcher.model.spec import ProcessSpec
 
 RESPONSIVE_DELAY_S = 2.0  # nodes are starting before, and cannot be late
+PRUNE_S = 0.01  # at the end of a run
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 WATCH_DELAY_S = 0.05  # the first processes are started before
 KEPT = "The last 20 runs stay there, and all that failed or have a snapshot"
@@ -90,6 +91,7 @@ class Supervisor:
         warn = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
         self._directory = RunDirectory(run_path, warn, soon=soon)
+        self._pruning = self._old_runs()
         self._log = RunLog(reactor, screen, self._directory, wishes)
         self._watchdog = WatchdogClient(reactor, run_id, self._log.warn)
         self._reader = OutputReader(reactor, screen, self._directory, processes, self)
@@ -305,16 +307,22 @@ class Supervisor:
             self._reactor.call_later(RESPONSIVE_DELAY_S, self._watch_nodes)
         self.on_begun()
 
-    def _prune(self) -> None:
-        """Begin to delete old runs."""
+    def _old_runs(self) -> Iterator[None]:
+        """Delete old runs, one in each step."""
         from launcher.engine.logs.old_runs import prune
 
         if self._directory.path is not None:
-            self._prune_on(prune(self._directory.path))
+            yield from prune(self._directory.path)
 
-    def _prune_on(self, steps: Iterator[None]) -> None:
-        if next(steps, "over") is None:
-            self._reactor.when_idle(functools.partial(self._prune_on, steps))
+    def _prune(self) -> None:
+        if next(self._pruning, "over") is None:
+            self._reactor.when_idle(self._prune)
+
+    def _prune_rest(self) -> None:
+        """A run of some milliseconds has no idle moment: go on for a little while."""
+        until_s = self._reactor.now() + PRUNE_S
+        while self._reactor.now() < until_s and next(self._pruning, "over") is None:
+            pass
 
     def _watch(self) -> None:
         if not self._shutdown.has_begun:
@@ -348,6 +356,8 @@ class Supervisor:
             text = f"dropped {self._screen.dropped_bytes} bytes of output: the disk was full"
             self._directory.log("WARNING", "launch", text)
         self._directory.close()
+        if is_orderly:
+            self._prune_rest()
 
     def _close_helpers(self) -> None:
         self._core_driver.close_requests()

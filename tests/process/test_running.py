@@ -8,6 +8,7 @@ import shlex
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 
@@ -290,14 +291,26 @@ def test_a_launch_file_finds_its_arguments_in_sys_argv_as_under_ros2_launch(benc
     assert b"[echo-1] ['ros2', 'launch'] speed:=9\n" in done.stdout
 
 
-def test_old_runs_are_deleted_but_for_those_that_failed(control_bench: ControlBench):
-    root = control_bench.folder / "log"
+def _make_old_runs(root: Path) -> list[str]:
+    """Of 22, those with an odd number have failed; which are left after another one."""
     for number in range(22):
         old = root / f"2020-01-01-00-00-00-{number:06d}-host-1"
         old.mkdir(parents=True)
         last = {"wall_s": 1.0, "monotonic_s": 1.0, "event": "finished", "exit_code": number % 2}
         (old / "events.jsonl").write_text(json.dumps(last))
-    left = [f"{number:06d}" for number in range(22) if number not in (0, 2)]
+    return [f"{number:06d}" for number in range(22) if number not in (0, 2)]
+
+
+def test_a_run_that_is_over_at_once_deletes_old_ones(bench: Bench):
+    root = bench.folder / "log"
+    left = _make_old_runs(root)
+    bench.run('sh("exit 0")')
+    assert [path.name[20:26] for path in sorted(root.glob("2020*"))] == left
+
+
+def test_old_runs_are_deleted_but_for_those_that_failed(control_bench: ControlBench):
+    root = control_bench.folder / "log"
+    left = _make_old_runs(root)
     with control_bench.launch('sh("exec sleep 1000")') as run:
         wait_until(lambda: [p.name[20:26] for p in sorted(root.glob("2020*"))] == left, "two less")
         run.ask("quit")
