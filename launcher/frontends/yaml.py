@@ -206,7 +206,7 @@ class YamlEntity(Entity):
                 f"'{name}' of '{self._type_name}' should be of type {_type_text(data_type)}, "
                 f"it is of type {type(value).__name__}",
                 place=place,
-                hint=_quoting_hint(value, data_type),
+                hint=_quoting_hint(value, data_type, self._value_node(name)),
             )
         if place is not None:
             self._source.note_read(value, place)
@@ -316,9 +316,10 @@ def _type_text(data_type: Any) -> str:
     return "a parameter" if data_type is None else getattr(data_type, "__name__", str(data_type))
 
 
-def _quoting_hint(value: Any, data_type: Any) -> str | None:
+def _quoting_hint(value: Any, data_type: Any, node: yaml.Node | None) -> str | None:
     if data_type is str and isinstance(value, (bool, int, float)):
-        return f'quote it: "{str(value).lower()}"'
+        text = node.value if isinstance(node, yaml.ScalarNode) else str(value).lower()
+        return f'quote it: "{text}"'
     return None
 
 

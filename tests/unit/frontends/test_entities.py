@@ -166,12 +166,13 @@ def test_yaml_value_of_another_type_is_a_type_error(text: str, data_type: Any) -
         from_yaml(f"a: {{b: {text}}}").get_attr("b", data_type=data_type)
 
 
-def test_yaml_number_for_a_string_gets_the_advice_to_quote_it() -> None:
+@pytest.mark.parametrize("text", ["5", "on", "0x10", "1.50"])
+def test_yaml_number_for_a_string_gets_the_advice_to_quote_it(text: str) -> None:
     with pytest.raises(TypeError) as caught:
-        from_yaml("arg:\n  name: n\n  default: 5").get_attr("default")
+        from_yaml(f"arg:\n  name: n\n  default: {text}").get_attr("default")
     assert isinstance(caught.value, LaunchFileError)
     assert caught.value.where == "<string>:3" or str(caught.value.where).endswith(":3")
-    assert caught.value.hint == 'quote it: "5"'
+    assert caught.value.hint == f'quote it: "{text}"'
 
 
 def test_yaml_children_are_the_list_or_the_key_children() -> None:
