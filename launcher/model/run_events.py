@@ -274,7 +274,7 @@ class MemberEnded(RunEvent):
 
 
 class Signalled(RunEvent):
-    """The launcher has sent a signal to the process and its group.
+    """The launcher has sent a signal to the process and its group; not the SIGCONT behind a stop.
 
     pid: of the process
     signal: its number
