@@ -41,10 +41,13 @@ def node(bench: ControlBench, name: str, *words: str, options: str = "") -> str:
 
 def helpers(run: ControlledRun) -> list[psutil.Process]:
     """The processes of this run that ask its nodes."""
-    with contextlib.suppress(psutil.Error):
-        found = psutil.Process(run.process.pid).children()
-        return [one for one in found if HELPER in one.cmdline()]
-    return []
+    return [one for one in psutil.Process(run.process.pid).children() if is_helper(one)]
+
+
+def is_helper(process: psutil.Process) -> bool:
+    with contextlib.suppress(psutil.Error):  # others, such as py-spy, end meanwhile
+        return HELPER in process.cmdline()
+    return False
 
 
 def hang(bench: ControlBench, name: str, how: str) -> Path:
