@@ -34,6 +34,7 @@ def colcon_list(folder: Path) -> list[str]:
     return sorted(done.stdout.split())
 
 
+@pytest.mark.thorough
 def test_it_meets_its_expectations(workspace: BuiltWorkspace, tmp_path: Path):
     """With other time limits: those of the file are for a machine that does nothing else."""
     text, limits = re.subn(

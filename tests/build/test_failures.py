@@ -55,6 +55,7 @@ def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     assert (tmp_path / "install" / "right").is_dir()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("missing", [["b"], ["b", "c"]])
 def test_a_package_that_needs_others_that_colcon_is_to_leave_out(
     tmp_path: Path, missing: list[str]

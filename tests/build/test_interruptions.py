@@ -246,6 +246,7 @@ def test_files_that_a_full_disk_has_cut_off_are_not_kept(tmp_path: Path):
     assert "files" not in done.stdout.split()
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root mounts file systems")
 def test_a_read_only_folder_is_an_error(tmp_path: Path):
     files_package(tmp_path / "src", "files")

@@ -64,6 +64,7 @@ def give(workspace: Path, package: str, text: str, name: str = "test_it.py") -> 
 # ---- what passes
 
 
+@pytest.mark.thorough
 def test_a_new_package_passes_its_own_tests(built):
     answer = launcher(built, "test", "new_one")
 

@@ -215,6 +215,7 @@ def test_sources_that_changed_after_the_build(workspace, tmp_path):
     assert "msg/RobotStatus.msg changed" in answer.err
 
 
+@pytest.mark.thorough
 def test_other_packages_are_packed_although_some_cannot_be(tmp_path):
     src = tmp_path / "src"
     for name in ("a", "b", "c"):

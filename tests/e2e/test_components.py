@@ -214,6 +214,7 @@ def test_a_loaded_node_may_not_declare_a_parameter_either(world: World, write, w
     assert re.search(rf"was set in {file}:\d+ but", terminal.text)
 
 
+@pytest.mark.thorough
 def test_a_request_carries_everything_that_the_launch_file_says(launched_system: Launch, write):
     file = write("""
         SetParameter("of_all", 7),

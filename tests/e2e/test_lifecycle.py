@@ -101,6 +101,7 @@ def generate_launch_description():
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", NODES)
 def test_a_lifecycle_node_is_configured_and_activated_by_events(
     launched_system: Launch, tmp_path: Path, what: str

@@ -57,6 +57,7 @@ def generate_launch_description():
 """
 
 
+@pytest.mark.thorough
 def test_undeclared_parameters_are_reported_with_a_similar_name(world: World, tmp_path: Path):
     (tmp_path / "node.py").write_text(NODE)
     (tmp_path / "some.yaml").write_text("/arm/*:\n  ros__parameters:\n    task_durations: 1\n")

@@ -42,6 +42,7 @@ def pid_of(world: World, node: str) -> int:
     return pid
 
 
+@pytest.mark.thorough
 def test_eight_robots_work_and_a_killed_one_is_named_and_left_out(world: World):
     terminal = world.launcher("warehouse", "robots:=8", "task_period:=4")
     wait_for_a_report(terminal, has_all)

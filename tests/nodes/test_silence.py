@@ -56,6 +56,7 @@ def test_a_killed_robot_is_missed_once_and_welcomed_back(launched_system: Launch
     assert not again or SILENT in again[0]  # silent anew, on a busy machine: from 5 s again
 
 
+@pytest.mark.thorough
 def test_a_robot_that_never_reported_is_missed_once_it_had_time_to_start(domain):
     started_s = time.time()
     monitor = domain.start("monitor", robot_ids="[robot_7]")

@@ -262,6 +262,7 @@ def test_a_name_that_smoke_does_not_know_is_refused_after_the_evaluation(tallied
     assert tallied.take() == ONCE
 
 
+@pytest.mark.thorough
 def test_recorded_expectations_are_those_of_runs_that_evaluate_once(tallied: Tallied):
     done = tallied.call("smoke", "a.launch.py", "--record", "new.yaml", "--for", "1")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -65,6 +65,7 @@ def test_the_command_line_wins_over_the_launch_file(bench: ControlBench):
     assert lines(run, "d-4", "logging_node") == {"ERROR"}  # named only with a logger
 
 
+@pytest.mark.thorough
 def test_levels_of_running_nodes_are_set_and_printed(bench: ControlBench):
     actions = ", ".join(
         [

@@ -222,6 +222,7 @@ def test_a_script_launches_its_package_by_ros2launch(home: Home, tmp_path: Path)
     assert said.endswith("script_pkg_talker 0\n")
 
 
+@pytest.mark.thorough
 def test_a_package_of_pkg_create_runs_at_once_and_editable(home: Home, tmp_path: Path):
     words = ("pkg", "create", "--build-type", "ament_python", "fresh", "--node-name", "talker")
     home.launcher(tmp_path, *words)

@@ -102,6 +102,7 @@ def test_the_stack_of_a_node_that_had_to_be_killed_is_in_the_report(bench: Contr
     assert bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_a_deadlock_is_told_and_both_threads_are_in_the_log(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")
@@ -159,6 +160,7 @@ def test_it_is_watched_while_somebody_looks_only(bench: ControlBench, monkeypatc
         assert run.row("arm")["state"] == "RUNNING"
 
 
+@pytest.mark.thorough
 def test_ps_asks_on_request_also_a_node_that_never_answered(bench: ControlBench):
     names = ("arm", "late", "mute")
     words = {"late": ["--late"], "mute": ["--no-services"]}

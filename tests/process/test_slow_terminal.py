@@ -21,6 +21,7 @@ def slow(terminal: ScreenTerminal) -> ScreenTerminal:
     return terminal
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("option", OPTIONS)
 def test_a_slow_terminal_gets_every_line_and_the_reason_of_the_failure(bench: Bench, option: str):
     options = [] if option == "--console" else [option]
@@ -34,6 +35,7 @@ def test_a_slow_terminal_gets_every_line_and_the_reason_of_the_failure(bench: Be
     assert re.search(rb"exit code 4.*exit code 1\b", end, re.DOTALL), end
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("option", OPTIONS)
 def test_after_ctrl_c_a_slow_terminal_gets_the_summary_and_how_much_was_dropped(
     bench: Bench, option: str

@@ -189,6 +189,7 @@ def test_loop_until_interrupted(domain, tmp_path: Path):
     assert re.search(r"played \d+ messages\n$", error)
 
 
+@pytest.mark.thorough
 def test_recorded_calls_become_calls(domain, tmp_path: Path):
     folder, topic = tmp_path / "bag", "/bag/switch/_service_event"
     with listening(domain) as server, recording(domain, folder, "--all-services") as recorder:
@@ -242,6 +243,7 @@ def test_a_type_that_is_not_installed_is_named_and_the_rest_is_played(domain, tm
     assert "/b is not played: no_such_msgs/msg/String" in answer.err
 
 
+@pytest.mark.thorough
 def test_keys_pause_step_jump_and_change_the_rate(domain, tmp_path: Path):
     bag = write_bag(tmp_path / "bag", counting("/chatter", 300, 0.1))
     with listening(domain, f"/chatter={STRING}") as listener:

@@ -219,6 +219,7 @@ def test_splitting_and_compression(domain, tmp_path: Path, words: list[str], fil
         assert len(list(reader.messages())) == 200
 
 
+@pytest.mark.thorough
 def test_killed_it_leaves_a_bag_that_repair_makes_whole(domain, tmp_path: Path):
     folder = tmp_path / "bag"
     with (
