@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 
 from launcher import proc
 from launcher.doctor.facts import NetworkFacts, Node
+from launcher.engine.monitor import shared_memory
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
 from launcher.hosts.crowd import PROFILES
 from launcher.ros.discovery.gids import holders
@@ -86,6 +87,6 @@ def _nodes() -> Iterator[Node]:
 def _device(pid: int) -> int | None:
     """The file system that /dev/shm is for a process; None if it cannot be seen."""
     try:
-        return os.stat(f"{proc.ROOT}/{pid}/root/dev/shm").st_dev
+        return os.stat(f"{proc.ROOT}/{pid}/root{shared_memory.FOLDER}").st_dev
     except OSError:
         return None
