@@ -60,29 +60,8 @@ def test_nodes_run_and_log_where_the_warning_says(homeless: Bench, words: tuple[
     assert "it logs" in own.read_text()
 
 
-def test_verbs_run_and_find_the_files_of_the_last_run(homeless: Bench):
-    run_node(homeless)
-    for words, text in (
-        (("topic", "echo", "/x", "std_msgs/msg/String", "--timeout", "1"), ""),
-        (("analyze",), f"log files: {other_root(homeless)}/"),
-        (("logs",), f"{other_root(homeless)}/"),
-    ):
-        done = subprocess.run(
-            [sys.executable, "-m", "launcher", *words],
-            env=homeless.env,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        assert text in done.stdout + done.stderr
-        assert (WARNING in done.stderr) is (words[0] == "topic"), "only what writes logs warns"
-
-
-def test_run_starts_a_node(homeless: Bench):
-    prefix = f"{sys.executable} {homeless.folder / 'node.py'}"
-    words = ["run", "--prefix", prefix, "group_gp1", "monitor"]
-    done = subprocess.run(
+def verb(homeless: Bench, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
         [sys.executable, "-m", "launcher", *words],
         env=homeless.env,
         capture_output=True,
@@ -90,5 +69,23 @@ def test_run_starts_a_node(homeless: Bench):
         timeout=120,
         check=False,
     )
+
+
+def test_verbs_run_and_find_the_files_of_the_last_run(homeless: Bench):
+    run_node(homeless)
+    for words, text in (
+        (("topic", "echo", "/x", "std_msgs/msg/String", "--timeout", "1"), ""),
+        (("analyze",), f"log files: {other_root(homeless)}/"),
+        (("logs",), f"{other_root(homeless)}/"),
+    ):
+        done = verb(homeless, *words)
+        assert text in done.stdout + done.stderr
+        assert (WARNING in done.stderr) is (words[0] == "topic"), "only what writes logs warns"
+
+
+def test_run_starts_a_node(homeless: Bench):
+    prefix = f"{sys.executable} {homeless.folder / 'node.py'}"
+    words = ["run", "--prefix", prefix, "group_gp1", "monitor"]
+    done = verb(homeless, *words)
     assert done.returncode == 0, done.stderr
     assert WARNING in done.stderr and "it logs" in done.stderr
