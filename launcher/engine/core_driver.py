@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from launcher.engine.listener import RunListener
     from launcher.engine.machine import Ended
     from launcher.engine.ros_requests import RosRequests
-    from launcher.engine.timers import Timers
+    from launcher.engine.timers import LaunchTimers
     from launcher.model.options import RunOptions
     from launcher.model.reload import Known, Reload
     from launcher.model.spec import ProcessSpec
@@ -248,11 +248,11 @@ class CoreDriver:
     # ---- timers
 
     @functools.cached_property
-    def _timers(self) -> Timers:
+    def _timers(self) -> LaunchTimers:
         """Imported after the first processes have been started."""
-        from launcher.engine.timers import Timers
+        from launcher.engine.timers import LaunchTimers
 
-        return Timers(self._reactor, self._driver, self._fire, lambda: self._simulation)
+        return LaunchTimers(self._reactor, self._driver, self._fire, lambda: self._simulation)
 
     @property
     def elapsed_s(self) -> float:

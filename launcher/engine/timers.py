@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         def call_later(self, timer_id: int, delay_s: float) -> RosTimer: ...
 
 
-class Moment:
+class TimerBatch:
     """Timers that were requested at once, and the processes whose starts are under way.
 
     `since_s` is from when they count; None: that is not known yet.
@@ -49,7 +49,7 @@ class Moment:
         """A timer that does not count yet needs nothing else than to be forgotten."""
 
 
-class Timers:
+class LaunchTimers:
     """Those of a run; `fire(timer_id)` is called when one is due.
 
     `simulation()` is the clock for timers on the ROS clock; None while that is wall time.
@@ -66,11 +66,11 @@ class Timers:
         self._starts = starts
         self._fire = fire
         self._simulation = simulation
-        self._timers: dict[int, Timer | RosTimer | Moment] = {}
+        self._timers: dict[int, Timer | RosTimer | TimerBatch] = {}
         self._on_wall_clock: dict[int, Timer] = {}  # of these, those for the ROS clock, so far
         self._outliving: set[int] = set()
-        self._moments: list[Moment] = []
-        self._first: Moment | None = None
+        self._moments: list[TimerBatch] = []
+        self._first: TimerBatch | None = None
 
     def __len__(self) -> int:
         return len(self._timers)
@@ -85,7 +85,7 @@ class Timers:
 
     def add(self, timers: Iterable[CallLater], processes: Sequence[Process]) -> None:
         """Timers that were requested together with the starts of processes, which were begun."""
-        moment = Moment(filter(self._starts.is_under_way, processes), timers)
+        moment = TimerBatch(filter(self._starts.is_under_way, processes), timers)
         if self._first is None:
             self._first = moment
         elif not moment.timers:
@@ -115,10 +115,10 @@ class Timers:
             self._moments.remove(moment)
             self._begin_at(moment, self._reactor.now() if since_s is None else since_s)
 
-    def _awaits_preparation(self, moment: Moment) -> bool:
+    def _awaits_preparation(self, moment: TimerBatch) -> bool:
         return any(map(self._starts.awaits_preparation, moment.processes))
 
-    def _begin_at(self, moment: Moment, since_s: float) -> None:
+    def _begin_at(self, moment: TimerBatch, since_s: float) -> None:
         moment.since_s = since_s
         for effect in moment.timers:
             if self._timers.get(effect.timer_id) is moment:  # else: cancelled

@@ -14,7 +14,7 @@ from launcher.model.parameter_text import word_value
 from launcher.yaml_dumper import Dumper
 
 
-class _Dumper(Dumper):
+class _ExportDumper(Dumper):
     def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
         super().increase_indent(flow, indentless=False)
 
@@ -25,13 +25,13 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
 
-_Dumper.add_representer(str, _text)
+_ExportDumper.add_representer(str, _text)
 
 
 def document(data: Mapping[str, Any]) -> str:
     return yaml.dump(
         data,
-        Dumper=_Dumper,
+        Dumper=_ExportDumper,
         sort_keys=False,
         default_flow_style=False,
         allow_unicode=True,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from launcher.interpreter.core import Interpreter
-from launcher.interpreter.unvisited import Moment, Search, Unvisited, handler_entities
+from launcher.interpreter.unvisited import EventTime, Search, Unvisited, handler_entities
 from launcher.language.actions.process import TargetedHandler
 from launcher.language.actions.timer import RosTimer
 from launcher.language.events.handlers import OnIncludeLaunchDescription
@@ -53,7 +53,7 @@ def _of_timers(interpreter: Interpreter, search: Search) -> Iterator[Unvisited]:
         entities = list(timer.action.actions)
         delay_s = None if isinstance(timer.action, RosTimer) else timer.delay_s
         scopes = _scopes(interpreter, entities)
-        yield from search.processes(entities, scopes, Moment(time_s=delay_s))
+        yield from search.processes(entities, scopes, EventTime(time_s=delay_s))
 
 
 def _of_handlers(interpreter: Interpreter, search: Search) -> Iterator[Unvisited]:

@@ -56,7 +56,7 @@ def described_scope(entity: Any) -> Scope | None:
     return None
 
 
-class Moment(Record):
+class EventTime(Record):
     """When something comes: so long after the start, or after a process of this label has exited.
 
     With neither, at any time.
@@ -66,7 +66,7 @@ class Moment(Record):
     cause: str | None = None
 
 
-ANY_TIME = Moment()
+ANY_TIME = EventTime()
 
 
 class Unvisited(Record):
@@ -76,7 +76,7 @@ class Unvisited(Record):
     """
 
     spec: ProcessSpec
-    moment: Moment
+    moment: EventTime
     is_likely: bool = True
 
 
@@ -95,7 +95,7 @@ class Search:
         self.is_complete = True
 
     def processes(
-        self, entities: Iterable[Any], scopes: tuple[Scope, ...] = (), moment: Moment = ANY_TIME
+        self, entities: Iterable[Any], scopes: tuple[Scope, ...] = (), moment: EventTime = ANY_TIME
     ) -> list[Unvisited]:
         """Those in entities that come at this moment; the `scopes` are around them."""
         with self._apart():
@@ -180,24 +180,24 @@ class Search:
         on_exit = vars(action).get("_ExecuteLocal__on_exit")
         if callable(on_exit) and not isinstance(on_exit, ExecuteLocal):
             self.is_complete = False
-        self._moment = Moment(cause=found.spec.label)
+        self._moment = EventTime(cause=found.spec.label)
         yield from self._inside(action.get_sub_entities(), scopes)
 
     # ---- times
 
-    def _after(self, timer: TimerAction) -> Moment:
+    def _after(self, timer: TimerAction) -> EventTime:
         time_s = self._moment.time_s
         if time_s is None or timer._is_on_ros_clock or not is_harmless(timer.period):
             return ANY_TIME
-        return Moment(
+        return EventTime(
             time_s=time_s + perform_typed_substitution(self._context, timer.period, float)
         )
 
-    def _moment_of(self, handler: Any) -> Moment:
+    def _moment_of(self, handler: Any) -> EventTime:
         target = vars(handler).get("_OnActionEventBase__action_matcher")
         event = vars(handler).get("_OnActionEventBase__target_event_cls")
         if event is ProcessExited and isinstance(target, ExecuteLocal):
-            return Moment(cause=self._label(target))
+            return EventTime(cause=self._label(target))
         return ANY_TIME
 
     def _of_group(self, group: GroupAction, scopes: tuple[Scope, ...]) -> Iterator[Unvisited]:

@@ -15,7 +15,7 @@ from launcher.packages.python_program import PythonProgram, program_of
 _SYSTEM = ("/usr/", "/bin/", "/sbin/", "/lib", "/opt/ros/")  # changes there are no edits
 
 
-class Source(Record):
+class PythonSource(Record):
     """A Python program: a script or a module; `folder` is the first one of its `sys.path`."""
 
     folder: str
@@ -35,7 +35,7 @@ class Program(Record):
     cwd: str | None = None
     parameters: tuple[str, ...] = ()
     members: tuple[tuple[str, ...], ...] = ()
-    sources: tuple[Source | None, ...] = ()
+    sources: tuple[PythonSource | None, ...] = ()
 
     @property
     def commands(self) -> tuple[tuple[str, ...], ...]:
@@ -66,7 +66,7 @@ def files_of(program: Program) -> list[str]:
     return list(dict.fromkeys(os.path.normpath(path) for path in paths))
 
 
-def _files(argv: Sequence[str], source: Source | None, program: Program) -> list[str]:
+def _files(argv: Sequence[str], source: PythonSource | None, program: Program) -> list[str]:
     if source is None:
         return list(_executable(argv, program))
     path = (source.folder, *_python_path(program), *_own_path())
@@ -85,7 +85,7 @@ def forget_imports() -> None:
     importlib.invalidate_caches()
 
 
-def _source(argv: Sequence[str], program: Program) -> Source | None:
+def _source(argv: Sequence[str], program: Program) -> PythonSource | None:
     """The Python program that a command runs, also behind a prefix."""
     cwd = program.cwd or os.getcwd()
     for start in range(len(argv)):
@@ -93,7 +93,7 @@ def _source(argv: Sequence[str], program: Program) -> Source | None:
             break
         found = program_of(argv[start:], program.env, program.cwd)
         if isinstance(found, PythonProgram) and found.module:
-            return Source(cwd, "", found.module)
+            return PythonSource(cwd, "", found.module)
         if isinstance(found, PythonProgram):
             return _script(_absolute(found.script, cwd))
     for word in argv:  # of another interpreter, or with options of it
@@ -103,8 +103,8 @@ def _source(argv: Sequence[str], program: Program) -> Source | None:
     return None
 
 
-def _script(path: str) -> Source:
-    return Source(os.path.dirname(os.path.realpath(path)), path, "")
+def _script(path: str) -> PythonSource:
+    return PythonSource(os.path.dirname(os.path.realpath(path)), path, "")
 
 
 def _executable(argv: Sequence[str], program: Program) -> Iterator[str]:

@@ -11,7 +11,7 @@ import os
 import socket
 
 from launcher.control.selection import ProcessNames
-from launcher.interpreter.unvisited import Moment
+from launcher.interpreter.unvisited import EventTime
 from launcher.model.events import LoadRequest
 
 TYPE_CHECKING = False
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from launcher.commands.launch.core import LaunchCore
 
-_AT_ONCE = Moment(time_s=0.0)
+_AT_ONCE = EventTime(time_s=0.0)
 
 
 def is_accepted(descriptor: int, core: LaunchCore) -> bool:
@@ -71,7 +71,7 @@ def _numbered(names: ProcessNames, number: int) -> ProcessNames:
     return ProcessNames(f"{names.label}-{number}", names.label, names.nodes, names.namespace)
 
 
-def _moment(moment: Moment) -> dict[str, Any]:
+def _moment(moment: EventTime) -> dict[str, Any]:
     return {"time_s": moment.time_s, "cause": moment.cause}
 
 

@@ -65,7 +65,7 @@ class Style:
 WHOLE = Style()
 
 
-class _Dumper(Dumper):
+class _MessageDumper(Dumper):
     """Has representers of its own."""
 
 
@@ -76,8 +76,8 @@ def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode
     return node
 
 
-_Dumper.add_representer(dict, _block)
-_Dumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
+_MessageDumper.add_representer(dict, _block)
+_MessageDumper.add_representer(LongArray, lambda dumper, array: dumper.represent_str(array.token))
 
 
 def to_yaml(message: Any, style: Style = WHOLE) -> str:
@@ -95,7 +95,7 @@ def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
     """Plain values as YAML, one line per value however long."""
     text: str = yaml.dump(
         plain,
-        Dumper=_Dumper,
+        Dumper=_MessageDumper,
         allow_unicode=True,
         width=sys.maxsize,
         default_flow_style=flow,

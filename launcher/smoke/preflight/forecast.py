@@ -22,7 +22,7 @@ from launcher.smoke.preflight.checks import Findings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
+class ForecastTime:
     """When something is due: a time after the start, or the exit of processes of a label.
 
     With neither, at any time.
@@ -43,8 +43,8 @@ class Forecast:
 
     processes: tuple[ProcessNames, ...]
     is_certain: bool
-    moments: tuple[Moment, ...] = ()
-    conditions: tuple[Moment, ...] = ()
+    moments: tuple[ForecastTime, ...] = ()
+    conditions: tuple[ForecastTime, ...] = ()
     components: tuple[str | None, ...] = ()
 
     @classmethod
@@ -57,8 +57,8 @@ class Forecast:
                 for one in processes
             ),
             is_certain=document["is_certain"],
-            moments=tuple(Moment(**one["moment"]) for one in processes),
-            conditions=tuple(Moment(**one) for one in document["conditions"]),
+            moments=tuple(ForecastTime(**one["moment"]) for one in processes),
+            conditions=tuple(ForecastTime(**one) for one in document["conditions"]),
             components=tuple(document["components"]),
         )
 

@@ -14,7 +14,7 @@ from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.common import EVENT_LATENCY_S
 from launcher.smoke.observe.facts import Facts, ProcessEvent, label_of
-from launcher.smoke.preflight.forecast import Forecast, Moment
+from launcher.smoke.preflight.forecast import Forecast, ForecastTime
 
 SETTLE_S = 2.0  # until what a timer or an exit causes has been started
 # These start a process, or make a node start something.
@@ -70,13 +70,13 @@ def _has_starting_step(waiting: Sequence[Step]) -> bool:
     return any(s.command.verb in _STARTING and root(s) not in (READY, STOP) for s in waiting)
 
 
-def unstarted(forecast: Forecast, facts: Facts) -> Iterator[tuple[ProcessNames, Moment]]:
+def unstarted(forecast: Forecast, facts: Facts) -> Iterator[tuple[ProcessNames, ForecastTime]]:
     """The planned processes that have not been started, and when they are.
 
     By label: the number of a process may differ from the plan's.
     """
     started = Counter(label_of(name) for name in facts.processes())
-    moments = itertools.chain(forecast.moments, itertools.repeat(Moment()))
+    moments = itertools.chain(forecast.moments, itertools.repeat(ForecastTime()))
     for process, moment in zip(forecast.processes, moments, strict=False):
         if started[process.label] > 0:
             started[process.label] -= 1
@@ -98,7 +98,7 @@ def _begun_s(forecast: Forecast, facts: Facts) -> float | None:
     return sorted(starts.values())[at_once - 1] if at_once else 0.0
 
 
-def _is_past(moment: Moment, facts: Facts, begun_s: float | None) -> bool:
+def _is_past(moment: ForecastTime, facts: Facts, begun_s: float | None) -> bool:
     """Whether what is due at a moment has happened, if it ever does."""
     if moment.time_s is not None:
         return begun_s is not None and facts.now_s > begun_s + moment.time_s + SETTLE_S

@@ -9,7 +9,7 @@ import pytest
 
 from launcher.engine.machine import Command, Exited
 from launcher.engine.process import Process
-from launcher.engine.timers import Timers
+from launcher.engine.timers import LaunchTimers
 from launcher.model.events import CallLater, Outcome
 from launcher.model.spec import ProcessSpec
 
@@ -73,7 +73,7 @@ class World:
         self.is_preparing = False
         self.warm: set[Process] = set()
         self.fired: list[int] = []
-        self.timers = Timers(
+        self.timers = LaunchTimers(
             self.clock,  # type: ignore[arg-type]
             self,
             self.fired.append,

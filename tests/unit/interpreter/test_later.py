@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from launcher.interpreter.later import later
-from launcher.interpreter.unvisited import Moment
+from launcher.interpreter.unvisited import EventTime
 from launcher.language.actions.configuration import SetLaunchConfiguration
 from launcher.language.actions.events import (
     EmitEvent,
@@ -45,26 +45,26 @@ def after(period_s: float, *actions: Any, **options: Any) -> TimerAction:
 
 NOW = process("now")
 FOUND = {
-    "a timer": ([after(5.0, process())], [("late", Moment(time_s=5.0), True)]),
+    "a timer": ([after(5.0, process())], [("late", EventTime(time_s=5.0), True)]),
     "a timer in a timer": (
         [after(5.0, after(2.0, process()))],
-        [("late", Moment(time_s=7.0), True)],
+        [("late", EventTime(time_s=7.0), True)],
     ),
     "a timer on the ROS clock": (
         [RosTimer(period=5.0, actions=[process()])],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "a timer whose period is not known": (
         [after(5.0, TimerAction(period=Command("echo 1"), actions=[process()]))],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "a condition that is false now": (
         [after(5.0, process(condition=IfCondition("0")), process("b"))],
-        [("late", Moment(time_s=5.0), False), ("b", Moment(time_s=5.0), True)],
+        [("late", EventTime(time_s=5.0), False), ("b", EventTime(time_s=5.0), True)],
     ),
     "a condition around it": (
         [after(5.0, GroupAction([process()], condition=IfCondition("0")))],
-        [("late", Moment(time_s=5.0), False)],
+        [("late", EventTime(time_s=5.0), False)],
     ),
     "a configuration of then": (
         [
@@ -74,42 +74,42 @@ FOUND = {
                 process(condition=IfCondition(LaunchConfiguration("go"))),
             )
         ],
-        [("late", Moment(time_s=5.0), False)],
+        [("late", EventTime(time_s=5.0), False)],
     ),
     "an exit": (
         [NOW, RegisterEventHandler(OnProcessExit(target_action=NOW, on_exit=[process()]))],
-        [("late", Moment(cause="now"), True)],
+        [("late", EventTime(cause="now"), True)],
     ),
     "an exit, and some time": (
         [RegisterEventHandler(OnProcessExit(target_action=NOW, on_exit=[after(1.0, process())]))],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "any exit": (
         [RegisterEventHandler(OnProcessExit(on_exit=[process()]))],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "a start": (
         [RegisterEventHandler(OnProcessStart(target_action=NOW, on_start=process()))],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "the exit of what comes later": (
         [after(5.0, process("a", on_exit=[process("b")]))],
-        [("a", Moment(time_s=5.0), True), ("b", Moment(cause="a"), True)],
+        [("a", EventTime(time_s=5.0), True), ("b", EventTime(cause="a"), True)],
     ),
     "an event of its own": (
         [
             after(5.0, EmitEvent(event=Event())),
             RegisterEventHandler(EventHandler(matcher=lambda e: False, entities=process())),
         ],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "the shutdown": (
         [process("now"), RegisterEventHandler(OnShutdown(on_shutdown=[process()]))],
-        [("late", Moment(), True)],
+        [("late", EventTime(), True)],
     ),
     "what a function has returned": (
         [OpaqueFunction(function=lambda context: [after(5.0, process())])],
-        [("late", Moment(time_s=5.0), True)],
+        [("late", EventTime(time_s=5.0), True)],
     ),
     "nothing": ([process("now", cached_output=True), LogInfo(msg="")], []),
 }

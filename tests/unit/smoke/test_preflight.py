@@ -22,7 +22,7 @@ from launcher.render.certainty import is_certain
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks
-from launcher.smoke.preflight.forecast import Forecast, Moment, compare
+from launcher.smoke.preflight.forecast import Forecast, ForecastTime, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
 from tests.unit.smoke.cases import expectation_of
@@ -350,9 +350,13 @@ def test_a_forecast_says_when_processes_are_started_and_conditions_are_evaluated
         for process, moment in zip(foreseen.processes, foreseen.moments, strict=True)
     }
     assert moments == {
-        "one": Moment(time_s=0.0),
-        "late": Moment(time_s=5.0),
-        "two": Moment(cause="one"),
-        "three": Moment(),  # some time after an exit
+        "one": ForecastTime(time_s=0.0),
+        "late": ForecastTime(time_s=5.0),
+        "two": ForecastTime(cause="one"),
+        "three": ForecastTime(),  # some time after an exit
     }
-    assert set(foreseen.conditions) == {Moment(time_s=5.0), Moment(cause="one"), Moment()}
+    assert set(foreseen.conditions) == {
+        ForecastTime(time_s=5.0),
+        ForecastTime(cause="one"),
+        ForecastTime(),
+    }

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from launcher.control.selection import ProcessNames
-from launcher.smoke.preflight.forecast import Forecast, Moment
+from launcher.smoke.preflight.forecast import Forecast, ForecastTime
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.run.prospects import lost
 from tests.unit.smoke.facts import EMPTY, ended, graph, running, started
@@ -30,7 +30,11 @@ def verdict(text: str, foreseen: Forecast | None, now_s: float = 4.0, **facts: A
     return None if found is None else str(found.subject)
 
 
-AT_ONCE, TIMED, AFTER_EXIT = Moment(time_s=0.0), Moment(time_s=60.0), Moment(cause="robot_1")
+AT_ONCE, TIMED, AFTER_EXIT = (
+    ForecastTime(time_s=0.0),
+    ForecastTime(time_s=60.0),
+    ForecastTime(cause="robot_1"),
+)
 GONE = (*started("robot_1-1"), ended("robot_1-1", 0, 1.0))
 RESTARTING = ended("robot_2-2", 1, 2.0, restart_in_s=9.0)
 BOTH = started("robot_1-1", "robot_2-2")
@@ -65,16 +69,20 @@ WAITS: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
         {"events": GONE, "now_s": 2.9},
     ),
     "a condition may be true later": (NODE, forecast(ROBOT, conditions=(TIMED,)), {}),
-    "a condition may be true at any time": (NODE, forecast(ROBOT, conditions=(Moment(),)), {}),
+    "a condition may be true at any time": (
+        NODE,
+        forecast(ROBOT, conditions=(ForecastTime(),)),
+        {},
+    ),
     "a condition may be true at an exit": (NODE, forecast(ROBOT, conditions=(AFTER_EXIT,)), {}),
     "timers count from a start that waits": (
         NODE,
-        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(ForecastTime(time_s=1.0),)),
         {"events": ()},
     ),
     "timers count from a late start": (
         NODE,
-        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(ForecastTime(time_s=1.0),)),
         {"events": started("robot_1-1", at_s=2.0)},
     ),
     "a component": (NODE, forecast(ROBOT, components=("/robot_2",)), {}),
@@ -110,12 +118,12 @@ LOST: dict[str, tuple[str, Forecast | None, dict[str, Any]]] = {
     ),
     "a condition was false": (
         NODE,
-        forecast(ROBOT, conditions=(Moment(time_s=1.0), AFTER_EXIT)),
+        forecast(ROBOT, conditions=(ForecastTime(time_s=1.0), AFTER_EXIT)),
         {"events": GONE},
     ),
     "a condition was false, some time after the start": (
         NODE,
-        forecast(ROBOT, moments=(AT_ONCE,), conditions=(Moment(time_s=1.0),)),
+        forecast(ROBOT, moments=(AT_ONCE,), conditions=(ForecastTime(time_s=1.0),)),
         {"events": started("robot_1-1", at_s=0.5)},
     ),
     "a component of a container that is gone": (
