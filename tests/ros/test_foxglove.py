@@ -300,17 +300,24 @@ def test_changes_of_parameters_are_told_to_those_who_want_them(
 
 
 def test_the_connections_are_told_and_their_changes(client: FoxgloveClient, env: dict[str, str]):
+    def known(field: str, ids: str) -> dict[str, list[str]]:
+        updates = [one for update in client.connections for one in update[field]]
+        return {one["name"]: one[ids] for one in updates}
+
     def published() -> dict[str, list[str]]:
-        updates = [one for update in client.connections for one in update["publishedTopics"]]
-        return {one["name"]: one["publisherIds"] for one in updates}
+        return known("publishedTopics", "publisherIds")
+
+    def is_complete() -> bool:
+        """Names arrive in any order, some of them in a later update."""
+        return (
+            published().get("/chatter") == ["/talker"]
+            and "/site/east/listener"
+            in known("subscribedTopics", "subscriberIds").get("/chatter", [])
+            and known("advertisedServices", "providerIds").get("/switch") == ["/talker"]
+        )
 
     client.send("subscribeConnectionGraph")
-    client.wait(lambda: published().get("/chatter") == ["/talker"], "a publisher")
-    update = client.connections[0]
-    subscribed = {one["name"]: one["subscriberIds"] for one in update["subscribedTopics"]}
-    assert "/site/east/listener" in subscribed["/chatter"]
-    provided = {one["name"]: one["providerIds"] for one in update["advertisedServices"]}
-    assert provided["/switch"] == ["/talker"]
+    client.wait(is_complete, "the nodes of a topic and of a service")
     with going_on(env, "topic", "pub", "/connected", "std_msgs/msg/String", "-r", "10"):
         client.wait(lambda: "/connected" in published(), "a new publisher")
     client.wait(

@@ -43,7 +43,7 @@ Names = dict[str, tuple[str, ...]]  # topic or service -> nodes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connections:
-    """Which nodes publish, subscribe and serve; without those that have none."""
+    """The nodes that publish, subscribe and serve, as far as their names are known."""
 
     published: Names = field(default_factory=dict)
     subscribed: Names = field(default_factory=dict)
@@ -119,7 +119,8 @@ def _connections(
     subscribed: dict[str, set[str]] = {}
     for topic in topics:
         for endpoint in observer.endpoints(topic):
-            if endpoint.node in ghosts:
+            # the name of a node arrives after its endpoints
+            if endpoint.node in ghosts or not endpoint.has_name:
                 continue
             side = published if endpoint.is_publisher else subscribed
             side.setdefault(topic, set()).add(endpoint.node)

@@ -99,7 +99,8 @@ def mismatch(name: str, facts: Facts) -> str | None:
     for found in mismatches(facts.endpoints(name)):
         fault = found.faults[0]
         return (
-            f"{found.subscription.node} receives nothing from {found.publishers[0].node}: "
+            f"{found.subscription.shown_node} receives nothing from "
+            f"{found.publishers[0].shown_node}: "
             f"{fault.policy.lower()} is {fault.offered}, but {fault.requested} is requested"
         )
     return None

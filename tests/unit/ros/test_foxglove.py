@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
+from typing import cast
 
 import pytest
 
@@ -12,13 +14,15 @@ pytest.importorskip("rclpy")
 from rcl_interfaces.msg import ParameterEvent
 
 from launcher.ros import parameters as ros_parameters
+from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
 from launcher.ros.foxglove import outbox, protocol
 from launcher.ros.foxglove.catalogue import Catalogue
-from launcher.ros.foxglove.look import Choice, Connections
+from launcher.ros.foxglove.look import Choice, Connections, look
 from launcher.ros.foxglove.outbox import Outbox
 from launcher.ros.foxglove.parameters import changed_by, to_json, to_parameter
 from launcher.ros.foxglove.protocol import ClientData, ProtocolError, ServiceCall
+from launcher.ros.snapshot.graph import Endpoint, EndpointInfo
 
 NOTHING = Connections()
 
@@ -153,6 +157,40 @@ def test_the_update_of_connections_leads_from_one_state_to_the_next():
     first = after.update_from(NOTHING)
     assert first is not None and len(first["publishedTopics"]) == 2
     assert NOTHING.update_from(NOTHING) is None
+
+
+class Discovery:
+    """Knows one topic: a subscription whose node has no name yet, and a ghost's."""
+
+    def ghosts(self) -> tuple[str, ...]:
+        return ("/gone",)
+
+    def topic_types(self) -> dict[str, list[str]]:
+        return {"/a": ["std_msgs/msg/String"]}
+
+    def node_names(self) -> list[str]:
+        return ["/talker"]
+
+    def services_of(self, node: str) -> list[tuple[str, list[str]]]:
+        return []
+
+    def endpoints(self, topic: str) -> list[Endpoint]:
+        publisher = EndpointInfo(
+            topic="rt/a",
+            type="std_msgs::msg::dds_::String_",
+            node="/talker",
+            direction="publisher",
+            reliability="RELIABLE",
+            durability="VOLATILE",
+        )
+        others = [replace(publisher, direction="subscription", node=node) for node in ("", "/gone")]
+        return [info.endpoint() for info in (publisher, *others)]
+
+
+def test_connections_have_no_node_before_its_name_is_known():
+    discovery = cast(Observer, Discovery())
+    found = look(discovery, Choice(), (), with_connections=True)
+    assert found.connections == Connections(published={"/a": ("/talker",)})
 
 
 class Schemas:
