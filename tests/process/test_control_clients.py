@@ -179,10 +179,9 @@ def test_a_follower_gets_all_that_was_before(control_bench: ControlBench):
             items = []
             while (answer := client.read())["id"] == 1:
                 items.append(answer["item"])
-        assert not [item for item in items if "dropped" in item]
-        assert {json.loads(line)["monotonic_s"] for line in known[-4000:]} <= {
-            item["monotonic_s"] for item in items
-        }
+        # What happens while a slow client reads may be dropped, but nothing that was before.
+        got = {item["monotonic_s"] for item in items if "dropped" not in item}
+        assert {json.loads(line)["monotonic_s"] for line in known[-4000:]} <= got
 
 
 def test_a_client_that_asks_and_never_reads_is_not_served_for_ever(run: ControlledRun):

@@ -29,8 +29,10 @@ from tests.support.waiting import wait_until
 
 @contextlib.contextmanager
 def slow_client(url: str, channel: dict[str, Any]) -> Iterator[ClientConnection]:
-    """It has subscribed, and reads only when it is told to."""
-    with connect(url, subprotocols=[SUBPROTOCOL], max_size=None, close_timeout=1) as socket:
+    """It has subscribed, and reads only on request: answers to pings wait behind what it did not."""
+    with connect(
+        url, subprotocols=[SUBPROTOCOL], max_size=None, close_timeout=1, ping_interval=None
+    ) as socket:
         subscription = {"id": 1, "channelId": channel["id"]}
         socket.send(json.dumps({"op": "subscribe", "subscriptions": [subscription]}))
         yield socket
