@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LEVELS = {0: "UNSET", 10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 FIND_S = 8.0  # for a node to be discovered
-NO_SERVICE_S = 1.0  # after the node was discovered, its services have been, too
+NO_SERVICE_S = 1.0  # after a node was discovered, its services and the next node have been, too
 ANSWER_S = 5.0
 PERIOD_S = 0.05
 
@@ -46,10 +46,15 @@ def _nodes(caller: ServiceCaller, question: Question, deadline_s: float) -> list
         return [question["node"]]
     from launcher.ros.nodes import owners
 
+    until_s = deadline_s
     while True:
         pid = question["pid"]
-        found = [one.node for one in owners(caller, hidden=False) if _owns(pid, one.pid)]
-        if found or time.monotonic() > deadline_s:
+        nodes = list(owners(caller, hidden=False))
+        found = [one.node for one in nodes if _owns(pid, one.pid)]
+        if found:  # others that are not discovered may be of this process, too
+            until_s = min(until_s, time.monotonic() + NO_SERVICE_S)
+        is_whole = bool(found) and not any(one.undiscovered for one in nodes)
+        if is_whole or time.monotonic() > until_s:
             return list(found) or [None]
         time.sleep(PERIOD_S)
 

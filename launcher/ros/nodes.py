@@ -108,11 +108,15 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Owner:
-    """A node and the process of its endpoints; `pid` None and not `gone`: unknown."""
+    """A node and the process of its endpoints; `pid` None and not `gone`: unknown.
+
+    `undiscovered`: its name has arrived, and none of its endpoints, which come one by one.
+    """
 
     node: str
     pid: int | None = None
     gone: bool = False
+    undiscovered: bool = False
 
 
 def rows(caller: ServiceCaller, *, hidden: bool, timeout_s: float) -> list[Row]:
@@ -186,7 +190,7 @@ def owners(caller: ServiceCaller, *, hidden: bool) -> Iterator[Owner]:
         local = {gid for gid in owned.get(node, ()) if trusted and gids.same_host(gid, own_gid)}
         lows = {gids.pid_low16(gid) for gid in local}
         if not lows:
-            yield Owner(node=node)
+            yield Owner(node=node, undiscovered=node not in owned)
         for low in sorted(low for low in lows if low is not None):
             pid = gids.find_pid(low, observer.domain_id)
             is_there = live or any(living & 0xFFFF == low for living in gids.living_pids())

@@ -69,6 +69,7 @@ class NodeToCheck:
         self.settings: list[Setting] = []
         self.declared: frozenset[str] | None = None  # None: not known, or any name is allowed
         self.is_done = False
+        self.found_s: float | None = None
         self.seen_s: float | None = None
         self.missing_s: float | None = None
         if self.name is not None:
@@ -154,10 +155,15 @@ class Comparison:
             return
         from launcher.ros.nodes import owners
 
-        found = list(owners(caller, hidden=False))
+        found, now_s = list(owners(caller, hidden=False)), time.monotonic()
+        is_whole = not any(owner.undiscovered for owner in found)
         for node in (node for node in waiting if node.name is None):
             names = {owner.node for owner in found if node.owns(owner.pid)}
-            if len(names) == 1:  # of several, each gets parameters of its own
+            if names and node.found_s is None:
+                node.found_s = now_s
+            is_late = node.found_s is not None and now_s - node.found_s > NO_SERVICES_S
+            # Of several, each gets parameters of its own.
+            if len(names) == 1 and (is_whole or is_late):
                 node.read_settings(names.pop())
 
     def _look_at(
