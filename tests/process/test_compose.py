@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher import proc
 from launcher.domain_lease import leased_domain
 from launcher.socket_directory import ControlError
 from tests.process.conftest import ControlBench
@@ -155,7 +156,8 @@ def test_sigterm_is_what_each_node_makes_of_it(bench: ControlBench):
 def test_a_signal_counts_whichever_thread_it_interrupts(bench: ControlBench):
     """The kernel may deliver it to any thread; the main thread, which acts on it, sleeps then."""
     with bench.launch(f"{plain('careful')}, {plain('threads')}", "--compose", "*") as run:
-        run.wait_for("[careful-1] [INFO]")
+        for name in ("careful-1", "threads-2"):
+            run.wait_for(f"[{name}] [INFO]")
         pid = pid_of(run)
         threads = [int(name) for name in os.listdir(f"/proc/{pid}/task") if int(name) != pid]
         tid = next(tid for tid in threads if not _blocks(pid, tid, signal.SIGINT))
@@ -165,7 +167,7 @@ def test_a_signal_counts_whichever_thread_it_interrupts(bench: ControlBench):
 
 
 def _blocks(pid: int, tid: int, signum: int) -> bool:
-    status = Path(f"/proc/{pid}/task/{tid}/status").read_text()
+    status = proc.read(f"{pid}/task/{tid}", "status").decode()  # empty if it has ended
     mask = re.search(r"^SigBlk:\s+(\w+)", status, re.MULTILINE)
     return mask is None or bool(int(mask[1], 16) & 1 << (signum - 1))
 
@@ -303,20 +305,24 @@ def test_an_interrupt_reaches_a_thread_that_starts_others(bench: ControlBench, t
 
 def test_a_launch_file_stops_one_node_and_the_others_go_on(bench: ControlBench):
     stop = (
-        "TimerAction(period=2.0, actions=[__import__('launch').actions.EmitEvent(event="
+        "RegisterEventHandler(__import__('launch').event_handlers.OnProcessIO("
+        "target_action=cat, on_stdout=lambda io: __import__('launch').actions.EmitEvent(event="
         "__import__('launch').events.process.ShutdownProcess("
-        "process_matcher=lambda action: action is node))])"
+        "process_matcher=lambda action: action is node))))"
     )
+    cat = "sh('exec cat', name='cat')"
     actions = (
-        f"*(lambda node: [node, {stop}])({plain('careful')}), "
+        f"*(lambda node, cat: [node, cat, {stop}])({plain('careful')}, {cat}), "
         f"{plain('careful', name='other')}, {plain('words')}"
     )
     with bench.launch(actions, "--compose", "*") as run:
+        for process in ("careful-1", "other-3"):
+            wait_until(lambda p=process: len(_tasks(run, p)) == 2, "each hears both")
+        run.ask("send", "cat", text="go")
         run.wait_for("[INFO] [careful-1]: node has finished cleanly in composed-1")
-        seen = len(logged(run, "other-2", "other"))
         assert run.row("composed-1")["state"] == "RUNNING"
-        assert seen == len(logged(run, "other-2", "other"))
         end(run)
+    assert len(logged(run, "other-3", "other")) == 2  # in its only life
     assert run.screen.index("careful was stopped") < run.screen.index("other was stopped")
 
 

@@ -6,7 +6,6 @@ import contextlib
 import signal
 import sys
 import threading
-import time
 
 import rclpy
 from rclpy.context import Context
@@ -35,6 +34,11 @@ class Plain(Node):
             self.heard.add(message.data)
             speed = self.get_parameter("speed").value
             self.get_logger().info(f"heard {message.data} at {speed}")
+
+    @property
+    def has_company(self) -> bool:
+        """Whether another node was heard, which spins then."""
+        return not self.heard <= {self.get_fully_qualified_name()}
 
     def _answer(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
@@ -134,16 +138,19 @@ def rate(name: str) -> None:
 
 
 def fails(name: str) -> None:
+    """As soon as another node spins."""
     rclpy.init()
     node = Plain(name)
-    node.create_timer(1.5, lambda: [][1])
+    node.create_timer(0.1, lambda: [][1] if node.has_company else None)
     rclpy.spin(node)
 
 
 def exits(name: str) -> None:
+    """As soon as another node spins."""
     rclpy.init()
-    Plain(name)
-    time.sleep(0.5)
+    node = Plain(name)
+    while not node.has_company:
+        rclpy.spin_once(node)
     sys.exit(3)
 
 
