@@ -25,7 +25,7 @@ def test_the_bar_tells_what_hides_output_and_how_processes_ended(bench: Bench):
         r"level>=ERROR  grep 'Fleet'  solo robot_1  hidden [1-9]\d* \| `show` shows everything"
     )
     terminal.wait_until(lambda: filters.match(terminal.below_prompt(2)), "the filters")
-    assert "`level ERROR` and `grep 'Fleet'` still hide lines" in terminal.text
+    terminal.wait_for("`level ERROR` and `grep 'Fleet'` still hide lines")
     terminal.enter("show")
     terminal.wait_until(lambda: terminal.below_prompt(2).startswith("help |"), "no filter")
     ticks = sum("] tick" in row for row in terminal.scrolled)

@@ -46,6 +46,7 @@ def test_a_process_is_picked_read_stopped_and_started_below_the_output(bench: Be
     terminal.wait_until(lambda: keys in terminal.rows, "all keys in 80 columns")
     terminal.type("/BOT_2")
     terminal.wait_until(lambda: "processes: 1  /BOT_2" in terminal.rows, "one is found")
+    bench.ask_run(terminal.pid, "pause", "robot_*")  # for each line, all is drawn again
     terminal.wait_until(
         lambda: (
             not terminal.cursor_is_hidden
@@ -53,6 +54,7 @@ def test_a_process_is_picked_read_stopped_and_started_below_the_output(bench: Be
         ),
         "the cursor behind it",
     )
+    bench.ask_run(terminal.pid, "resume", "robot_*")
     terminal.type(ENTER + ENTER)
     terminal.wait_until(lambda: "logs robot_2-2: running, following" in terminal.rows, "its log")
     terminal.wait_until(lambda: terminal.rows.count("tock") == 13, "its lines without its name")
