@@ -170,6 +170,7 @@ def test_a_follower_gets_all_that_was_before(control_bench: ControlBench):
         wait_until(
             lambda: path.exists() and path.stat().st_size > 600_000,
             "more than waits for a slow client",
+            300.0,
         )
         run.ask_text("stop", "often-1")
         known = [line for line in path.read_text().splitlines() if '"resources"' not in line]

@@ -31,8 +31,11 @@ class ControlledRun:
     ) -> None:
         self.screen_path = screen
         self._runtime = runtime
-        # Runs of others on this machine are not seen: their sockets may be below /tmp.
-        self.env = {"TMPDIR": str(runtime), **env, "XDG_RUNTIME_DIR": str(runtime)}
+        # Runs of others on this machine are not seen: their sockets may be below /tmp, or below the
+        # folder that all tests were started with.
+        inherited = os.environ.get("TMPDIR")
+        chosen = {k: v for k, v in env.items() if k != "TMPDIR" or v != inherited}
+        self.env = {"TMPDIR": str(runtime), **chosen, "XDG_RUNTIME_DIR": str(runtime)}
         limits = (files, files)
         with open(screen, "wb") as file:
             self.process = subprocess.Popen(
@@ -63,7 +66,10 @@ class ControlledRun:
         return self._find()[0]
 
     def _find(self) -> list[Path]:
-        return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
+        try:
+            return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
+        except FileNotFoundError:  # a temporary folder of the run was removed just now
+            return self._find()
 
     def connect(self) -> Connection:
         return Connection(self.socket, timeout_s=TIMEOUT_S)
