@@ -18,7 +18,9 @@ from tests.process.conftest import Bench
 from tests.support.ended_main_thread import PROGRAM, started
 from tests.support.waiting import wait_until
 
-ENV = {**os.environ, RUN_ID_VARIABLE: "4711-ended"}
+# Of a launcher that lives: doctors of other tests stop what is left of one that does not.
+RUN_ID = f"{os.getpid()}-ended"
+ENV = {**os.environ, RUN_ID_VARIABLE: RUN_ID}
 DAEMON = f"setsid {sys.executable} {PROGRAM} &"
 
 
@@ -30,7 +32,7 @@ def test_it_is_alive_with_its_own_command_environment_and_memory():
         assert proc.describe_state(pid).startswith("state S (sleeping)")
         assert proc.start_ticks(pid) == int(proc.stat_fields(pid)[proc.START_TICKS])
         assert proc.command_line(pid) == [sys.executable, PROGRAM]
-        assert run_id_of(pid) == "4711-ended"
+        assert run_id_of(pid) == RUN_ID
         assert (proc.uss_bytes(pid) or 0) > 1_000_000
         assert not proc.was_in_exec(pid)
         assert list(proc.family([pid])) == [pid]
@@ -56,8 +58,8 @@ def test_its_pidfd_reports_the_end_of_the_last_thread():
 
 def test_it_is_found_by_its_run_id():
     with started(ENV) as pid:
-        assert pid in sweep.find("4711-ended")[0]
-        assert processes_of(4711)[pid] == f"{sys.executable} {PROGRAM}"
+        assert pid in sweep.find(RUN_ID)[0]
+        assert processes_of(os.getpid())[pid] == f"{sys.executable} {PROGRAM}"
 
 
 def test_of_its_threads_the_living_ones_are_shown():

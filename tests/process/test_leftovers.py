@@ -58,12 +58,14 @@ def sleeping(env: dict[str, str]) -> Iterator[int]:
 # In a process that has the run id, like the parents of leftovers: just before its exec, a child has
 # the environment of its parent.
 SPAWN_AND_FIND = f"""
-import collections, os, signal
+import collections, os, signal, time
 from launcher import proc
 from launcher.engine.cleanup import sweep
 
 seen = collections.Counter()
-for _ in range(300):
+until_s = time.monotonic() + 60
+# On a machine with one processor, an exec is seldom interrupted.
+while seen.total() < 300 or not seen["in exec"] and time.monotonic() < until_s:
     pid = os.posix_spawn("/bin/sleep", ["sleep", "1000"], os.environ)
     proc.pids = lambda: [pid]  # reading all takes longer
     found, in_exec = sweep.find(os.environ["{RUN_ID_VARIABLE}"])
