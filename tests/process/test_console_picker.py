@@ -258,6 +258,7 @@ def lines_of_log(terminal: ScreenTerminal) -> int:
 def test_a_slow_terminal_still_obeys_the_picker(bench: Bench):
     terminal = bench.screen_terminal(FLOOD, columns=80, rows=20)
     terminal.bytes_per_s = 200_000.0
+    terminal.wait_for_prompt(300.0)  # what was written before it takes the emulator long
     open_picker(terminal)
     terminal.type(ENTER)
     terminal.wait_until(lambda: "logs flood-1: running, following" in terminal.rows, "the log")
