@@ -157,6 +157,20 @@ def threads(pid: int) -> list[int]:
         return []
 
 
+def descriptors(pid: int) -> Iterator[tuple[int, str]]:
+    """Number and target of each open file, such as `socket:[7]`; none of other users' processes."""
+    folder = f"{ROOT}/{living_thread(pid)}/fd"
+    try:
+        names = os.listdir(folder)
+    except OSError:
+        return
+    for name in names:
+        try:
+            yield int(name), os.readlink(f"{folder}/{name}")
+        except OSError:
+            continue  # closed meanwhile; the others are still open
+
+
 def children(pid: int) -> list[int]:
     """Pids of its children, zombies included; one that was born just now may be missing."""
     tasks = threads(pid)

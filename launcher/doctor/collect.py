@@ -96,11 +96,7 @@ def unreachable() -> tuple[Unreachable, ...]:
 
 
 def _lost_lock(pid: int) -> bool:
-    folder = f"{proc.ROOT}/{proc.living_thread(pid)}/fd"
-    try:
-        return any(LOST_LOCK.fullmatch(os.readlink(f"{folder}/{fd}")) for fd in os.listdir(folder))
-    except OSError:
-        return False  # it has just exited, or belongs to another user
+    return any(LOST_LOCK.fullmatch(link) for _, link in proc.descriptors(pid))
 
 
 def space(folder: Path) -> Space | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from launcher import proc
+from launcher.ros.discovery.gids import sockets_of
 
 PID = 4711
 FIELDS = "T 1 4711 4711 0 -1 0 0 0 0 0 250 50 0 0 20 0 1 0 12345 0"
@@ -67,6 +68,18 @@ def test_the_sockets_of_both_tables_are_read(folder: Path):
     assert set(proc.udp_sockets()) == {(0x1CF2, "91"), (0x1CF2, "92")}
 
 
+def test_a_file_that_is_closed_while_they_are_read_hides_no_other(folder: Path):
+    (folder / "fd").mkdir()
+    for number in range(3, 20):
+        path = folder / "fd" / str(number)
+        if number % 2:
+            path.symlink_to(f"socket:[{number}]")
+        else:
+            path.touch()  # readlink fails
+    assert set(proc.descriptors(PID)) == {(n, f"socket:[{n}]") for n in range(3, 20, 2)}
+    assert sockets_of(PID) == {str(n) for n in range(3, 20, 2)}
+
+
 def test_an_ended_process_has_no_data(folder: Path):
     assert proc.pids() == [PID]
     assert proc.state(1) == ""
@@ -74,6 +87,7 @@ def test_an_ended_process_has_no_data(folder: Path):
     assert not proc.is_suspended(1)
     assert proc.start_ticks(1) is None
     assert proc.command_line(1) == []
+    assert list(proc.descriptors(1)) == []
     assert proc.variable(1, "HOME") is None
     assert proc.pid_namespace(1) is None
 

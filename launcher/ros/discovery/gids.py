@@ -94,13 +94,8 @@ def holders(inodes: set[str], known: set[int | None]) -> dict[int, set[str]]:
 
 def sockets_of(pid: int) -> set[str]:
     """Inodes of the sockets of a process; none if it belongs to another user."""
-    found: set[str] = set()
-    with contextlib.suppress(OSError):  # it has ended
-        for entry in os.scandir(f"/proc/{pid}/fd"):
-            link = os.readlink(entry.path)
-            if link.startswith("socket:["):
-                found.add(link[8:-1])
-    return found
+    links = (link for _, link in proc.descriptors(pid))
+    return {link[8:-1] for link in links if link.startswith("socket:[")}
 
 
 def widen_sockets(inodes: set[str]) -> None:
