@@ -143,6 +143,7 @@ class _Run:
     def _handle(self, keys: Keys) -> None:
         for key in keys.pressed():
             if key == "space":
+                self._recorder.take()  # what has arrived until now
                 self._recorder.paused = not self._recorder.paused
                 self._status.draw(now=True)
             elif key == "s":
