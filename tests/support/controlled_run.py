@@ -66,10 +66,10 @@ class ControlledRun:
         return self._find()[0]
 
     def _find(self) -> list[Path]:
-        try:
-            return list(self._runtime.rglob(f"{self.process.pid}-*.sock"))
-        except FileNotFoundError:  # a temporary folder of the run was removed just now
-            return self._find()
+        # `rglob` fails if a folder is removed meanwhile.
+        walk = os.walk(self._runtime)
+        below = (Path(folder, name) for folder, _, names in walk for name in names)
+        return [path for path in below if path.match(f"{self.process.pid}-*.sock")]
 
     def connect(self) -> Connection:
         return Connection(self.socket, timeout_s=TIMEOUT_S)

@@ -40,11 +40,11 @@ def remove_groups(lab: str) -> bool:
 
 def processes_in_groups(lab: str) -> list[int]:
     """Pids of all processes in groups of a lab."""
-    tables = (path for group in groups(f"{lab}.*") for path in group.rglob("cgroup.procs"))
     pids: set[int] = set()
-    for path in tables:
+    # `rglob` fails if a group is removed meanwhile.
+    for folder in (name for group in groups(f"{lab}.*") for name, _, _ in os.walk(group)):
         with suppress(OSError):  # it has just been removed
-            pids.update(map(int, path.read_text(encoding="ascii").split()))
+            pids.update(map(int, Path(folder, "cgroup.procs").read_text(encoding="ascii").split()))
     return sorted(pids)
 
 

@@ -17,6 +17,7 @@ from tests.support.hosts.leftovers import processes_in
 from tests.support.hosts.network import Port
 from tests.support.hosts.tool import TIMEOUT_S, failure
 from tests.support.node_process import REPOSITORY
+from tests.support.waiting import wait_until
 
 PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
@@ -95,7 +96,8 @@ class Computer:
     def processes(self) -> list[Process]:
         """All processes of the computer but those that keep it running."""
         pids = set(processes_in(self.port.namespace)) - self.own_pids
-        return [Process(pid=pid, words=_words(pid)) for pid in sorted(pids)]
+        found = [(pid, _words(pid)) for pid in sorted(pids)]
+        return [Process(pid=pid, words=words) for pid, words in found if words]
 
     def link_down(self) -> None:
         """Pull the plug: nobody is told, no packet passes."""
@@ -115,4 +117,13 @@ def python_path() -> Mapping[str, str]:
 
 
 def _words(pid: int) -> tuple[str, ...]:
-    return tuple(os.fsdecode(proc.read(pid, "cmdline")).rstrip("\0").split("\0"))
+    """Empty if it has ended. For a moment in exec, and while it ends, a process has none."""
+    found = b""
+
+    def is_known() -> bool:
+        nonlocal found
+        found = proc.read_memory(pid, "cmdline")
+        return bool(found) or not proc.is_alive(pid)
+
+    wait_until(is_known, f"the words of process {pid}")
+    return tuple(os.fsdecode(found).rstrip("\0").split("\0")) if found else ()
