@@ -94,12 +94,15 @@ def test_a_process_that_exits_at_once_is_heard(start: Start, user: str):
 
 def test_names_of_any_kind_and_length(robot: Robot, start: Start):
     names = ["ü", "a b", "50%n", "x" * 300]
-    run = start(*((name, f"echo hello {n}; sleep 1") for n, name in enumerate(names)))
+    script = "echo hello {}; until test -e /run/seen; do sleep 0.1; done"
+    run = start(*((name, script.format(n)) for n, name in enumerate(names)))
 
     run.wait_for("process started with pid", len(names))
     shown = systemctl(robot, "root", "show", "-p", "Description", "launcher-*-3.service")
+    robot.run(["touch", "/run/seen"])
     assert shown.startswith("Description=50%n-3 of launcher run ")
     assert run.wait() == 0
+    robot.run(["rm", "/run/seen"])
     for number, name in enumerate(names):
         assert f"[{name}-{number + 1}] hello {number}\n" in run.text
 
