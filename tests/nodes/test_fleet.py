@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from group_gp1 import qos, topics
 from group_gp1.messages import report_text
+from group_gp1.qos_probe import UNKNOWN_NODE
 from tests.support.domain import LISTENER, Domain, Heard
 from tests.support.node_process import NodeProcess
 
@@ -190,23 +191,32 @@ def test_every_endpoint_has_the_quality_of_service_of_its_topic(fleet):
     reliable, best_effort = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
     latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
     status = (best_effort, volatile)
-
-    assert endpoints(fleet, topics.TASKS) == {
-        "publishers": {"dispatcher": (reliable, latched)},
-        "subscriptions": dict.fromkeys((*ROBOTS, "debug_logger"), (reliable, latched)),
-    }
-    assert endpoints(fleet, topics.STATUS) == {
-        "publishers": dict.fromkeys(ROBOTS, status),
-        "subscriptions": {
-            "monitor": status,
-            "debug_logger": status,
-            "qos_probe": (reliable, volatile),
+    expected = {
+        topics.TASKS: {
+            "publishers": {"dispatcher": (reliable, latched)},
+            "subscriptions": dict.fromkeys((*ROBOTS, "debug_logger"), (reliable, latched)),
+        },
+        topics.STATUS: {
+            "publishers": dict.fromkeys(ROBOTS, status),
+            "subscriptions": {
+                "monitor": status,
+                "debug_logger": status,
+                "qos_probe": (reliable, volatile),
+            },
+        },
+        topics.REPORT: {
+            "publishers": {"monitor": (reliable, volatile)},
+            "subscriptions": {},
         },
     }
-    assert endpoints(fleet, topics.REPORT) == {
-        "publishers": {"monitor": (reliable, volatile)},
-        "subscriptions": {},
-    }
+
+    def all_are_named() -> bool:
+        """The name of a node arrives after its endpoints."""
+        found = [endpoints(fleet, topic) for topic in expected]
+        return UNKNOWN_NODE not in str(found)
+
+    fleet.domain.wait_until(all_are_named, "the names of all nodes")
+    assert {topic: endpoints(fleet, topic) for topic in expected} == expected
 
 
 def endpoints(fleet: Fleet, topic: str) -> dict[str, dict]:
@@ -235,6 +245,7 @@ def test_a_mismatched_subscriber_receives_nothing_and_logs_why(fleet):
     probe = fleet.nodes["qos_probe"]
     fleet.domain.wait_for_line(probe, "Received 0 messages on /fleet/status, 3 publishers do not")
     explanation = "Incompatible QoS on /fleet/status: RELIABILITY, 3 publishers"
+    fleet.domain.wait_for_line(probe, explanation)  # when the names of all nodes are known
 
     assert "[WARN]" in probe.matching(explanation)[0].text
     assert not [x for x in probe.matching("Received") if "Received 0 messages" not in x.text]
@@ -242,7 +253,9 @@ def test_a_mismatched_subscriber_receives_nothing_and_logs_why(fleet):
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
 def test_the_publisher_logs_the_mismatch_too(fleet, robot_id):
-    warnings = fleet.nodes[robot_id].matching("requesting incompatible QoS")
+    mismatch = "requesting incompatible QoS"
+    fleet.domain.wait_for_line(fleet.nodes[robot_id], mismatch)
+    warnings = fleet.nodes[robot_id].matching(mismatch)
 
     assert len(warnings) == 1
     assert "RELIABILITY" in warnings[0].text
