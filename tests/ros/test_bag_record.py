@@ -94,6 +94,12 @@ def publish(talker: subprocess.Popen[str], count: int, period_s: float = 0.002) 
     assert "done\n" in iter(talker.stdout.readline, "")
 
 
+def records(talker: subprocess.Popen[str], folder: Path) -> bool:
+    """Whether one more message, or one before it, is in the bag."""
+    publish(talker, 1)
+    return bool(contents(folder, "/bag/text"))
+
+
 def decoded(folder: Path, topic: str) -> list[object]:
     """Messages of a type with gaps between its fields, in which CDR may have anything."""
     return [deserialize_message(data, TOPICS[topic][1]) for data in contents(folder, topic)]
@@ -285,7 +291,7 @@ def test_times_of_a_simulation_and_overrides_of_qos(domain, tmp_path: Path):
             talking(domain, "tests.support.bag_talker", "/bag/text") as talker,
             recording(domain, tmp_path / "bag", *words) as recorder,
         ):
-            publish(talker, 1)  # it subscribes to what is published
+            wait_until(lambda: records(talker, tmp_path / "bag"), "a message with a time of /clock")
             info = launcher(domain, "topic", "info", "-v", "/bag/text").out
             publish(talker, 100, 0.01)
             assert recorder.end() == 0

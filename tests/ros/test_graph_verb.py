@@ -70,7 +70,8 @@ def test_the_tree_shows_connections_and_the_mismatch(verb):
 
 
 def test_the_tree_is_drawn_with_ascii_where_the_output_has_nothing_else(env):
-    answer = launcher({**env, "PYTHONIOENCODING": "ascii"}, "graph", "--mode", "active")
+    words = ("graph", "--mode", "active", "--spin-time", "60")
+    answer = launcher({**env, "PYTHONIOENCODING": "ascii"}, *words)
     plain = TREE.replace("├─", "|-").replace("└─", "`-")
     assert (answer.out, answer.err, answer.code) == (plain, "", 0)
 

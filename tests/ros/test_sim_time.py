@@ -38,7 +38,7 @@ def last_rate(answer: Answer) -> float:
 @pytest.mark.thorough
 def test_hz_counts_in_simulated_time(run):
     words = ("topic", "hz", "/texts", "--for", "3", "--json")
-    fast = eventually(lambda: run(*words), lambda answer: last_rate(answer) > 4)
+    fast = eventually(lambda: run(*words), lambda answer: last_rate(answer) > 8)
     slow = eventually(lambda: run(*words, "-s"), lambda answer: 0 < last_rate(answer) < 4)
     assert last_rate(fast) > 2 * last_rate(slow)
 
@@ -73,7 +73,7 @@ def test_pub_stamps_with_simulated_time_and_waits_by_it(run, simulated):
             publishing.terminate()
     seconds = [int(one[1]) for one in found if one]
     assert all(second * 10**9 >= BEGIN_NS for second in seconds), seconds
-    assert seconds[1] - seconds[0] >= 29
+    assert seconds[1] - seconds[0] >= 20  # 0.1 s of the machine may pass before the first stamp
 
 
 def lines_of(lines: Iterator[str], most: int) -> list[str]:
