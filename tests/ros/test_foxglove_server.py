@@ -29,7 +29,7 @@ from tests.support.waiting import wait_until
 
 @contextlib.contextmanager
 def slow_client(url: str, channel: dict[str, Any]) -> Iterator[ClientConnection]:
-    """It has subscribed, and reads only on request: answers to pings wait behind what it did not."""
+    """It has subscribed, and reads only on request: answers to pings would be late."""
     with connect(
         url, subprotocols=[SUBPROTOCOL], max_size=None, close_timeout=1, ping_interval=None
     ) as socket:
