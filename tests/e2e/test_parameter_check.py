@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import psutil
 import pytest
 
 from tests.e2e.conftest import World
+from tests.support.children import children_with
 from tests.support.waiting import wait_until
 
 NODE = """
@@ -65,9 +65,8 @@ def test_undeclared_parameters_are_reported_with_a_similar_name(world: World, tm
     file.write_text(LAUNCH.format(folder=tmp_path))
 
     terminal = world.launcher(str(file), "--no-console")
-    launcher = psutil.Process(terminal.pid)
     terminal.wait_for_all("unnamed: parameter", "'task_durations'", "'task_duration'")
-    wait_until(lambda: not helpers(launcher), "the process that asks has ended")
+    wait_until(lambda: not helpers(terminal.pid), "the process that asks has ended")
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
     text = terminal.text
@@ -84,13 +83,8 @@ def test_undeclared_parameters_are_reported_with_a_similar_name(world: World, tm
 OPTIONS = ((), ("--no-parameter-check",))
 
 
-def helpers(launcher: psutil.Process) -> list[psutil.Process]:
-    found = []
-    for child in launcher.children():
-        with contextlib.suppress(psutil.NoSuchProcess):  # it ends just now
-            if "launcher.ros.parameter_check" in child.cmdline():
-                found.append(child)
-    return found
+def helpers(launcher: int) -> list[psutil.Process]:
+    return children_with(launcher, "launcher.ros.parameter_check")
 
 
 @pytest.mark.thorough
@@ -101,7 +95,7 @@ def test_a_run_ends_while_its_nodes_are_asked_and_the_option_disables_it(
     (tmp_path / "node.py").write_text("import time; time.sleep(600)")  # never appears in ROS
     file.write_text(LAUNCH.format(folder=tmp_path))
     runs = {words: world.launcher(str(file), "--no-console", *words) for words in OPTIONS}
-    asking, other = (psutil.Process(terminal.pid) for terminal in runs.values())
+    asking, other = (terminal.pid for terminal in runs.values())
     for terminal in runs.values():
         terminal.wait_for("[launch]")
     wait_until(lambda: helpers(asking), "the nodes are asked")

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import pytest
 
+from launcher import proc
 from tests.e2e.conftest import MARK, World
 from tests.support.terminal import Terminal, marked_processes
 from tests.support.verbs import eventually, launcher
@@ -36,7 +37,7 @@ def pid_of(world: World, node: str) -> int:
     found = [
         process.pid
         for process in marked_processes(MARK, world.mark).values()
-        if f"__node:={node}" in process.cmdline()
+        if f"__node:={node}" in proc.command_line(process.pid)
     ]
     (pid,) = found
     return pid

@@ -16,6 +16,7 @@ import pytest
 
 import launcher
 from tests.process.conftest import Bench
+from tests.support.children import children_with
 from tests.support.waiting import wait_until
 
 FLOOD = "while :; do echo 'a line of some length that is not very short'; done"
@@ -26,9 +27,8 @@ def test_the_launcher_has_one_thread_and_each_child_a_session_and_group_of_its_o
     terminal = bench.terminal(f"{sleeper}, {sleeper}", "--no-console")
     terminal.wait_for("ready")
     wait_until(lambda: sum(x.startswith("sleep 1000") for x in bench.survivors()) == 2, "both")
-    launcher_process = psutil.Process(terminal.pid)
-    assert launcher_process.num_threads() == 1
-    sleeps = [p for p in launcher_process.children() if p.name() == "sleep"]
+    assert psutil.Process(terminal.pid).num_threads() == 1
+    sleeps = children_with(terminal.pid, "sleep")
     assert len(sleeps) == 2
     assert all(os.getsid(p.pid) == os.getpgid(p.pid) == p.pid for p in sleeps)
 
@@ -147,6 +147,9 @@ class Hopper:
         self.log = folder / "hops"
         self._sizes: list[int] = []
 
+    def has_begun(self) -> bool:
+        return self.log.exists() and self.log.stat().st_size > 0
+
     def has_stopped(self) -> bool:
         """Whether it has not forked in the last ten polls; a list of processes cannot show it."""
         self._sizes.append(self.log.stat().st_size)
@@ -171,7 +174,7 @@ def test_a_process_that_forks_in_a_loop_does_not_outlive_a_killed_launcher(
     hopper = Hopper(bench.folder, rest_s)
     terminal = bench.terminal(f'{hopper.actions}, sh("sleep 0.5; echo ready; exec sleep 1000")')
     terminal.wait_for("ready")
-    wait_until(hopper.log.exists, "it hops")
+    wait_until(hopper.has_begun, "it hops")
     terminal.kill()
     wait_until(hopper.has_stopped, "it does not hop any more")
     wait_until(lambda: bench.survivors() == [], "nothing is left")

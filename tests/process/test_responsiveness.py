@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ import pytest
 
 from launcher.domain_lease import leased_domain
 from tests.process.conftest import ControlBench
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.node_process import REPOSITORY
 from tests.support.waiting import wait_until
@@ -41,13 +41,7 @@ def node(bench: ControlBench, name: str, *words: str, options: str = "") -> str:
 
 def helpers(run: ControlledRun) -> list[psutil.Process]:
     """The processes of this run that ask its nodes."""
-    return [one for one in psutil.Process(run.process.pid).children() if is_helper(one)]
-
-
-def is_helper(process: psutil.Process) -> bool:
-    with contextlib.suppress(psutil.Error):  # others, such as py-spy, end meanwhile
-        return HELPER in process.cmdline()
-    return False
+    return children_with(run.process.pid, HELPER)
 
 
 def hang(bench: ControlBench, name: str, how: str) -> Path:

@@ -11,6 +11,8 @@ import psutil
 import pytest
 
 from tests.process.conftest import MARK, Bench, ControlBench
+from tests.support.children import children_with
+from tests.support.controlled_run import state_of
 from tests.support.terminal import Terminal, marked_processes
 from tests.support.waiting import wait_until
 
@@ -160,7 +162,7 @@ def test_a_process_that_stopped_itself_hears_of_the_stop_and_so_does_its_child(b
 
 def _stopped(bench: Bench) -> int:
     processes = marked_processes(MARK, bench.mark).values()
-    return sum(process.status() == psutil.STATUS_STOPPED for process in processes)
+    return sum(state_of(process.pid) == "T" for process in processes)
 
 
 def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench):
@@ -221,8 +223,9 @@ def test_sigquit_is_an_orderly_stop_too(bench: Bench):
 
 
 def watchdog_of(terminal: Terminal) -> psutil.Process:
-    children = psutil.Process(terminal.pid).children()
-    return next(p for p in children if "watchdog.py" in " ".join(p.cmdline()))
+    wait_until(lambda: children_with(terminal.pid, "watchdog.py"), "the watchdog")
+    (watchdog,) = children_with(terminal.pid, "watchdog.py")
+    return watchdog
 
 
 def test_a_killed_watchdog_is_replaced(bench: Bench):
@@ -341,18 +344,24 @@ def test_a_crash_when_a_user_stops_a_process_is_a_death_and_the_run_goes_on(
     assert re.search(r"exit code 1: a-1 ended unexpectedly \(SIGABRT(, core dumped)?\)", run.screen)
 
 
-def test_an_unusual_exit_code_after_the_stop_is_named_in_the_last_line(bench: Bench):
-    actions = ", ".join(f"sh(\"trap 'exit {n}' INT; {LOOP}\")" for n in (0, 1, 7, 130, 139, 143))
-    done = bench.run(actions, "--timeout", "1")
-    assert done.returncode == 0
-    last = done.stdout.decode().splitlines()[-1]
+def last_line_of_a_stop(bench: ControlBench, *scripts: str) -> str:
+    """The end of a good run whose processes do this when they are stopped."""
+    actions = ", ".join(f"sh(\"trap '{script}' INT; echo ready; {LOOP}\")" for script in scripts)
+    with bench.launch(actions) as run:
+        wait_until(lambda: run.screen.count("] ready\n") == len(scripts), "all are ready")
+        run.ask("quit")
+        assert run.exit_code() == 0
+        return run.screen.splitlines()[-1]
+
+
+def test_an_unusual_exit_code_after_the_stop_is_named_in_the_last_line(control_bench: ControlBench):
+    codes = (f"exit {code}" for code in (0, 1, 7, 130, 139, 143))
+    last = last_line_of_a_stop(control_bench, *codes)
     assert "exit code 0: 4 processes ended as expected after" in last
     assert "; stopped with unusual exit codes: sh-3 (7), sh-5 (139, SIGSEGV);" in last
 
 
-def test_a_process_that_its_own_timer_ends_in_a_stop_has_not_died(bench: Bench):
+def test_a_process_that_its_own_timer_ends_in_a_stop_has_not_died(control_bench: ControlBench):
     """As a node does that limits the time of its clean-up."""
-    done = bench.run(f"sh(\"trap 'kill -PROF $$' INT; {LOOP}\")", "--timeout", "1")
-    assert done.returncode == 0
-    last = done.stdout.decode().splitlines()[-1]
+    last = last_line_of_a_stop(control_bench, "kill -PROF $$")
     assert "exit code 0: stopped with an unusual exit code: sh-1 (SIGPROF);" in last

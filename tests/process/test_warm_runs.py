@@ -14,6 +14,7 @@ import pytest
 
 from tests.process.conftest import ControlBench
 from tests.process.test_startup import REPOSITORY
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.supervising import events
 from tests.support.waiting import wait_until
@@ -41,8 +42,28 @@ def nodes(script: Path, count: int) -> str:
 
 
 def preparing_of(run: ControlledRun) -> list[psutil.Process]:
-    children = psutil.Process(run.process.pid).children()
-    return [one for one in children if any("warm/preparing" in word for word in one.cmdline())]
+    return children_with(run.process.pid, "warm/preparing")
+
+
+# Python runs it in each interpreter: that which prepares goes on when the file is removed.
+HOLD = """import os, sys, time
+if any("warm/preparing" in word for word in sys.orig_argv):
+    while os.path.exists({file!r}):
+        time.sleep(0.02)
+"""
+
+
+@pytest.fixture
+def hold(control_bench: ControlBench) -> Path:
+    """As long as this file is there, the preparing process is not done."""
+    file = control_bench.folder / "hold"
+    file.touch()
+    site = control_bench.folder / "site"
+    site.mkdir()
+    (site / "sitecustomize.py").write_text(HOLD.format(file=str(file)))
+    paths = [str(site), *filter(None, [control_bench.env.get("PYTHONPATH")])]
+    control_bench.env["PYTHONPATH"] = os.pathsep.join(paths)
+    return file
 
 
 @pytest.fixture
@@ -110,7 +131,7 @@ def test_cold_and_other_programs_prepare_nothing(control_bench: ControlBench, fo
 
 
 def test_a_reload_during_the_preparation_starts_what_the_new_file_says(
-    control_bench: ControlBench, folder
+    control_bench: ControlBench, folder, hold: Path
 ):
     text = "#!{python}\nimport sys, signal\nprint(open(sys.argv[-1]).read(), flush=True)\n"
     script = node_script(folder, text + "signal.pause()\n")
@@ -118,11 +139,10 @@ def test_a_reload_during_the_preparation_starts_what_the_new_file_says(
     first = nodes(script, 1).replace("output=", 'parameters=[{{"x": {}}}], output=')
     with control_bench.launch(first.format(1111) + others, "--warm") as run:
         wait_until(lambda: preparing_of(run), "it prepares")
-        preparing_of(run)[0].suspend()
         control_bench.command(first.format(2222) + others)
         changes = {one["name"]: one["change"] for one in run.ask("reload")["processes"]}
         assert changes["node-1"] == "changed"
-        preparing_of(run)[0].resume()
+        hold.unlink()
         run.wait_for("x: 2222")
         assert "x: 1111" not in run.screen
         assert {row["start"] for row in run.ask("ps")["processes"]} == {"warm"}
@@ -146,10 +166,9 @@ def held(script: Path, more: str = "") -> str:
 
 
 def prepares(run: ControlledRun) -> psutil.Process:
-    """The preparing process, suspended before it is done, when 1.5 s have passed."""
+    """The preparing process, which is held, when 1.5 s have passed."""
     wait_until(lambda: preparing_of(run), "it prepares")
     (preparing,) = preparing_of(run)
-    preparing.suspend()
     clock = f"[clock-{len(os.sched_getaffinity(0)) + 2}]: process has finished cleanly"
     run.wait_for(clock)
     return preparing
@@ -159,12 +178,14 @@ def late_name() -> str:
     return f"late-{len(os.sched_getaffinity(0)) + 3}"
 
 
-def test_timers_count_from_the_warm_starts_of_their_moment(control_bench: ControlBench, folder):
+def test_timers_count_from_the_warm_starts_of_their_moment(
+    control_bench: ControlBench, folder, hold: Path
+):
     with control_bench.launch(held(node_script(folder))) as run:
-        preparing = prepares(run)
+        prepares(run)
         assert started_s(control_bench, late_name()) is None
         assert started_s(control_bench, "node-1") is None
-        preparing.resume()
+        hold.unlink()
         wait_until(lambda: started_s(control_bench, late_name()), "the timer fires")
         assert {run.row("node-1")["start"], run.row("late")["start"]} == {"warm", "cold"}
         begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late_name())
@@ -172,6 +193,7 @@ def test_timers_count_from_the_warm_starts_of_their_moment(control_bench: Contro
         assert late_s - begun_s >= 1.0
 
 
+@pytest.mark.usefixtures("hold")
 def test_if_the_preparation_fails_they_count_from_the_cold_starts(
     control_bench: ControlBench, folder
 ):
@@ -184,6 +206,7 @@ def test_if_the_preparation_fails_they_count_from_the_cold_starts(
         assert late_s - begun_s >= 1.0
 
 
+@pytest.mark.usefixtures("hold")
 def test_if_the_starts_are_given_up_the_timers_count(control_bench: ControlBench, folder):
     with control_bench.launch(held(node_script(folder))) as run:
         prepares(run)
@@ -196,6 +219,7 @@ def test_if_the_starts_are_given_up_the_timers_count(control_bench: ControlBench
         assert late_s is not None and late_s - max(given_up_s) >= 1.0
 
 
+@pytest.mark.usefixtures("hold")
 def test_a_stop_while_timers_wait_ends_the_run(control_bench: ControlBench, folder):
     lasting = """TimerAction(period=0.5, cancel_on_shutdown=False, actions=[
         LogInfo(msg="outlived the stop")]),"""
@@ -207,35 +231,36 @@ def test_a_stop_while_timers_wait_ends_the_run(control_bench: ControlBench, fold
         assert started_s(control_bench, late_name()) is None
 
 
-def test_a_reload_while_timers_wait_does_not_shorten_them(control_bench: ControlBench, folder):
+def test_a_reload_while_timers_wait_does_not_shorten_them(
+    control_bench: ControlBench, folder, hold: Path
+):
     script = node_script(folder)
     with control_bench.launch(held(script)) as run:
-        preparing = prepares(run)
+        prepares(run)
         control_bench.command(held(script, 'sh("exec sleep 1000", name="added"),'))
         run.ask("reload")
         run.wait_for("[added-")
         assert "late-" not in run.screen
-        preparing.resume()
+        hold.unlink()
         run.wait_for("[late-")
         (late,) = [row["name"] for row in run.ask("ps", "late")["processes"]]
+        wait_until(lambda: started_s(control_bench, late), "it is noted")
         begun_s, late_s = started_s(control_bench, "node-1"), started_s(control_bench, late)
         assert begun_s is not None and late_s is not None
         assert late_s - begun_s >= 1.0
 
 
 def test_starts_that_wait_for_the_preparation_stay_a_stagger_apart(
-    control_bench: ControlBench, folder
+    control_bench: ControlBench, folder, hold: Path
 ):
     clock = 'sh("sleep 1", name="clock"),'  # when it has ended, all of them would have been due
     with control_bench.launch(
         clock + nodes(node_script(folder), 3), "--warm", "--stagger", "0.2"
     ) as run:
         wait_until(lambda: preparing_of(run), "it prepares")
-        (preparing,) = preparing_of(run)
-        preparing.suspend()
         run.wait_for("[clock-1]: process has finished cleanly")
-        preparing.resume()
-        run.wait_for("[node-4]: process started")
+        hold.unlink()
+        wait_until(lambda: started_s(control_bench, "node-4"), "the last start")
         times = [started_s(control_bench, f"node-{number}") or 0.0 for number in (2, 3, 4)]
         assert all(after - before >= 0.2 for before, after in pairwise(times))
 
@@ -277,6 +302,7 @@ def test_a_launcher_killed_during_the_preparation_leaves_nothing(
         wait_until(lambda: not control_bench.survivors(), "all have ended")
 
 
+@pytest.mark.usefixtures("hold")
 def test_ctrl_c_during_the_preparation_ends_the_run_in_order(control_bench: ControlBench, folder):
     script = node_script(folder, "#!{python}\nimport numpy, rclpy\nprint('began')")
     with control_bench.launch(nodes(script, 3), "--warm") as run:

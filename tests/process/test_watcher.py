@@ -9,10 +9,9 @@ import signal
 import subprocess
 import sys
 
-import psutil
 import pytest
 
-from tests.support.controlled_run import TIMEOUT_S
+from tests.support.controlled_run import TIMEOUT_S, state_of
 from tests.support.waiting import wait_until
 from tests.support.watching import Desk, pids, wait_for_watching, watchers
 
@@ -35,10 +34,7 @@ def test_a_killed_launcher_leaves_nothing(desk: Desk):
         run.process.send_signal(signal.SIGKILL)
         run.process.wait()
         wait_until(lambda: not desk.bench.survivors(), "the end of everything")
-        wait_until(
-            lambda: not watcher.is_running() or watcher.status() == psutil.STATUS_ZOMBIE,
-            "the end of the watcher",
-        )
+        wait_until(lambda: state_of(watcher.pid) in ("", "Z"), "the end of the watcher")
 
 
 def test_a_folder_that_is_deleted_and_made_again(desk: Desk):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
-import psutil
 import pytest
 
 from tests.smoke.bench import PATIENT, REPOSITORY, Bench, talking
+from tests.support.children import children_with
 from tests.support.drawing import is_drawn
 from tests.support.waiting import rest_of
 
@@ -59,9 +59,7 @@ def test_a_run_whose_probe_hangs_ends_and_tells(tmp_path: Path):
     told = ""
     while "ready" not in told:
         told = run.stdout.readline()
-    (probe,) = [
-        p for p in psutil.Process(run.pid).children() if "launcher.ros.probe" in p.cmdline()
-    ]
+    (probe,) = children_with(run.pid, "launcher.ros.probe")
     probe.suspend()
     told, _ = rest_of(run, 120)
     assert run.returncode == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import os
 import resource
 import signal
@@ -62,14 +63,14 @@ class ControlledRun:
     @property
     def socket(self) -> Path:
         """Where it listens, as soon as it does."""
-        wait_until(self._find, f"a socket of {self.process.pid}; screen:\n{self.screen}")
-        return self._find()[0]
+        found: list[Path] = []
 
-    def _find(self) -> list[Path]:
-        # `rglob` fails if a folder is removed meanwhile.
-        walk = os.walk(self._runtime)
-        below = (Path(folder, name) for folder, _, names in walk for name in names)
-        return [path for path in below if path.match(f"{self.process.pid}-*.sock")]
+        def is_there() -> bool:
+            found[:] = sockets_below(self._runtime, str(self.process.pid))
+            return bool(found)
+
+        wait_until(is_there, f"a socket of {self.process.pid}; screen:\n{self.screen}")
+        return found[0]
 
     def connect(self) -> Connection:
         return Connection(self.socket, timeout_s=TIMEOUT_S)
@@ -138,6 +139,15 @@ class ControlledRun:
     def open_files(self) -> int:
         """How many descriptors the launcher holds."""
         return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+
+
+def sockets_below(folder: Path, run: str = "*") -> list[Path]:
+    """Sockets of runs, in folders of which others come and go."""
+    return [
+        Path(where, name)
+        for where, _, names in os.walk(folder)
+        for name in fnmatch.filter(names, f"{run}-*.sock")
+    ]
 
 
 def state_of(pid: int) -> str:

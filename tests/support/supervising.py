@@ -36,7 +36,8 @@ def events(bench: Bench) -> list[dict[str, Any]]:
     file = bench.folder / "log" / "latest" / "events.jsonl"
     if not file.exists():
         return []
-    return [json.loads(line) for line in file.read_text().splitlines()]
+    whole, _, _ = file.read_text().rpartition("\n")  # what is behind it is just being written
+    return [json.loads(line) for line in whole.splitlines()]
 
 
 def moments(bench: Bench) -> list[tuple[str, str]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import psutil
 
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 
@@ -71,5 +72,4 @@ def pids(run: ControlledRun) -> dict[str, int | None]:
 
 
 def watchers(run: ControlledRun) -> list[psutil.Process]:
-    children = psutil.Process(run.process.pid).children()
-    return [one for one in children if "launcher.watch" in one.cmdline()]
+    return children_with(run.process.pid, "launcher.watch")

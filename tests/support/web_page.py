@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 
@@ -60,10 +61,8 @@ def cookie_of(link: str) -> str:
 
 def server_of(pid: int) -> int | None:
     """The process of the server that the launcher has started."""
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        if b"launcher.web.server" in Path(f"/proc/{child}/cmdline").read_bytes():
-            return int(child)
-    return None
+    found = children_with(pid, "launcher.web.server")
+    return found[0].pid if found else None
 
 
 def key_of(link: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 from tests.support.web_page import PageClient, server_of
@@ -101,11 +102,8 @@ def test_publishing_is_cancelled_and_limited(start: Start, listening: Path):
 def probe_of(run: ControlledRun) -> int | None:
     """The process of the probe."""
     server = server_of(run.process.pid)
-    children = Path(f"/proc/{server}/task/{server}/children").read_text().split()
-    for child in children:
-        if b"launcher.ros.probe" in Path(f"/proc/{child}/cmdline").read_bytes():
-            return int(child)
-    return None
+    found = [] if server is None else children_with(server, "launcher.ros.probe")
+    return found[0].pid if found else None
 
 
 def kill_probe(run: ControlledRun) -> int:
@@ -145,9 +143,9 @@ def test_a_probe_that_dies_again_and_again_is_left_alone(start: Start, sleeper: 
     with PageClient(link) as page:
         page.open()
         for number in range(4):
-            kill_probe(run)  # maybe before it was ready: then the pages are told once
+            pid = kill_probe(run)  # maybe before it was ready: then the pages are told once
             if number < 3:
-                wait_until(lambda: probe_of(run) is None, "its end")
+                wait_until(lambda pid=pid: probe_of(run) != pid, "its end")
         wait_until(lambda: "4 times" in str(page.of("probe")[-1:]), "the last death")
         assert "4 times" in page.of("probe")[-1]["reason"]
         wait_for_beat(page)
