@@ -98,8 +98,10 @@ def test_a_process_starts_when_another_has_done_its_work(bench: Bench):
 def test_a_timeout_has_its_consequence(bench: Bench, consequence: str, code: int, runs: bool):
     timeout = f"{{processes: a, timeout: 300 ms, on_timeout: {consequence}}}"
     supervise(bench, f"a: {{ready_when: {{log: never}}}}\nb: {{after: {timeout}}}\n")
-    length = "60" if consequence == "stop-run" else "1"
-    done = bench.run(f'sh("exec sleep {length}", name="a"), sh("echo b runs", name="b"),')
+    # It ends when the wait is over; if the run is to be stopped, not by itself.
+    wait = f"until grep -qs released {bench.folder}/log/latest/events.jsonl; do sleep 0.05; done"
+    ends = "exec sleep 60" if consequence == "stop-run" else wait
+    done = bench.run(f'sh("{ends}", name="a"), sh("echo b runs", name="b"),')
     assert done.returncode == code, done.stdout + done.stderr
     assert (b"[b-2] b runs" in done.stdout) is runs
     said = done.stdout + done.stderr
@@ -142,7 +144,9 @@ def test_one_that_starts_later_is_waited_for(bench: Bench):
     supervise(bench, "b: {after: late}\n")
     late = 'TimerAction(period=0.3, actions=[sh("echo late runs", name="late")])'
     done = bench.run(f'sh("echo b runs", name="b"), {late},')
-    assert done.stdout.index(b"late runs") < done.stdout.index(b"b runs")
+    assert b"b runs" in done.stdout
+    found = moments(bench)
+    assert found.index(("started", "late")) < found.index(("started", "b"))
 
 
 # ---- what users and the end of the run do

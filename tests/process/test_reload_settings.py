@@ -26,6 +26,7 @@ def supervise(control_bench: ControlBench):
 
 def test_policies_and_rules_apply_to_running_processes(control_bench: ControlBench, supervise):
     with control_bench.launch(TWO) as run:
+        run.wait_for("is ready")
         before = pids(run)
         supervise(
             "server: {restart: always, ready_when: {log: is ready}}\n"

@@ -13,10 +13,16 @@ import pytest
 from launcher.control.client import Connection, ControlError, RefusedError
 from tests.process.conftest import Bench, ControlBench
 from tests.support.controlled_run import TIMEOUT_S, ControlledRun
+from tests.support.supervising import events, go
 from tests.support.waiting import wait_until
 
-# It takes a second to stop.
-SLOW = """sh("trap 'sleep 1; exit 0' INT; echo ready; while :; do sleep 0.1; done", name="slow")"""
+# When it is stopped, it ends as soon as the file `go` is there.
+SLOW = """sh("trap 'until test -e go; do sleep 0.02; done; exit 0' INT; echo ready; "
+   "while :; do sleep 0.1; done", name="slow", sigterm_timeout="600", cwd={cwd!r})"""
+
+
+def slow(bench: Bench) -> str:
+    return SLOW.format(cwd=str(bench.folder))
 
 
 def started_pids(run: ControlledRun, name: str = "slow-1") -> list[int]:
@@ -44,11 +50,13 @@ def is_stopping(run: ControlledRun) -> bool:
 def test_requests_at_the_same_time_are_all_answered_and_share_a_start(
     control_bench: ControlBench, verbs: tuple[str, ...], ends: str
 ):
-    with control_bench.launch(SLOW) as run:
+    with control_bench.launch(slow(control_bench)) as run:
         run.wait_for("ready")
         first = run.shell_start(verbs[0], "slow")
         wait_until(lambda: is_stopping(run), "the stop")
         others = [run.shell_start(verb, "slow") for verb in verbs[1:]]
+        wait_until(lambda: len(verbs_asked(run)) == len(verbs), "the others wait")
+        go(control_bench)
         texts = [one.communicate(timeout=TIMEOUT_S)[0] for one in (first, *others)]
         assert [one.returncode for one in (first, *others)] == [0] * len(verbs)
         (pid,) = {m[1] for text in texts if (m := re.search(r"started with pid (\d+)", text))}
@@ -57,11 +65,14 @@ def test_requests_at_the_same_time_are_all_answered_and_share_a_start(
 
 
 def test_a_stop_overtakes_a_restart_which_says_so_and_has_failed(control_bench: ControlBench):
-    with control_bench.launch(SLOW) as run:
+    with control_bench.launch(slow(control_bench)) as run:
         run.wait_for("ready")
         restart = run.shell_start("restart", "slow")
         wait_until(lambda: is_stopping(run), "the stop")
-        assert "slow-1 stopped in" in run.shell("stop", "slow").stdout
+        stop = run.shell_start("stop", "slow")
+        wait_until(lambda: verbs_asked(run) == ["restart", "stop"], "the stop waits")
+        go(control_bench)
+        assert "slow-1 stopped in" in stop.communicate(timeout=TIMEOUT_S)[0]
         error = restart.communicate(timeout=TIMEOUT_S)[1]
         assert error == "error: slow-1 is not started: a later request stops it\n"
         assert restart.returncode == 1
@@ -69,7 +80,7 @@ def test_a_stop_overtakes_a_restart_which_says_so_and_has_failed(control_bench: 
 
 
 def test_a_request_that_was_given_up_is_not_carried_out_later(control_bench: ControlBench):
-    with control_bench.launch(SLOW) as run:
+    with control_bench.launch(slow(control_bench)) as run:
         run.wait_for("ready")
         stop = run.shell_start("stop", "slow")
         wait_until(lambda: is_stopping(run), "the stop")
@@ -77,6 +88,8 @@ def test_a_request_that_was_given_up_is_not_carried_out_later(control_bench: Con
         wait_until(lambda: verbs_asked(run) == ["stop", "start"], "the start waits")
         waiting.send_signal(signal.SIGINT)
         waiting.communicate(timeout=TIMEOUT_S)
+        assert is_stopping(run)  # an answer: the end of the other connection was noticed before
+        go(control_bench)
         assert "stopped in" in stop.communicate(timeout=TIMEOUT_S)[0]
         assert run.row("slow")["state"] == "STOPPED"
         run.ask_text("start", "slow")
@@ -86,20 +99,26 @@ def test_a_request_that_was_given_up_is_not_carried_out_later(control_bench: Con
 
 
 def test_a_restart_that_was_given_up_half_way_is_finished(control_bench: ControlBench):
-    with control_bench.launch(SLOW) as run:
+    with control_bench.launch(slow(control_bench)) as run:
         run.wait_for("ready")
         with run.connect() as connection:
             connection.send("restart", ["slow"])
             wait_until(lambda: is_stopping(run), "the stop")
+        assert is_stopping(run)  # an answer: the end of the connection was noticed before
+        go(control_bench)
         wait_until(lambda: run.row("slow")["state"] == "RUNNING", "it runs again")
 
 
 def test_what_is_typed_twice_in_the_console_is_answered_twice(bench: Bench):
-    terminal = bench.screen_terminal(f"{SLOW},")
+    terminal = bench.screen_terminal(f"{slow(bench)},")
     terminal.wait_for_prompt()
     terminal.wait_for("slow-1] ready")
     terminal.enter("restart slow")
     terminal.enter("restart slow")
+    terminal.wait_until(
+        lambda: sum(one["event"] == "asked" for one in events(bench)) == 2, "both requests"
+    )
+    go(bench)
     terminal.wait_until(
         lambda: sum("| slow-1 stopped in" in row for row in terminal.scrolled) == 2, "both answers"
     )
@@ -127,19 +146,26 @@ def test_a_users_stop_during_a_restart_for_a_changed_file_is_seen_by_the_launch_
 ):
     node = control_bench.folder / "node.py"
     node.write_text(
-        "import signal, sys, time\n"
-        "signal.signal(signal.SIGINT, lambda *a: (time.sleep(1), sys.exit(0)))\n"
+        "import os, signal, sys, time\n"
+        "def stop(*args):\n"
+        f"    while not os.path.exists('{control_bench.folder}/go'): time.sleep(0.02)\n"
+        "    sys.exit(0)\n"
+        "signal.signal(signal.SIGINT, stop)\n"
         "print('ready', flush=True)\nwhile True: time.sleep(0.1)\n",
         encoding="utf-8",
     )
     action = f"""ExecuteProcess(cmd=[sys.executable, "{node}"], name="slow", output="screen",
-                 on_exit=[LogInfo(msg="the launch file has seen it")])"""
+                 sigterm_timeout="600", on_exit=[LogInfo(msg="the launch file has seen it")])"""
     with control_bench.launch(action, "--watch") as run:
         run.wait_for("ready")
         wait_until(lambda: run.ask("watch", "slow")["processes"][0]["files"], "it is watched")
         node.write_text(node.read_text(encoding="utf-8") + "# edited\n", encoding="utf-8")
         wait_until(lambda: is_stopping(run), "the restart for the file")
-        assert "stopped in" in run.ask_text("stop", "slow")
+        with run.connect() as connection:
+            connection.send("stop", ["slow"])
+            wait_until(lambda: "stop" in verbs_asked(run), "the stop waits")
+            go(control_bench)
+            assert "stopped in" in connection.read(TIMEOUT_S)["text"][0]
         run.wait_for("the launch file has seen it")
         assert run.row("slow")["state"] == "STOPPED"
 

@@ -129,11 +129,19 @@ def test_a_suspended_process_is_looked_at_and_stays_suspended(
 
 def test_of_another_program_the_kernel_tells_what_its_threads_wait_for(control_bench: ControlBench):
     with control_bench.launch(SLEEPER) as run:
-        wait_until(lambda: "sleep" in stacks(run, "sleeper")[0]["command"], "exec")
-        (dump,) = stacks(run, "sleeper")
+        found: list[dict[str, Any]] = []
+
+        def sleeps() -> bool:
+            found[:] = stacks(run, "sleeper")
+            state = found[0]["threads"][0]["state"]
+            return bool(
+                found[0]["command"] == "sleep 1000" and state.startswith("state S (sleeping)")
+            )
+
+        wait_until(sleeps, "its sleep")
+        (dump,) = found
         assert dump["problem"] == "this is no Python program"
         assert dump["hint"].startswith(f"gdb -p {dump['pid']} ")
-        assert dump["threads"][0]["state"].startswith("state S (sleeping)")
 
 
 def test_names_that_cannot_be_asked(control_bench: ControlBench):

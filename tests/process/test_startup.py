@@ -137,7 +137,9 @@ def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Pa
 def test_an_idle_run_imports_nothing_large(tmp_path: Path):
     """With all that follows the start: control socket, samples, log files, plan, summary."""
     file = tmp_path / "one.launch.py"
-    file.write_text(LAUNCH_FILE.replace('["/bin/true"]', '["sleep", "1.5"]'), encoding="utf-8")
+    sampled = f"grep -qs resources {tmp_path}/log/latest/events.jsonl"
+    command = ["sh", "-c", f"until {sampled}; do sleep 0.1; done"]
+    file.write_text(LAUNCH_FILE.replace('["/bin/true"]', repr(command)), encoding="utf-8")
     env = {**os.environ, "PYTHONPATH": str(REPOSITORY), "ROS_LOG_DIR": str(tmp_path / "log")}
     command = [sys.executable, "-S", "-c", TELL_AT_THE_END.replace(', "--no-log-files"', "")]
     done = subprocess.run(

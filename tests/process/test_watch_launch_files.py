@@ -57,14 +57,17 @@ def generate_launch_description():
 
 
 def test_a_restart_that_the_end_of_the_run_prevents_is_told(desk: Desk):
-    slow = """sh('trap "echo stopping" INT; echo {}; while :; do sleep 0.1; done', name="slow",
-        output="screen", sigterm_timeout="1.0")"""
+    done = desk.bench.folder / "done"
+    slow = f"""sh('trap "echo stopping" INT; echo {{}}; until test -e {done}; do sleep 0.1; done',
+        name="slow", output="screen", sigterm_timeout="600")"""
     with desk.run(slow.format("first")) as run:
         run.wait_for("first")
         wait_until(lambda: run.ask("watch")["launch_files"], "the launch file to be watched")
         desk.bench.command(slow.format("second"))
         run.wait_for("stopping")
         run.process.send_signal(signal.SIGINT)
+        run.wait_for("user interrupted with ")
+        done.touch()
         run.exit_code()
         assert "the launch file was reloaded: not restarted: slow-1" in run.screen
 

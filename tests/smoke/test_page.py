@@ -18,7 +18,12 @@ import pytest
 from tests.smoke.bench import DONE, PATIENT, SHORT, Bench
 from tests.support.waiting import wait_until
 
-HEARD = "{for: 1 s, expect: [{name: heard, log: here, process: patient}]}"
+HEARD = """
+    for: 1 s
+    expect:
+      - {name: heard, log: here, process: patient, within: 60 s}
+      - {process: done, exits: 0, within: 60 s}
+"""
 
 
 def messages(path: Path, run: int = 0) -> dict[str, dict[str, Any]]:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from launcher import proc
+from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 from tests.support.web_page import PageClient, get, server_of
 from tests.web.conftest import Start
@@ -73,17 +75,29 @@ def test_a_process_is_stopped_and_started(start: Start, sleeper: Path):
 
 @pytest.fixture
 def slow(tmp_path: Path) -> Path:
-    """A launch file with a process that takes a second to stop."""
+    """A launch file with a process that ends when it was stopped and the file `go` is there."""
     path = tmp_path / "slow.launch.py"
-    script = "trap 'sleep 1; exit 0' INT; echo ready; while :; do sleep 0.1; done"
+    wait = f"until test -e {tmp_path}/go; do sleep 0.02; done"
+    script = f"trap '{wait}; exit 0' INT; echo ready; while :; do sleep 0.1; done"
     path.write_text(
         "from launch import LaunchDescription\n"
         "from launch.actions import ExecuteProcess\n\n\n"
         "def generate_launch_description():\n"
         f"    cmd = ['sh', '-c', {script!r}]\n"
-        "    return LaunchDescription([ExecuteProcess(cmd=cmd, name='slow', output='screen')])\n"
+        "    return LaunchDescription([ExecuteProcess(\n"
+        "        cmd=cmd, name='slow', output='screen', sigterm_timeout='600')])\n"
     )
     return path
+
+
+def asked(run: ControlledRun, verb: str) -> int:
+    return sum(one.get("verb") == verb for one in run.ask("events")["events"])
+
+
+def connections(run: ControlledRun) -> int:
+    """How many sockets the launcher holds."""
+    files = proc.descriptors(run.process.pid)
+    return sum(target.startswith("socket:") for _, target in files)
 
 
 def test_two_pages_share_a_restart(start: Start, slow: Path):
@@ -93,6 +107,8 @@ def test_two_pages_share_a_restart(start: Start, slow: Path):
         one.open()
         other.open()
         numbers = [page.send("run", verb="restart", names=["slow"]) for page in (one, other)]
+        wait_until(lambda: asked(run, "restart") == 2, "both restarts wait")
+        (slow.parent / "go").touch()
         answers = [page.answer(number) for page, number in zip((one, other), numbers, strict=True)]
         pids = {answer["text"][0].partition("with pid ")[2].split()[0] for answer in answers}
         assert len(pids) == 1, answers
@@ -102,14 +118,14 @@ def test_what_a_closed_page_has_asked_for_is_not_begun(start: Start, slow: Path)
     run, link = start(slow)
     run.wait_for("ready")
     with run.connect() as connection:
+        before = connections(run)
         connection.send("stop", ["slow"])
         with PageClient(link) as page:
             page.open()
             page.send("run", verb="start", names=["slow"])
-            wait_until(
-                lambda: [e for e in run.ask("events")["events"] if e.get("verb") == "start"],
-                "the start waits",
-            )
+            wait_until(lambda: asked(run, "start"), "the start waits")
+        wait_until(lambda: connections(run) <= before, "the end of the page's connection")
+        (slow.parent / "go").touch()
         assert "stopped in" in connection.read(60)["text"][0]
     assert run.row("slow")["state"] == "STOPPED"
 

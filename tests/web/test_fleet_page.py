@@ -18,6 +18,10 @@ from tests.web.conftest import starting
 pytestmark = pytest.mark.browser
 
 ROBOT = "robot_1-3"
+HAS_MORE_LINES = """(() => {
+  const list = document.querySelector('[data-shown="log"] .window');
+  return list.scrollHeight > list.clientHeight;
+})()"""
 
 
 @pytest.fixture(scope="module")
@@ -156,6 +160,7 @@ def test_an_expression_that_is_wrong_or_slow_is_told(page: Page):
 def test_the_log_pauses_when_one_scrolls_up(page: Page):
     show(page, "log")
     expect(page.locator("[data-follow-state]")).to_have_text("follows the end")
+    page.wait_for_function(HAS_MORE_LINES)
     page.locator("[data-line]").first.hover()
     page.mouse.wheel(0, -400)
     expect(page.locator("[data-follow-state]")).to_have_text("paused")

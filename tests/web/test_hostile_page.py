@@ -162,5 +162,5 @@ def press_what_can_be_pressed(page: Any) -> None:
     for kind in ("tr[data-process]", "[data-line]", ".graph-item", "tr[data-topic]"):
         entries = page.locator(kind)
         if entries.count():
-            entries.first.click(position={"x": 60, "y": 8}, timeout=5000)
+            entries.first.click(position={"x": 60, "y": 8})
     page.mouse.move(500, 400)

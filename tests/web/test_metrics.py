@@ -38,11 +38,13 @@ def test_metrics_need_the_token_and_the_name_of_this_machine(start: Start, sleep
     _, link = start(sleeper)
     token = link.partition("token=")[2]
     bearer = {"Authorization": f"Bearer {token}"}
+    up = ("launcher_process_up", "cat-1")  # the server learns of it when it listens already
+    wait_until(lambda: up in samples(get(link, "/metrics", **bearer)[2]), "the process")
     status, headers, text = get(link, "/metrics", **bearer)
     assert status == 200
     assert headers["content-type"].startswith("text/plain; version=")
     assert headers["cache-control"] == "no-store"
-    assert samples(text)["launcher_process_up", "cat-1"] == 1
+    assert samples(text)[up] == 1
     assert get(link, f"/metrics?token={token}")[0] == 200
     kind = get(link, "/metrics", **bearer, Accept="application/openmetrics-text")[1]["content-type"]
     assert kind.startswith("application/openmetrics-text")
