@@ -204,9 +204,10 @@ def test_ctrl_c_while_a_class_is_made_ends_the_command_without_a_word(tmp_path: 
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
-#: A line of ours in a traceback; line 0 or 1 of the module is noticed before its first line runs.
+#: A line of ours in a traceback. Where the package and the module begin, a Ctrl-C is noticed
+#: before the `try` of the module.
 OURS = re.compile(
-    re.escape(f"{REPOSITORY}/launcher/") + r'(?!__main__\.py", line [01], in <module>)'
+    re.escape(f"{REPOSITORY}/launcher/") + r'(?!(__init__|__main__)\.py", line [01], in <module>)'
 )
 
 
