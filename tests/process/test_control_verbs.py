@@ -41,7 +41,7 @@ def test_a_stopped_process_stays_stopped_until_it_is_started_and_the_run_waits(
         assert "asked for it: shutting down" not in run.screen
         run.ask_text("quit")
         assert run.exit_code() == 0
-        assert not run._find()
+        assert not run.sockets()
 
 
 def test_a_stop_turns_restarts_off_and_says_so(control_bench: ControlBench):

@@ -66,11 +66,15 @@ class ControlledRun:
         found: list[Path] = []
 
         def is_there() -> bool:
-            found[:] = sockets_below(self._runtime, str(self.process.pid))
+            found[:] = self.sockets()
             return bool(found)
 
         wait_until(is_there, f"a socket of {self.process.pid}; screen:\n{self.screen}")
         return found[0]
+
+    def sockets(self) -> list[Path]:
+        """One while it listens; none is left when it has ended."""
+        return sockets_below(self._runtime, str(self.process.pid))
 
     def connect(self) -> Connection:
         return Connection(self.socket, timeout_s=TIMEOUT_S)
