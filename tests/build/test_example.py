@@ -58,6 +58,7 @@ def test_its_tests_pass_and_its_nodes_stop_in_order(fleet_workspace: BuiltWorksp
         assert sign not in done.out + done.err
 
 
+@pytest.mark.thorough
 def test_colcon_finds_the_packages_of_the_example_in_the_example_only(tmp_path: Path):
     assert colcon_list(EXAMPLE) == PACKAGES
     assert colcon_list(REPOSITORY) == ["group_gp1"]

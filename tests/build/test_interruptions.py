@@ -106,6 +106,7 @@ def test_a_signal_ends_all_and_the_next_build_works(running: RunningBuild, numbe
     assert built(running.root).summary == "1 package: 1 built, 0 unchanged"
 
 
+@pytest.mark.thorough
 def test_signals_that_were_ignored_and_blocked_end_a_build(tmp_path: Path):
     cmake_package(tmp_path / "src", "slow", SLEEP)
     build = RunningBuild(tmp_path, *with_signals(COMMAND))
@@ -119,6 +120,7 @@ def test_signals_that_were_ignored_and_blocked_end_a_build(tmp_path: Path):
     assert not any(map(is_alive, processes))
 
 
+@pytest.mark.thorough
 def test_a_build_succeeds_where_sigchld_is_ignored(tmp_path: Path):
     python_package(tmp_path / "src", "plain")
     command = with_signals(COMMAND)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from launcher.pytest_plugin import Launch
 from tests.e2e.conftest import LONG_STOP
 
@@ -55,6 +57,7 @@ def generate_launch_description():
 """
 
 
+@pytest.mark.thorough
 def test_timers_follow_the_clock_of_the_simulation(launched_system: Launch, tmp_path: Path):
     clock, file = tmp_path / "clock.py", tmp_path / "timer.launch.py"
     clock.write_text(CLOCK)

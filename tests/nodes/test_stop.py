@@ -116,6 +116,7 @@ def test_a_second_signal_does_not_disturb_the_end(domain, name):
     assert "Traceback" not in node.output
 
 
+@pytest.mark.thorough
 def test_a_node_whose_destruction_hangs_dies():
     command = [sys.executable, "-c", HANGING]
     with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY) as process:

@@ -283,6 +283,7 @@ def test_requests_wait_for_the_connection():
         assert recorder.finish() == ([], False)  # it would wait ten minutes for us
 
 
+@pytest.mark.thorough
 def test_without_the_operator_the_host_stops_them():
     with Recorder(host(stop_after_s=3.0), words=RELAYED) as recorder:
         recorder.ready().start(1, python(SLEEP))

@@ -433,6 +433,7 @@ def test_a_killed_group_leaves_nothing(bench: ControlBench):
     assert "composed-1 ended unexpectedly (SIGKILL)" in run.screen
 
 
+@pytest.mark.thorough
 def test_verbs_are_about_the_group(bench: ControlBench):
     actions = f"{plain('careful', more=', name=' + repr('careful'))}, {plain('usual')}"
     with bench.launch(actions, "--compose", "*") as run:

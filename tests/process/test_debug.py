@@ -77,6 +77,7 @@ def test_without_waiting_at_a_port_of_ones_own_from_a_shell(control_bench: Contr
         attach(f"127.0.0.1:{port}")
 
 
+@pytest.mark.thorough
 def test_it_can_be_stopped_while_it_waits_and_dies_into_a_normal_restart(
     control_bench: ControlBench, arm: str
 ):
@@ -93,6 +94,7 @@ def test_it_can_be_stopped_while_it_waits_and_dies_into_a_normal_restart(
     assert control_bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_changes_of_files_and_of_the_launch_file_leave_it_as_it_is(control_bench: ControlBench):
     script = control_bench.folder / "node.py"
     script.write_text(SCRIPT)
@@ -115,6 +117,7 @@ def test_changes_of_files_and_of_the_launch_file_leave_it_as_it_is(control_bench
         assert run.ask("info", "arm")["processes"][0]["command"][-1] == "two"
 
 
+@pytest.mark.thorough
 def test_a_budget_is_told_but_not_enforced(control_bench: ControlBench, arm: str):
     options = ("--budget", "arm:memory=1M,for=1,action=restart")
     with control_bench.launch(arm.replace("arm.py", "late.py"), *options) as run:

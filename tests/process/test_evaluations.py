@@ -244,6 +244,7 @@ expect: [{process: bot1_a, alive: true}]
 """
 
 
+@pytest.mark.thorough
 def test_smoke_evaluates_the_launch_file_once_in_each_run(tallied: Tallied):
     (tallied.folder / "a.expect.yaml").write_text(EXPECTATIONS)
     done = tallied.call("smoke", "a.launch.py", "inner:=2", "--repeat", "2")

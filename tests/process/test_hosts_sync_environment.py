@@ -84,6 +84,7 @@ def test_a_wheelhouse_that_is_a_file_is_refused(tmp_path: Path):
     assert caught.value.hint == "name the folder of the wheels, or a new one: it is filled"
 
 
+@pytest.mark.thorough
 def test_a_missing_wheel_is_told_before_anything_is_sent(site_with_venv: Site, tmp_path: Path):
     house = tmp_path / "house"
     tiny_wheel(house, "tiny_of_nobody", "1.0", "cp38-cp38-manylinux_2_99_riscv64")
@@ -191,6 +192,7 @@ def dry_run(site: Site, capsys, **options: object) -> list[str]:
     return capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.thorough
 def test_a_dry_run_tells_of_the_environment_and_downloads_nothing(
     site_with_venv: Site, tmp_path: Path, capsys
 ):

@@ -94,6 +94,7 @@ def to_legacy_installation(prefix: Path) -> None:
     info.rename(info.with_suffix(".egg-info"))
 
 
+@pytest.mark.thorough
 def test_what_is_built_in_a_workspace_runs(fleet_workspace: BuiltWorkspace, site: Site):
     """Compiled types, and nodes that are links to their sources here."""
     found = collect(workspace_at(str(fleet_workspace.root)))

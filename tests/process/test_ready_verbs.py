@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from launcher.control import format
 from tests.process.conftest import Bench, ControlBench, Workspace
 from tests.process.test_startup import LAUNCH_FILE, TELL_AT_THE_END, python
@@ -136,6 +138,7 @@ def test_smoke_waits_until_all_are_ready_and_expects_it(bench: Bench):
     assert "smoke: 2 of 2 expectations met" in done.stdout
 
 
+@pytest.mark.thorough
 def test_smoke_is_not_ready_while_a_process_waits(bench: Bench):
     supervise(bench, "server: {ready_when: {log: never}}\nworker: {after: server}\n")
     done = smoke(bench, "expect: []\n", "--ready-within", "3", "--for", "0.5")

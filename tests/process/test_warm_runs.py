@@ -193,6 +193,7 @@ def test_timers_count_from_the_warm_starts_of_their_moment(
         assert late_s - begun_s >= 1.0
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("hold")
 def test_if_the_preparation_fails_they_count_from_the_cold_starts(
     control_bench: ControlBench, folder
@@ -206,6 +207,7 @@ def test_if_the_preparation_fails_they_count_from_the_cold_starts(
         assert late_s - begun_s >= 1.0
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("hold")
 def test_if_the_starts_are_given_up_the_timers_count(control_bench: ControlBench, folder):
     with control_bench.launch(held(node_script(folder))) as run:
@@ -231,6 +233,7 @@ def test_a_stop_while_timers_wait_ends_the_run(control_bench: ControlBench, fold
         assert started_s(control_bench, late_name()) is None
 
 
+@pytest.mark.thorough
 def test_a_reload_while_timers_wait_does_not_shorten_them(
     control_bench: ControlBench, folder, hold: Path
 ):

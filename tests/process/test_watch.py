@@ -146,6 +146,7 @@ def test_a_node_that_waits_for_its_restart_is_started_at_once(desk: Desk):
         assert run.row("a")["state"] == "RUNNING"
 
 
+@pytest.mark.thorough
 def test_a_change_during_the_restart_is_not_lost(desk: Desk):
     slow = PROGRAM.replace("sys.exit(0)", "(time.sleep(1.0), sys.exit(0))")
     (desk.folder / "node.py").write_text(slow)

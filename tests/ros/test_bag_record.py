@@ -332,6 +332,7 @@ def test_the_space_key_pauses_and_the_status_tells_what_is_going_on(domain, tmp_
     assert contents(tmp_path / "bag", "/bag/text") == published("/bag/text", 30, first=20)
 
 
+@pytest.mark.thorough
 def test_what_is_not_there_is_told(domain, tmp_path: Path):
     with recording(domain, tmp_path / "none", "-a", "--for", "0.1") as recorder:
         assert recorder.wait() == 0

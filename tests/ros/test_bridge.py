@@ -287,6 +287,7 @@ def test_ros_without_a_socket_is_a_usage_error(domain, tmp_path):
         assert "--ros needs the control socket" in run.screen
 
 
+@pytest.mark.thorough
 def test_the_observer_of_a_run_has_the_same_graph_as_a_new_snapshot(
     run: ControlledRun, domain: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ):

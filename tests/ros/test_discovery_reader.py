@@ -26,7 +26,13 @@ def by_reader(domain_id: int, *, remote: bool = False):
     return seen.snapshot
 
 
-@pytest.mark.parametrize("remote", [False, True], ids=["localhost", "subnet"])
+@pytest.mark.parametrize(
+    "remote",
+    [
+        pytest.param(False, id="localhost"),
+        pytest.param(True, id="subnet", marks=pytest.mark.thorough),
+    ],
+)
 def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
     with ros_domain(tmp_path) as env, talking(env, "tests.support.sample_nodes"):
         domain_id = int(env["ROS_DOMAIN_ID"])

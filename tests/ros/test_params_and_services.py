@@ -97,6 +97,7 @@ def test_the_timeout_of_param_waits_for_a_node(verb):
     assert time.monotonic() - started >= 1.2
 
 
+@pytest.mark.thorough
 def test_a_node_that_starts_within_the_timeout_of_param_is_found(tmp_path):
     words = [sys.executable, "-m", "launcher", "param", "list", "/talker", "--timeout", "60"]
     with ros_domain(tmp_path) as env:

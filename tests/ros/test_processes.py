@@ -95,6 +95,7 @@ def test_a_process_that_was_suspended_earlier_is_reported_as_stopped(sleepy):
         os.kill(pid, signal.SIGCONT)
 
 
+@pytest.mark.thorough
 def test_a_long_running_observer_reports_stopped_nodes_and_ghosts(tmp_path):
     with (
         ros_domain(tmp_path) as env,

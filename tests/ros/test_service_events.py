@@ -117,6 +117,7 @@ def test_echo_errors(service, words, error):
     assert (answer.err.startswith(error), answer.code) == (True, 1), answer
 
 
+@pytest.mark.thorough
 def test_events_are_messages_of_a_topic(here, service):
     shown = service("topic", "echo", TOPIC, "--once")
     (document, _) = yaml.safe_load_all(shown.out)

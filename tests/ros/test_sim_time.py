@@ -88,6 +88,7 @@ def test_without_a_clock_the_verb_says_what_it_waits_for(tmp_path):
     assert (answer.out, "no time on /clock for 3 s" in answer.err) == ("", True), answer
 
 
+@pytest.mark.thorough
 def test_hz_does_not_count_the_history(run):
     answer = eventually(
         lambda: run("topic", "hz", "/latched", "--for", "5", "--json"),

@@ -273,6 +273,7 @@ def test_a_filter_looks_at_the_field_that_is_asked_for(verb):
     assert verb("topic", "echo", "/numbers", *words).out == "3.0\n---\n"
 
 
+@pytest.mark.thorough
 def test_a_publisher_that_does_not_match_is_named_while_another_is_received(verb, env):
     weak = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: weak", "-n", "weak_one")
     strong = ("topic", "pub", "/mixed", "std_msgs/msg/String", "data: strong", "-n", "strong_one")

@@ -58,6 +58,7 @@ def test_lines_processes_and_the_run(bench: Bench):
         assert outcome == ("violated" if name.startswith("bad") else "met"), name
 
 
+@pytest.mark.thorough
 def test_errors_and_tracebacks(bench: Bench):
     bench.write(PATIENT, ERRORS)
     bench.expect("{expect: [{name: all is printed, log: KeyError, within: 60 s}]}")

@@ -53,6 +53,7 @@ def test_a_paused_process_prints_nothing(bench: Bench):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.thorough
 def test_a_step_waits_for_a_line_and_can_talk_to_a_process(bench: Bench):
     bench.write(PATIENT, ECHO)
     bench.expect(
