@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from launcher.model.spec import ProcessSpec
 
 RESPONSIVE_DELAY_S = 2.0  # nodes are starting before, and cannot be late
-PRUNE_S = 0.01  # at the end of a run
+PRUNE_S, PRUNE_LEAST = 0.01, 20  # at the end of a run: so long, and at least so many steps
 PLAN_DELAY_S = 0.1  # the plan is not urgent, and processes are still starting before
 WATCH_DELAY_S = 0.05  # the first processes are started before
 KEPT = "The last 20 runs stay there, and all that failed or have a snapshot"
@@ -321,8 +321,10 @@ class Supervisor:
     def _prune_rest(self) -> None:
         """A run of some milliseconds has no idle moment: go on for a little while."""
         until_s = self._reactor.now() + PRUNE_S
-        while self._reactor.now() < until_s and next(self._pruning, "over") is None:
-            pass
+        for step, _ in enumerate(self._pruning, 1):
+            # However slow the machine is, such runs must not leave more than they delete.
+            if step >= PRUNE_LEAST and self._reactor.now() >= until_s:
+                break
 
     def _watch(self) -> None:
         if not self._shutdown.has_begun:
