@@ -162,7 +162,7 @@ class Comparison:
             if names and node.found_s is None:
                 node.found_s = now_s
             is_late = node.found_s is not None and now_s - node.found_s > NO_SERVICES_S
-            # Of several, each gets parameters of its own.
+            # The parameters of one node are not those of another.
             if len(names) == 1 and (is_whole or is_late):
                 node.read_settings(names.pop())
 
