@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 
 from launcher.build.checks import origins
 from launcher.build.checks.interface_index import InterfaceIndex
@@ -19,6 +20,8 @@ _INSTALL_ENDS = (
     "FILES_MATCHING", "PATTERN", "REGEX", "USE_SOURCE_PERMISSIONS", "FILE_PERMISSIONS",
     "DIRECTORY_PERMISSIONS", "MESSAGE_NEVER", "EXCLUDE",
 )  # fmt: skip
+_OLDEST = (3, 3)  # whose policies the macros of rosidl need
+_WITHOUT_GROUP = {"SKIP_GROUP_MEMBERSHIP_CHECK", "SKIP_INSTALL"}  # they leave out what fails
 
 
 class CMakeCheck:
@@ -41,12 +44,29 @@ class CMakeCheck:
         yield from check_interfaces(self._package, self._file, self._index)
 
     def _minimum(self) -> Iterator[SourceError]:
-        """Without the policies of CMake 3.3 the macros of ament fail."""
+        """Without the policies of CMake 3.3 macros of rosidl fail, and elsewhere those of ament."""
         uses = [one for one in self._file.commands if one.name.startswith(("ament_", "rosidl_"))]
-        if uses and not self._file.has("cmake_minimum_required", "cmake_policy", "include"):
-            message = "CMakeLists.txt has no cmake_minimum_required()"
-            hint = "add cmake_minimum_required(VERSION 3.8) as the first line"
-            yield self._source.error(message, hint=hint)
+        if not uses or self._file.has("cmake_policy", "include"):
+            return
+        asked = self._file.named("cmake_minimum_required")
+        if not asked and self._file.has("cmake_minimum_required"):
+            return
+        versions = [_policies(one.words) for one in asked]
+        if None in versions or any(one and one >= _OLDEST for one in versions):
+            return
+        message = "CMakeLists.txt has no cmake_minimum_required()"
+        if asked:
+            message = "with a CMake before 3.3 the macros of ament and rosidl do not work"
+        calls = self._file.named("rosidl_generate_interfaces")
+        is_certain = any(not _WITHOUT_GROUP & {*one.words} for one in calls)
+        report = self._source.error if is_certain else self._source.warning
+        yield report(
+            message,
+            asked[0].line if asked else None,
+            at="VERSION" if asked else None,
+            hint=f"{'write' if asked else 'add'} cmake_minimum_required(VERSION 3.8)"
+            + ("" if asked else " as the first line"),
+        )
 
     def _project(self) -> Iterator[SourceError]:
         if self._package.build_type != "ament_cmake":
@@ -152,3 +172,9 @@ class CMakeCheck:
             at=text,
             hint=hint or (f"create it: mkdir {text}" if is_folder else None),
         )
+
+
+def _policies(words: Sequence[str]) -> tuple[int, ...] | None:
+    """The version whose policies cmake_minimum_required sets; None if it is not known."""
+    found = re.search(r"\bVERSION (?:[\d.]+\.\.\.)?(\d+)\.(\d+)", " ".join(words))
+    return (int(found[1]), int(found[2])) if found else None

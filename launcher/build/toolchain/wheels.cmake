@@ -3,6 +3,12 @@
 # The CMake files of the ROS wheels name the folders of Python and numpy on the machine that made
 # the wheels. After the package has been configured the imported targets are corrected in memory;
 # the installed files stay as they are.
+#
+# A package may call project() before cmake_minimum_required(), or ask for an old version: the
+# policies of these files, and of what they find, are always the same.
+
+cmake_policy(PUSH)
+cmake_policy(VERSION 3.19)
 
 include("${CMAKE_CURRENT_LIST_DIR}/relocatable.cmake")
 
@@ -69,3 +75,5 @@ if(CMAKE_BINARY_DIR MATCHES "[^ -~]" AND NOT COMMAND _rosidl_adapt_interfaces)
     endfunction()
   endif()
 endif()
+
+cmake_policy(POP)

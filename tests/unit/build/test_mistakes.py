@@ -113,6 +113,7 @@ NAME = "package 'p' is neither in the workspace nor in the environment"
 SOURCES = "put its sources into src/, or install its wheel if it has one: pip install ros-jazzy-{}"
 ABSENT = "package '{}' is neither in the workspace nor in the environment"
 CPP = "{} has no wheel: C++ nodes need an installation of ROS 2"
+OLD_CMAKE = "with a CMake before 3.3 the macros of ament and rosidl do not work"
 CPP_HINT = "build this package where ROS 2 is installed (apt install ros-jazzy-{})"
 
 ERRORS = {
@@ -637,14 +638,30 @@ ERRORS = {
         "add project(c) as the second line",
     ),
     "no cmake_minimum_required": Case(
-        {
-            "c/package.xml": manifest("c"),
-            "c/CMakeLists.txt": CMAKE.replace(MINIMUM, "").format("c") + "ament_package()\n",
-        },
-        "src/c/CMakeLists.txt",
+        interface_package(
+            "m",
+            {"msg/A.msg": "int8 a"},
+            cmake=CMAKE.replace(MINIMUM, "").format("m")
+            + "find_package(rosidl_default_generators REQUIRED)\n"
+            "rosidl_generate_interfaces(m msg/A.msg)\nament_package()\n",
+        ),
+        "src/m/CMakeLists.txt",
         "",
         "CMakeLists.txt has no cmake_minimum_required()",
         "add cmake_minimum_required(VERSION 3.8) as the first line",
+    ),
+    "the policies of an old CMake": Case(
+        interface_package(
+            "m",
+            {"msg/A.msg": "int8 a"},
+            cmake=CMAKE.replace("3.8", "2.8.3").format("m")
+            + "find_package(rosidl_default_generators REQUIRED)\n"
+            "rosidl_generate_interfaces(m msg/A.msg)\nament_package()\n",
+        ),
+        "src/m/CMakeLists.txt:1",
+        "VERSION",
+        OLD_CMAKE,
+        "write cmake_minimum_required(VERSION 3.8)",
     ),
     "another project": Case(
         {
@@ -927,6 +944,26 @@ WARNINGS = {
         "CMakeLists.txt does not end with ament_package(): the package is not found after it is "
         "built",
         "add ament_package() as the last line",
+    ),
+    "no cmake_minimum_required": Case(
+        {
+            "c/package.xml": manifest("c"),
+            "c/CMakeLists.txt": CMAKE.replace(MINIMUM, "").format("c") + "ament_package()\n",
+        },
+        "src/c/CMakeLists.txt",
+        "",
+        "CMakeLists.txt has no cmake_minimum_required()",
+        "add cmake_minimum_required(VERSION 3.8) as the first line",
+    ),
+    "the policies of an old CMake": Case(
+        {
+            "c/package.xml": manifest("c"),
+            "c/CMakeLists.txt": CMAKE.replace("3.8", "3.1").format("c") + "ament_package()\n",
+        },
+        "src/c/CMakeLists.txt:1",
+        "VERSION",
+        OLD_CMAKE,
+        "write cmake_minimum_required(VERSION 3.8)",
     ),
     "a misspelt module": Case(
         python_package("p", talker=None) | {"p/p/talkre.py": "def main(): pass\n"},

@@ -181,6 +181,23 @@ def test_interfaces(call: str, tmp_path: Path):
     assert [one.render() for one in found] == []
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "project(m)\ncmake_minimum_required(VERSION 3.5)\n",
+        "cmake_minimum_required(VERSION 2.8...3.14 FATAL_ERROR)\nproject(m)\n",
+        "cmake_minimum_required(VERSION ${UNKNOWN})\nproject(m)\n",
+        "cmake_policy(VERSION 3.8)\nproject(m)\n",
+    ],
+)
+def test_places_of_policies(head: str, tmp_path: Path):
+    cmake = HEAD[HEAD.index("#[[") :] + CALLS["names"] + TAIL
+    files = {"msg/A.msg": A, "srv/B.srv": "A a\n---\n"}
+    write(tmp_path, interface_package("m", files, cmake=head + cmake))
+
+    assert checks.check(sources.find([str(tmp_path)])) == []
+
+
 def test_types_of_a_package_whose_files_only_cmake_knows(tmp_path: Path):
     head = "find_package(ament_cmake REQUIRED)\nfind_package(rosidl_default_generators REQUIRED)\n"
     first = (
