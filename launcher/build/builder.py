@@ -165,7 +165,7 @@ class _Build:
             select=() if colcon_words.select(words) else changed,
             cmake_args=environment.cmake_args(compiler, cpp=self._options.cpp),
             links=self._options.links,
-            words=colcon_words.skipping(words, self._outcome.refused),
+            words=colcon_words.ignoring(words, self._outcome.refused),
         )
         with (
             jobs.server(env) as shared,

@@ -1,4 +1,4 @@
-"""Which packages a build may try: those without mistakes, and not needing any with one."""
+"""Which packages a build may try: those without mistakes, and not built from any with one."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def approved(
     """The packages that the build of a place may try: the named ones and what they need.
 
     Warnings are printed. RefusedError if there are mistakes; with `keep_going` they are printed,
-    and the packages left out that have them, or need one that has. `words` are colcon's, and may
-    select packages by name.
+    and the packages left out that have them, or are built from one that has. `words` are colcon's,
+    and may select packages by name.
     """
     found = sources.find([place.base], environ)
     named = _named(found, place)
@@ -82,10 +82,10 @@ def approved(
 
 
 def _refused(found: Found, errors: Iterable[SourceError]) -> set[str]:
+    """The packages with errors, and those that need one to be built."""
     names = {error.package for error in errors if error.package}
-    # A cycle may be one of tests, and its error names one of the packages in it.
-    kinds = () if sources.cycles(found.packages) else ("build", "run")
-    return sources.with_dependents(found.everything, names, *kinds)
+    names |= sources.in_cycles(found.packages)
+    return sources.with_dependents(found.everything, names, "build")
 
 
 def _named(found: Found, place: Place) -> set[str]:

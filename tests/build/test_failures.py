@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.errors import ExitCode
-from tests.build.small_packages import build, cmake_package, python_package, write
+from tests.build.small_packages import build, cmake_package, files_package, python_package, write
 
 HIDDEN = "if(TRUE)\n  set(files msg/A.msg)\nendif()\nrosidl_generate_interfaces(m ${files})"
 INTERFACES = (
@@ -44,15 +44,17 @@ def test_mistakes_are_reported_before_anything_is_built(tmp_path: Path):
 
 def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     python_package(tmp_path / "src", "right")
-    python_package(tmp_path / "src", "needing", "cpp")
+    python_package(tmp_path / "src", "running", "cpp")
+    files_package(tmp_path / "src", "building", depends=["cpp"])
     cmake_package(tmp_path / "src", "cpp", "find_package(rclcpp REQUIRED)")
     write(tmp_path / "src/unreadable/package.xml", "<package")
 
     result = build(tmp_path, "--keep-going")
 
     assert result.code == ExitCode.USAGE
-    assert "4 packages: 1 built, 0 unchanged, 3 refused (cpp, needing, unreadable)" in result.out
+    assert "5 packages: 2 built, 0 unchanged, 3 refused (building, cpp, unreadable)" in result.out
     assert (tmp_path / "install" / "right").is_dir()
+    assert (tmp_path / "install" / "running").is_dir()
 
 
 @pytest.mark.thorough

@@ -44,10 +44,13 @@ def selecting(words: Sequence[str]) -> list[str]:
     return chosen
 
 
-def skipping(words: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """The words, which select packages, without these packages."""
-    flag = "--packages-skip"
-    if not names or not select(words):
+def ignoring(words: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
+    """The words, with which colcon does not know these packages.
+
+    Of packages that it knows and only leaves out, it demands what they have installed.
+    """
+    flag = "--packages-ignore"
+    if not names:
         return tuple(words)
     for place, word in enumerate(words):
         if word.partition("=")[0] == flag:

@@ -270,6 +270,12 @@ def cycles(packages: Sequence[Package]) -> list[SourceError]:
     return errors
 
 
+def in_cycles(packages: Sequence[Package]) -> set[str]:
+    """The packages that need themselves, over others."""
+    needed = dependencies_within(packages)
+    return {name for name in needed if path_back(name, needed) is not None}
+
+
 def path_back(start: str, needed: Mapping[str, set[str]]) -> list[str] | None:
     """The shortest way from a name over those that it needs to itself."""
     level = [[start]]

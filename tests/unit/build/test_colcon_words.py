@@ -87,9 +87,3 @@ def test_a_value_may_follow_an_equals_sign():
         "--cmake-args=-DX=2",
     )
     assert colcon_words.show(["--event-handlers=console_direct+"])
-
-
-@pytest.mark.parametrize("given", [("--packages-skip", "a"), ("--packages-skip=a",)])
-def test_packages_that_cannot_be_built_are_skipped_too(given: tuple[str, ...]):
-    flag, *names = colcon_words.skipping(given, ["b", "c"])
-    assert (flag, {*names}) == ("--packages-skip", {"a", "b", "c"})

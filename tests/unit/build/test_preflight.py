@@ -61,6 +61,14 @@ def test_keep_going_leaves_out_what_needs_a_refused_package(capsys: pytest.Captu
     assert capsys.readouterr().err.count("error: ") == 2
 
 
+@pytest.mark.parametrize("tag", ["exec_depend", "test_depend", "build_export_depend"])
+def test_keep_going_builds_what_needs_a_refused_package_only_later(workspace: Path, tag: str):
+    write(workspace / "src", python_package("later", f"<{tag}>broken</{tag}>"))
+    write(workspace / "src", python_package("above", "<depend>later</depend>"))
+
+    assert approved(keep_going=True) == (["alone", "later", "above"], ["broken", "cpp", "user"])
+
+
 def test_only_the_named_packages_and_what_they_need_are_checked():
     assert approved("src/alone") == (["alone"], [])
     with pytest.raises(preflight.RefusedError) as raised:
@@ -175,23 +183,27 @@ def test_a_package_that_cannot_be_read_is_refused_with_those_that_need_it(
 def test_a_cycle_refuses_all_packages_in_it(workspace: Path):
     write(workspace / "src", python_package("x", "<depend>y</depend>"))
     write(workspace / "src", python_package("y", "<test_depend>x</test_depend>"))
+    write(workspace / "src", python_package("later", "<exec_depend>x</exec_depend>"))
 
     packages, refused = approved(keep_going=True)
 
-    assert packages == ["alone"]
+    assert packages == ["alone", "later"]
     assert {"x", "y"} <= {*refused}
 
 
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ((), ()),
-        (("--executor", "sequential"), ("--executor", "sequential")),
-        (("--packages-select", "a", "b"), ("--packages-select", "a", "b", "--packages-skip", "b")),
-        (("--packages-skip", "c"), ("--packages-skip", "b", "c")),
+        ((), ("--packages-ignore", "b")),
+        (("--executor", "sequential"), ("--executor", "sequential", "--packages-ignore", "b")),
+        (
+            ("--packages-select", "a", "b"),
+            ("--packages-select", "a", "b", "--packages-ignore", "b"),
+        ),
+        (("--packages-ignore", "c"), ("--packages-ignore", "b", "c")),
+        (("--packages-ignore=c",), ("--packages-ignore", "c", "b")),
     ],
 )
-def test_colcon_does_not_build_a_refused_package_that_its_options_select(
-    words: tuple[str, ...], expected: tuple[str, ...]
-):
-    assert colcon_words.skipping(words, ["b"]) == expected
+def test_colcon_does_not_know_a_refused_package(words: tuple[str, ...], expected: tuple[str, ...]):
+    assert colcon_words.ignoring(words, ["b"]) == expected
+    assert colcon_words.ignoring(words, []) == words
