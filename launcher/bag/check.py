@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.errors import BagError
@@ -19,7 +19,7 @@ MCAP, COMPRESSED = ".mcap", ".zstd"
 
 @dataclass(slots=True)
 class FileReport:
-    """What a storage file has, and what is wrong with it."""
+    """What a storage file has, and what is wrong with it. A topic may have several channels."""
 
     path: str
     topics: list[Topic]
@@ -112,6 +112,20 @@ def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
     counted = _sum(file.extent for file in files).total
     if listed == there and told.extent.total != counted:
         yield f"{metadata.FILE} counts {told.extent.total} messages, the files have {counted}"
+    for file in files:
+        yield from _check_qos(told, file)
+
+
+def _check_qos(told: Metadata, file: FileReport) -> Iterator[str]:
+    """The library `rosbags` reads only what has the same QoS in both."""
+    for name, count in file.extent.counts.items():
+        known = [list(one.qos) for one in told.topics if one.name == name]
+        own = [list(one.qos) for one in file.topics if one.name == name]
+        if known and count and any(one not in known for one in own):
+            yield (
+                f"{metadata.FILE} has other QoS of {name} than {file.name}, so that some readers "
+                "leave out its messages (bag convert writes a bag that has all)"
+            )
 
 
 def repair(report: Report, ros_distro: str) -> list[str]:
@@ -158,11 +172,9 @@ def _write_metadata(report: Report, ros_distro: str) -> None:
         old = metadata.read(report.path)
     except BagError:
         old = None
-    topics = {topic.name: topic for file in report.files for topic in file.topics}
-    if old is not None:
-        for topic in old.topics:
-            if topic.name in topics and topic.qos:
-                topics[topic.name] = replace(topics[topic.name], qos=topic.qos)
+    topics: dict[str, Topic] = {}
+    for topic in (topic for file in report.files for topic in file.topics):
+        topics.setdefault(topic.name, topic)
     mode = _mode(report, old)
     metadata.write(
         report.path,

@@ -14,7 +14,7 @@ from mcap.records import Message as Record
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
 from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, index_times, records_of, scan
-from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic
+from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic, merged
 
 
 class McapFile:
@@ -54,7 +54,7 @@ class McapFile:
                 told.message_start_time,
                 told.message_end_time,
             )
-        self.topics = topics_of(self._channels, self._schemas)
+        self.topics = merged(topics_of(self._channels, self._schemas))
 
     def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged record."""
@@ -145,12 +145,8 @@ def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dic
 
 
 def topics_of(channels: Mapping[int, Channel], schemas: Mapping[int, Schema]) -> list[Topic]:
-    """The topics, in the order of their first channels."""
-    found: dict[str, Topic] = {}
-    for channel in channels.values():
-        if channel.topic not in found:
-            found[channel.topic] = _topic(channel, schemas.get(channel.schema_id))
-    return list(found.values())
+    """A topic for each channel."""
+    return [_topic(one, schemas.get(one.schema_id)) for one in channels.values()]
 
 
 def _topic(channel: Channel, schema: Any) -> Topic:

@@ -162,10 +162,9 @@ _REPAIR = "to write it anew: bag check --repair {}"
 
 def _from(info: Mapping[str, Any]) -> Metadata:
     counted = list(_counted_topics(info))
-    whole = Extent(
-        {topic.name: count for topic, count in counted},
-        *_times(info),
-    )
+    whole = Extent({}, *_times(info))
+    for topic, count in counted:  # there may be several entries of a name, with other QoS each
+        whole.counts[topic.name] = whole.counts.get(topic.name, 0) + count
     return Metadata(
         version=int(info["version"]),
         storage=str(info["storage_identifier"]),

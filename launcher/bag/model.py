@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 CDR = "cdr"
@@ -35,6 +35,26 @@ class Topic:
     qos: Sequence[Qos] = ()
     type_hash: str = ""
     definition: Definition | None = field(default=None, compare=False)
+
+
+def distinct(profiles: Iterable[Qos]) -> list[Qos]:
+    """Each profile once, in the order of their first occurrence."""
+    found: list[Qos] = []
+    for profile in profiles:
+        if profile not in found:
+            found.append(profile)
+    return found
+
+
+def merged(topics: Iterable[Topic]) -> list[Topic]:
+    """One of each name, with the profiles of all: those of several channels may differ."""
+    found: dict[str, Topic] = {}
+    for topic in topics:
+        known = found.get(topic.name)
+        if known is not None:
+            topic = replace(known, qos=(*distinct((*known.qos, *topic.qos)),))
+        found[topic.name] = topic
+    return list(found.values())
 
 
 class Message(NamedTuple):

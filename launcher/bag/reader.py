@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from launcher.bag import compression, metadata
 from launcher.bag.errors import BagError
-from launcher.bag.model import Extent, Message, Messages, Span, Topic
+from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged
 
 _ENDINGS = (".mcap", ".db3")
 _SUFFIX = ".zstd"
@@ -91,7 +91,7 @@ class Bag:
         """Of all files, with the definitions that they have; QoS as the metadata say."""
         found: dict[str, Topic] = {}
         if self.metadata is not None:
-            found = {topic.name: topic for topic in self.metadata.topics}
+            found = {topic.name: topic for topic in merged(self.metadata.topics)}
         for path in self.files:
             for topic in self.summary_of(path)[0]:
                 known = found.get(topic.name)

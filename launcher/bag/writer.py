@@ -38,6 +38,10 @@ class Storage:
 class BagWriter:
     """A new bag. BagError if `folder` exists; OSError if writing fails.
 
+    A topic has the same QoS in `metadata.yaml` and in each file, since some readers leave out the
+    messages of one that differs. In a file it cannot change once the channel is written, which is
+    with the first message of the topic.
+
     `on_split` is called with the path of each further file.
     """
 
@@ -56,6 +60,7 @@ class BagWriter:
         self._custom_data = dict(custom_data or {})
         self._on_split = on_split
         self._topics: dict[str, Topic] = {}
+        self._begun: set[str] = set()  # topics that have a channel in a file
         self._files: list[File] = []
         self._compress = (
             compression.message_compressor() if self._storage.mode == "message" else None
@@ -95,18 +100,23 @@ class BagWriter:
         return begun + sum(file.extent.total for file in self._files)
 
     def add_topic(self, topic: Topic) -> None:
-        if topic.name not in self._topics:
-            self._topics[topic.name] = topic
-            self._file.add_topic(topic)
+        self._topics.setdefault(topic.name, topic)
 
     def set_qos(self, topic: str, profiles: Sequence[Qos]) -> None:
-        """What its publishers offer by now; files that are begun keep what they have."""
-        self._topics[topic] = replace(self._topics[topic], qos=profiles)
+        """What its publishers offer by now; without effect once a file has the channel."""
+        if topic not in self._begun:
+            self._topics[topic] = replace(self._topics[topic], qos=profiles)
+
+    def _begin(self, topic: str) -> None:
+        self._file.add_topic(self._topics[topic])
+        self._begun.add(topic)
 
     def write(self, message: Message) -> None:
         """Add a message of a topic that was added. OSError."""
         if self._is_full(message.log_ns):
             self.split()
+        if message.topic not in self._begun:
+            self._begin(message.topic)
         if self._compress is not None:
             message = message._replace(data=self._compress(message.data))
         self._file.write(message)
@@ -130,6 +140,9 @@ class BagWriter:
 
     def _finish_file(self) -> None:
         file = self._file
+        for topic in self._topics:
+            if topic not in self._begun:
+                self._begin(topic)
         file.finish(metadata.to_yaml(self._metadata([*self._files, file.entry]), root=False))
         path = file.path
         if self._storage.mode == "file":

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy
+from mcap.reader import make_reader
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from launcher.bag import info
 from launcher.bag.check import check
 from launcher.bag.model import Definition, Message, Topic
 from launcher.bag.reader import Bag
@@ -114,6 +117,49 @@ def _value(store: Typestore, value: object) -> object:
         ((type_name, fields),) = value.items()
         return _built(store, type_name, fields)
     return [_value(store, one) for one in value] if isinstance(value, list) else value
+
+
+def counts_by_readers(bag: Path) -> dict[str, dict[str, int]]:
+    """Reader -> the number of messages of each topic in a folder."""
+    files = sorted(bag.glob("*.mcap"))
+    found = {
+        "bag info": {one.name: info.read(str(bag)).count(one) for one in Bag(str(bag)).topics},
+        "rosbags, folder": _counts_by_rosbags([bag]),
+    }
+    if files:  # and not compressed ones
+        found["rosbags, files"] = _counts_by_rosbags(files)
+        found["mcap"] = _counts_by_mcap(files)
+    return found
+
+
+def agreed_counts(bag: Path) -> dict[str, int]:
+    """The number of messages of each topic of a whole bag, in which all readers agree."""
+    assert check(str(bag)).is_whole
+    found = counts_by_readers(bag)
+    counts = found["bag info"]
+    assert all(one == counts for one in found.values()), found
+    return counts
+
+
+def _counts_by_rosbags(paths: Iterable[Path]) -> dict[str, int]:
+    counts: Counter[str] = Counter()
+    for path in paths:
+        with Reader(path) as reader:
+            counts.update({one.topic: 0 for one in reader.connections})
+            counts.update(connection.topic for connection, *_ in reader.messages())
+    return dict(counts)
+
+
+def _counts_by_mcap(paths: Iterable[Path]) -> dict[str, int]:
+    counts: Counter[str] = Counter()
+    for path in paths:
+        with path.open("rb") as stream:
+            reader = make_reader(stream, validate_crcs=True)
+            summary = reader.get_summary()
+            assert summary is not None
+            counts.update({one.topic: 0 for one in summary.channels.values()})
+            counts.update(channel.topic for _, channel, _ in reader.iter_messages())
+    return dict(counts)
 
 
 def convert(*words: object) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Span, Topic
+from launcher.bag.model import Message, Span, Topic, distinct
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 from launcher.text import did_you_mean
@@ -82,7 +82,7 @@ class Merged:
             known,
             definition=known.definition or topic.definition,
             type_hash=known.type_hash or topic.type_hash,
-            qos=[*known.qos, *(one for one in topic.qos if one not in known.qos)],
+            qos=distinct([*known.qos, *topic.qos]),
         )
 
     @property

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from launcher.bag.model import CDR, Definition, Message, Qos, Topic
+from launcher.bag.model import CDR, Definition, Message, Qos, Topic, distinct
 from launcher.bag.selection import Selection
 from launcher.ros.bag import qos as bag_qos
 from launcher.ros.bag.sinks import Sink
@@ -138,7 +138,7 @@ class Recorder:
                 name=name,
                 type=type_name,
                 serialization=CDR,
-                qos=[bag_qos.offered_by(info) for info in infos],
+                qos=distinct(map(bag_qos.offered_by, infos)),
                 type_hash=rihs_hash(type_name),
                 definition=Definition(text=schema_text(type_name)),
             )
@@ -212,10 +212,7 @@ class Recorder:
 
     def _add_qos(self, recorded: Recorded, infos: list[EndpointInfo]) -> None:
         """Note what publishers offer, once: those that have restarted offer the same."""
-        profiles = list(recorded.topic.qos)
-        for offered in map(bag_qos.offered_by, infos):
-            if offered not in profiles:
-                profiles.append(offered)
+        profiles = distinct([*recorded.topic.qos, *map(bag_qos.offered_by, infos)])
         if len(profiles) > len(recorded.topic.qos):
             recorded.topic = replace(recorded.topic, qos=profiles)
             self._sink.set_qos(recorded.topic.name, profiles)

@@ -9,7 +9,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import Stores, get_typestore
 
-from launcher.bag import mcap_file, metadata
+from launcher.bag import check, mcap_file, metadata
 from launcher.bag.errors import BagError
 from launcher.bag.model import Span
 from launcher.bag.reader import Bag
@@ -63,6 +63,7 @@ def test_bags_of_another_library(tmp_path: Path, version, plugin, mode):
         for n in range(50):
             data = store.serialize_cdr(kind(data=f"message {n}"), "std_msgs/msg/String")
             writer.write(connection, START_NS + n * 10**7, data)
+    assert check.check(str(folder)).is_whole
     bag = Bag(str(folder))
     assert texts(bag) == [f"message {n}" for n in range(50)]
     assert (bag.extent.total, bag.notes) == (50, [])
