@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 class Option(Record):
     """An option; without `flags`, a positional argument. `option` makes one.
 
+    An argument whose `metavar` is `PARAMETER VALUE` takes two words at a time.
+
     The parsed value becomes the attribute `name`. An option without a `metavar` is a flag, which
     sets `value`. `read` turns a word into the value; it raises LauncherError, or ValueError with a
     message for the user.
@@ -400,9 +402,13 @@ class _Reader:
         for place, argument in enumerate(arguments):
             most = 1 if argument.count in "1?" else len(words)
             wanted = sum(_least(later) for later in arguments[place + 1 :])
-            taken = [words.popleft() for _ in range(min(most, len(words) - wanted))]
-            if len(taken) < _least(argument):
-                self._refuse(f"{argument.metavar} is missing")
+            # What comes later takes nothing from an argument that is needed itself.
+            size = max(_least(argument), min(most, len(words) - wanted))
+            taken = [words.popleft() for _ in range(min(size, len(words)))]
+            names = argument.metavar.split()
+            if len(taken) < _least(argument) or len(taken) % len(names):
+                after = f" after '{taken[-1]}'" if taken else ""
+                self._refuse(f"{names[len(taken) % len(names)]} is missing{after}")
             values = [self._read(argument, argument.metavar, word) for word in taken]
             if argument.count not in "1?":
                 self._values[argument.name] = values
@@ -423,7 +429,7 @@ def _is_negative(word: str) -> bool:
 
 
 def _least(argument: Option) -> int:
-    return 1 if argument.count in "1+" else 0
+    return len(argument.metavar.split()) if argument.count in "1+" else 0
 
 
 # ---- values that several commands take

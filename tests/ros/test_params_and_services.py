@@ -185,7 +185,7 @@ def test_a_parameter_that_is_not_declared_does_not_keep_the_others_from_being_se
             "Parameter 'sped' not found on node '/talker'\nhint: did you mean 'speed'?\n",
             1,
         ),
-        (["set", "/talker", "speed"], "error: a value is missing after 'speed'", 2),
+        (["set", "/talker", "speed"], "error: VALUE is missing after 'speed'", 2),
     ],
     ids=["name", "text", "number", "node", "parameter", "value"],
 )

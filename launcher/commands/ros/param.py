@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
-from launcher.errors import ExitCode, UsageError
+from launcher.errors import ExitCode
 from launcher.ros.verb import (
     dispatch,
     observing,
@@ -144,11 +144,6 @@ def _get(options: Parsed) -> int:
 def _set(options: Parsed) -> int:
     from launcher.ros import parameters
 
-    if len(options.pairs) % 2:
-        raise UsageError(
-            f"a value is missing after '{options.pairs[-1]}'",
-            hint="param set NODE PARAMETER VALUE [PARAMETER VALUE ...]",
-        )
     words = dict(zip(options.pairs[::2], options.pairs[1::2], strict=True))
     with _asking(options) as (caller, node):
         types = parameters.declared_types(caller, node, list(words))
