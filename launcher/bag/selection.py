@@ -71,8 +71,3 @@ def expression(word: str) -> re.Pattern[str]:
         return re.compile(word)
     except re.error as error:
         raise UsageError(f"'{word}' is not a regular expression: {error}") from None
-
-
-def full_name(word: str) -> str:
-    """The full name of a topic or service, which may have been given without its slash."""
-    return word if word.startswith("/") else f"/{word}"

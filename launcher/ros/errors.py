@@ -16,6 +16,12 @@ class VerbError(LauncherError):
         return text.escape("\n".join(lines))
 
 
+def name_fault(error: Exception) -> str:
+    """What rclpy says about an invalid name, with the name, but without the arrow below it."""
+    fault, _, name = str(error).rpartition("\n")[0].partition(":\n")
+    return f"{fault}: {name.strip()}"
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """`did you mean '/chatter'?` for a similar name in the graph; a missing slash comes first."""
     names, slashed = list(known), f"/{word.lstrip('/')}"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 
 from launcher.model.lifecycle import TRANSITIONS
+from launcher.model.ros_names import full_name
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.lifecycle_client import REFUSED, LifecycleClient
@@ -17,7 +18,6 @@ from launcher.ros.services import (
     ASK_AGAIN_S,
     NoAnswerError,
     ServiceCaller,
-    full_node,
     silence,
 )
 from launcher.text import did_you_mean as near_word
@@ -35,7 +35,7 @@ def prepare(caller: ServiceCaller, node: str) -> None:
 
 def require(observer: Observer, name: str, spin_time_s: float) -> str:
     """The full name of a lifecycle node; VerbError with the text of ros2cli if it is none."""
-    full = full_node(name)
+    full = full_name(name)
     graph = observer.prefetched_graph()
     if graph is None:
         settle(observer, spin_time_s, enough=lambda: observer.graph_snapshot().is_lifecycle(full))

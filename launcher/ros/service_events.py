@@ -11,6 +11,7 @@ from typing import Any
 
 from launcher.command_line import Parsed
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.interfaces import load
@@ -45,7 +46,7 @@ class _EventWriter(Writer):
 
 def echo(options: Parsed) -> int:
     """Print events until Ctrl-C, or the end of `--timeout`."""
-    service = "/" + options.service_name.lstrip("/")
+    service = full_name(options.service_name)
     topic = f"{service}/_service_event"
     vars(options).update(_WITHOUT, topic_names=[topic])
     writer = _EventWriter.of(options)

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from launcher.model.ros_names import full_name
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.errors import VerbError, did_you_mean, name_fault
 from launcher.ros.messages.classes import with_library
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ class ServiceCaller:
             try:
                 self._clients[kind, name] = self.node.create_client(kind, name)
             except InvalidServiceNameException as error:
-                raise VerbError(str(error).splitlines()[0].rstrip(":")) from None
+                raise VerbError(name_fault(error)) from None
         return self._clients[kind, name]
 
     def load(self, kind: Any) -> None:
@@ -129,10 +130,6 @@ def silence(name: str, limit_s: float) -> NoAnswerError:
     )
 
 
-def full_node(name: str) -> str:
-    return name if name.startswith("/") else f"/{name}"
-
-
 def require_node(
     observer: Observer, name: str, spin_time_s: float, until_s: float = -math.inf
 ) -> str:
@@ -140,7 +137,7 @@ def require_node(
 
     It may still appear up to `until_s`, on the monotonic clock.
     """
-    full = full_node(name)
+    full = full_name(name)
     known: Sequence[str]
     if (graph := observer.prefetched_graph()) is not None:
         known = graph.nodes

@@ -90,10 +90,17 @@ def test_echo_as_json_is_one_line_per_message(verb):
         (["/chatter", "--field", "nope"], "Invalid field 'nope': 'String' object has no attribute"),
         (["/chatter", "std_msgs/msg/Strnig"], "did you mean String? (std_msgs/msg/String)"),
         (["/chater"], "Could not determine the type for the passed topic\nhint: did you mean"),
-        (["bad topic!"], "Invalid topic name"),
+        (["bad topic!"], "or '/': '/bad topic!'\n"),
+        ([""], "Invalid topic name: topic name must not be empty: ''\n"),
+        (
+            ["/chatter", "nonsense"],
+            "type is invalid\nhint: 'nonsense' is neither a further topic",
+        ),
+        (["/chatter", "/weak", "a/B"], "type is invalid\nhint: 'a/B' is neither a further topic"),
         (["/chatter", "--filter", "m.dta"], "--filter failed: AttributeError"),
+        (["/chatter", "--filter", "next(iter(()))"], "--filter failed: StopIteration\n"),
     ],
-    ids=["field", "type", "topic", "name", "filter"],
+    ids=["field", "type", "topic", "name", "empty", "neither", "several", "filter", "silent"],
 )
 def test_echo_errors_say_what_is_wrong(verb, words, error):
     answer = verb("topic", "echo", *words, "--once")

@@ -153,11 +153,11 @@ def test_info_as_json_names_both_sides_and_the_repair(verb):
     assert document["mismatches"][0]["policies"][0]["policy"] == "RELIABILITY"
 
 
-@pytest.mark.parametrize("name", ["chatter", "/chater"])
+@pytest.mark.parametrize("name", ["chater", "/chater"])
 def test_an_unknown_topic_is_an_error_that_knows_the_near_miss(verb, name):
     answer = verb("topic", "info", name)
     assert (answer.out, answer.code) == ("", 1)
-    assert answer.err == f"Unknown topic '{name}'\nhint: did you mean '/chatter'?\n"
+    assert answer.err == "Unknown topic '/chater'\nhint: did you mean '/chatter'?\n"
 
 
 def test_nodes_are_listed_and_a_shared_name_is_warned_about(verb):
@@ -181,9 +181,27 @@ def test_node_info_of_a_shared_name_says_so(verb):
 
 
 def test_an_unknown_node_is_an_error(verb):
-    answer = verb("node", "info", "talker")
+    answer = verb("node", "info", "tolker")
     assert (answer.out, answer.code) == ("", 1)
-    assert answer.err == "Unable to find node 'talker'\nhint: did you mean '/talker'?\n"
+    assert answer.err == "Unable to find node '/tolker'\nhint: did you mean '/talker'?\n"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "node info talker",
+        "topic info -v chatter",
+        "topic type chatter",
+        "service type switch",
+        "service info switch",
+        "param list talker",
+        "param dump talker",
+    ],
+)
+def test_a_name_may_lack_its_slash(verb, line):
+    *words, name = line.split()
+    relative, absolute = verb(*words, name), verb(*words, f"/{name}")
+    assert (relative.out, relative.code) == (absolute.out, 0)
 
 
 def test_a_bad_command_line_says_what_to_type(verb):

@@ -12,9 +12,10 @@ import yaml
 from launcher.bag import compression
 from launcher.bag.converting.convert import Output
 from launcher.bag.converting.moments import Moment
-from launcher.bag.selection import Selection, full_name
+from launcher.bag.selection import Selection
 from launcher.bag.writer import Storage
 from launcher.errors import UsageError
+from launcher.model.ros_names import full_name
 from launcher.text import did_you_mean
 
 _ROOT = "output_bags"

@@ -12,6 +12,7 @@ from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.dispositions import Handled
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
@@ -41,10 +42,6 @@ COUNT = option("-c, --count-actions", "print only their number")
 SHOW_TYPES = option("-t, --show-types", "show their types")
 
 
-def _full(name: str) -> str:
-    return "/" + name.lstrip("/")
-
-
 def _list(options: Parsed) -> int:
     found = graph_snapshot(options).action_types()
     show_typed(options, found, only_count=options.count_actions)
@@ -52,7 +49,7 @@ def _list(options: Parsed) -> int:
 
 
 def _info(options: Parsed) -> int:
-    graph, name = graph_snapshot(options), _full(options.action_name)
+    graph, name = graph_snapshot(options), full_name(options.action_name)
     users = {title: _users(graph, title, name) for title in ("Action Clients", "Action Servers")}
     if not any(users.values()) and (problem := _unknown(graph, name)):
         warn(f"hint: {problem}")
@@ -92,7 +89,7 @@ def _unknown(graph: GraphSnapshot, name: str) -> str | None:
 def _type(options: Parsed) -> int:
     from launcher.ros.errors import VerbError
 
-    graph, name = graph_snapshot(options), _full(options.action_name)
+    graph, name = graph_snapshot(options), full_name(options.action_name)
     types = graph.action_types().get(name)
     if types is None:
         raise VerbError(f"Unknown action '{options.action_name}'", hint=_unknown(graph, name))
@@ -116,7 +113,7 @@ def _send_goal(options: Parsed) -> int:
     kind = load(options.action_type, "action", "The passed action type is invalid")
     values = kind.Goal()
     fill(values, parse(standard_input() if options.stdin else options.goal))
-    name = _full(options.action_name)
+    name = full_name(options.action_name)
     with (
         observing(options, lambda graph: name in graph.action_types()) as observer,
         ServiceCaller(observer) as caller,

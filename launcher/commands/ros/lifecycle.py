@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
@@ -42,9 +43,9 @@ def _nodes(options: Parsed) -> int:
 @contextlib.contextmanager
 def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the lifecycle node that the options name."""
-    from launcher.ros.services import ServiceCaller, full_node
+    from launcher.ros.services import ServiceCaller
 
-    node = full_node(options.node_name)
+    node = full_name(options.node_name)
     with (
         observing(options, lambda graph: graph.is_lifecycle(node)) as observer,
         ServiceCaller(observer) as caller,

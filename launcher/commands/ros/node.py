@@ -7,6 +7,7 @@ import functools
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import (
     dispatch,
     domain_option,
@@ -39,7 +40,7 @@ def _list(options: Parsed) -> int:
 def _info(options: Parsed) -> int:
     from launcher.ros import nodes
 
-    name, graph = options.node_name, graph_snapshot(options)
+    name, graph = full_name(options.node_name), graph_snapshot(options)
     found = nodes.sections(graph, name, hidden=options.include_hidden)
     count = graph.nodes.count(name)
     if options.json:
@@ -86,7 +87,7 @@ COMMAND = Command(
             "node info",
             "show the publishers, subscriptions and services of a node",
             _info,
-            option("NAME", "full name of the node", name="node_name"),
+            option("NAME", "name of the node", name="node_name"),
             option("--include-hidden", "hidden names as well"),
         ),
         ros_command(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.command_line import Command, Parsed, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import (
     dispatch,
     observing,
@@ -51,9 +52,9 @@ def _pattern(word: str) -> re.Pattern[str]:
 @contextlib.contextmanager
 def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the node that the options name."""
-    from launcher.ros.services import ServiceCaller, full_node, require_node
+    from launcher.ros.services import ServiceCaller, require_node
 
-    node, started = full_node(options.node_name), time.monotonic()
+    node, started = full_name(options.node_name), time.monotonic()
     _apply_timeout(options)
     services = {f"{node}/list_parameters", f"{node}/get_parameters"}
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.command_line import Command, Parsed, count, number, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.topics.qos import MAX_DEPTH, QOS_OPTIONS
 from launcher.ros.verb import (
     dispatch,
@@ -56,7 +57,7 @@ def _list(options: Parsed) -> int:
 
 
 def _type(options: Parsed) -> int:
-    types = _services(options, hidden=True).get(options.service_name, [])
+    types = _services(options, hidden=True).get(full_name(options.service_name), [])
     show(options, {"name": options.service_name, "types": types}, types)
     return ExitCode.OK if types else ExitCode.PROCESS_FAILED
 
@@ -74,7 +75,7 @@ def _info(options: Parsed) -> int:
     from launcher.ros.errors import VerbError, did_you_mean
     from launcher.ros.snapshot.graph import is_hidden
 
-    graph, name = graph_snapshot(options), _full(options.service_name)
+    graph, name = graph_snapshot(options), full_name(options.service_name)
     known = graph.service_types()
     if name not in known:
         hint = did_you_mean(name, [one for one in known if not is_hidden(one)])
@@ -111,7 +112,7 @@ def _call(options: Parsed) -> int:
     kind = load(options.service_type, "srv", "The passed service type is invalid")
     request = kind.Request()
     fill(request, parse(standard_input() if options.stdin else options.values))
-    name = _full(options.service_name)
+    name = full_name(options.service_name)
     with (
         observing(options, lambda graph: name in graph.service_types()) as observer,
         ServiceCaller(observer) as caller,
@@ -132,7 +133,7 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
 
     deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
     caller.load(kind)
-    name = _full(options.service_name)
+    name = full_name(options.service_name)
     types = _offered(caller.observer, name, spin_time_s(options))
     if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
         raise VerbError(
@@ -146,10 +147,6 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     print("waiting for service to become available...", file=stream, flush=True)
     if not caller.wait_for(client, deadline - time.monotonic()):
         raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
-
-
-def _full(name: str) -> str:
-    return "/" + name.lstrip("/")
 
 
 def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:

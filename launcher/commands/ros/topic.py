@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from launcher.command_line import Command, Option, Parsed, count, number, option, positive_seconds
 from launcher.commands import VERBS
 from launcher.errors import ExitCode, UsageError
+from launcher.model.ros_names import full_name
 from launcher.ros.topics.qos import QOS_OPTIONS
 from launcher.ros.verb import (
     SIM_TIME,
@@ -70,7 +71,7 @@ def _info(options: Parsed) -> int:
     from launcher.ros.snapshot.qos_matching import explain, mismatches
     from launcher.ros.topics import listing
 
-    name, graph = options.topic_name, graph_snapshot(options)
+    name, graph = full_name(options.topic_name), graph_snapshot(options)
     if options.json:
         print_json(listing.info_document(graph, name))
         return ExitCode.OK
@@ -85,7 +86,7 @@ def _type(options: Parsed) -> int:
     from launcher.ros.topics import listing
 
     name = options.topic_name
-    types = listing.known_types(graph_snapshot(options)).get(f"/{name.removeprefix('/')}", [])
+    types = listing.known_types(graph_snapshot(options)).get(full_name(name), [])
     if not types:
         from launcher.ros.topics.listener import full_topic
 
@@ -117,9 +118,19 @@ def _echo(options: Parsed) -> int:
 
 
 def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
-    """The topics, and the type that may follow a single one (it has a slash inside only)."""
-    if len(words) == 2 and "/" in words[1] and not words[1].startswith("/"):
+    """The topics, and the type that may follow a single one; VerbError for what is neither.
+
+    Further topics begin with a slash, a type has one inside.
+    """
+    strange = [word for word in words[1:] if not word.startswith("/")]
+    if len(words) == 2 and strange and "/" in words[1]:
         return words[:1], words[1]
+    if strange:
+        from launcher.ros.errors import VerbError
+
+        kinds = "a further topic (/NAME) nor the type of a single one (PACKAGE/msg/NAME)"
+        hint = f"'{strange[0]}' is neither {kinds}"
+        raise VerbError("The passed message type is invalid", hint=hint)
     return words, None
 
 
@@ -178,7 +189,11 @@ COMMAND = Command(
             "topic echo",
             "print the messages of topics",
             _echo,
-            option("NAME ...", "topics; the TYPE of a single one may follow", name="words"),
+            option(
+                "NAME ...",
+                "topics, further ones with their slash; the TYPE of a single one may follow",
+                name="words",
+            ),
             option("--once", "end after the first message"),
             option("--timeout S", "end after S seconds", seconds),
             option("--field A.B[0]", "print only this field"),

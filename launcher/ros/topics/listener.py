@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Parsed
+from launcher.model.ros_names import full_name
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.discovery.domains import why_empty
-from launcher.ros.errors import VerbError, did_you_mean
+from launcher.ros.errors import VerbError, did_you_mean, name_fault
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
@@ -69,17 +70,17 @@ def full_topic(name: str) -> str:
     from rclpy.exceptions import InvalidTopicNameException
     from rclpy.validate_full_topic_name import validate_full_topic_name
 
-    full = name if name.startswith("/") else f"/{name}"
+    full = full_name(name)
     try:
         validate_full_topic_name(full)
     except InvalidTopicNameException as error:
-        raise VerbError(str(error).splitlines()[0]) from None
+        raise VerbError(name_fault(error)) from None
     return full
 
 
 def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
     """Checks whether a graph has publishers of all these topics."""
-    full = ["/" + name.removeprefix("/") for name in names]
+    full = list(map(full_name, names))
     return lambda graph: all(graph.on(name, Direction.PUBLISHER) for name in full)
 
 

@@ -13,7 +13,7 @@ from launcher.command_line import Parsed
 from launcher.errors import ExitCode, UsageError
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.errors import VerbError
+from launcher.ros.errors import VerbError, name_fault
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
@@ -72,7 +72,7 @@ def _node(observer: Observer, options: Parsed) -> Iterator[Any]:
     try:
         node = observer.companion(options.node_name)
     except InvalidNodeNameException as error:
-        raise UsageError(f"--node-name: {str(error).splitlines()[0].rstrip(':')}") from None
+        raise UsageError(f"--node-name: {name_fault(error)}") from None
     try:
         yield node
     finally:

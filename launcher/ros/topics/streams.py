@@ -12,6 +12,7 @@ from typing import Any
 
 from launcher.command_line import Parsed
 from launcher.errors import ExitCode
+from launcher.model.ros_names import full_name
 from launcher.ros.errors import VerbError
 from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
@@ -145,7 +146,7 @@ def _measure(
 def hz(options: Parsed) -> int:
     """Print rates; exit code 1 if one of them is below `--min` at the end."""
     accepts = compiled_filter(options.filter)
-    names = ["/" + name.removeprefix("/") for name in options.topic_names]
+    names = list(map(full_name, options.topic_names))
     arrivals = {name: statistics.Arrivals(options.window) for name in names}
     quiet: dict[str, _Quiet] = {}
     clock = clock_of(simulated=options.use_sim_time)

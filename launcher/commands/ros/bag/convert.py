@@ -9,12 +9,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from launcher.bag.converting.moments import Moment, duration_ns, moment
-from launcher.bag.selection import full_name
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.commands.ros.bag.files import COMPRESSION, SPLIT, storage_of
 from launcher.commands.ros.bag.info import warn_of
 from launcher.commands.ros.bag.topics import SELECT, selected
 from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:

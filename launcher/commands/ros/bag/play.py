@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from launcher.bag.selection import full_name
 from launcher.command_line import Parsed, count, number, option, positive_seconds, seconds
 from launcher.commands.ros.bag.topics import SELECT, names, selected
 from launcher.errors import UsageError
+from launcher.model.ros_names import full_name
 from launcher.ros.verb import ros_command
 
 _CLOCK_HZ = 40.0

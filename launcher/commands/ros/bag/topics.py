@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.bag.selection import Selection, expression, full_name
+from launcher.bag.selection import Selection, expression
 from launcher.command_line import Parsed, option
+from launcher.model.ros_names import full_name
 
 EXCLUDE = (
     option("-x, --exclude, --exclude-regex REGEX", "not those whose names it matches", expression),
