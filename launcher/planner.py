@@ -25,6 +25,7 @@ from launcher.language.events.process import ProcessStarted
 from launcher.model import events as model
 from launcher.model.record import Record, replace
 from launcher.model.spec import ParameterSource, ProcessSpec
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -253,7 +254,7 @@ class _VirtualTime:
         try:
             self._plan.arguments = list(description.get_launch_arguments())
         except Exception as error:
-            self._plan.arguments_error = f"{type(error).__name__}: {error}"
+            self._plan.arguments_error = typed_error(error)
 
     @property
     def _continues(self) -> bool:

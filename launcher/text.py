@@ -77,6 +77,17 @@ def drop_controls(text: str) -> str:
     return re.sub(r"\x1b(?!\[[0-9;:]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]", "", text)
 
 
+def error_text(error: BaseException) -> str:
+    """What an exception says, or its class if it says nothing, as that of `assert` may."""
+    return str(error) or type(error).__name__
+
+
+def typed_error(error: BaseException) -> str:
+    """`KeyError: 'a'`, or the class alone if the exception says nothing."""
+    name, text = type(error).__name__, str(error)
+    return f"{name}: {text}" if text else name
+
+
 def how_it_ended(returncode: int) -> str:
     """`exit code 1`, or `signal 9` for the negative return code of a process that it ended."""
     return f"exit code {returncode}" if returncode >= 0 else f"signal {-returncode}"

@@ -11,6 +11,7 @@ import yaml
 
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, Extent, Qos, Topic
+from launcher.text import typed_error
 from launcher.yaml_dumper import Dumper
 
 FILE = "metadata.yaml"
@@ -151,7 +152,7 @@ def read(folder: str) -> Metadata | None:
     try:
         return _from(document[_ROOT])
     except (KeyError, TypeError, ValueError, AttributeError, yaml.YAMLError) as error:
-        reason = f"{type(error).__name__}: {error}"
+        reason = typed_error(error)
         raise BagError(
             f"{path} is not the metadata of a bag ({reason})", hint=_REPAIR.format(folder)
         ) from None

@@ -38,6 +38,7 @@ from launcher.control.runs import Run
 from launcher.control.verbs import Call, find, parse
 from launcher.errors import UsageError
 from launcher.socket_directory import ControlError
+from launcher.text import typed_error
 
 T = TypeVar("T")
 HOLD_S = 0.5  # longest wait of a line for the answer to the previous one
@@ -259,7 +260,7 @@ class ConsoleSession:
         except UsageError as error:
             self._show_error(error)
         except Exception as error:  # one bad line must not end the console
-            self._show_error(UsageError(f"'{line}' failed: {type(error).__name__}: {error}"))
+            self._show_error(UsageError(f"'{line}' failed: {typed_error(error)}"))
 
     def _show_error(self, error: UsageError) -> None:
         self._display.answer(problem(error, self._columns(), colour=self._display.colour))

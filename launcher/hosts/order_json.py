@@ -18,6 +18,7 @@ from launcher.hosts.references import (
     Word,
 )
 from launcher.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
+from launcher.text import typed_error
 
 _KINDS: Mapping[str, type] = {
     "executable": Executable,
@@ -57,7 +58,7 @@ def decode(document: Mapping[str, Any]) -> Order:
     try:
         return Order(**{name: _READ.get(name, _same)(document[name]) for name in Order._fields})
     except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise ValueError(f"not an order: {type(error).__name__} {error}") from None
+        raise ValueError(f"not an order: {typed_error(error)}") from None
 
 
 def _same(value: Any) -> Any:

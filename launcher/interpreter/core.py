@@ -28,7 +28,7 @@ from launcher.language.session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import visit_all_entities_and_collect_futures
 from launcher.model import events as model
-from launcher.text import count
+from launcher.text import count, error_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -430,7 +430,7 @@ class Interpreter:
         if self._is_virtual:
             self._run_steps()
             return
-        text = f"Caught exception in launch (see debug for traceback): {error}"
+        text = f"Caught exception in launch (see debug for traceback): {error_text(error)}"
         self.host.log("launch", "ERROR", text)
         if self._is_service:
             self._run_steps()  # as in ROS 2, what was visited before the error starts, and ends

@@ -11,6 +11,7 @@ from launcher.interpreter.specs import make_spec
 from launcher.language.events.launch import Shutdown
 from launcher.model import events as model
 from launcher.model.record import Record, replace
+from launcher.text import error_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -138,7 +139,8 @@ class RunHost:
 
             error = own_fault(error, None) or error
             name = str(action.process_description.final_name)
-            self.log(name, "ERROR", f"exception occurred while executing process: {error}")
+            text = f"exception occurred while executing process: {error_text(error)}"
+            self.log(name, "ERROR", text)
             action._completed()
             return
         process_id = self._new_id()

@@ -17,6 +17,7 @@ from launcher.language.substitution import (
     perform_substitutions,
     plain_text,
 )
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class InvalidLaunchFileError(Exception):
             return
         count = "multiple exceptions" if len(likely_errors) > 1 else "exception"
         lines = [f"Caught {count} when trying to load file of format [{extension}]:"]
-        lines += [f" - {type(error).__name__}: {error}" for error in likely_errors]
+        lines += [f" - {typed_error(error)}" for error in likely_errors]
         self._error_message = "\n".join(lines)
         self.__cause__ = likely_errors[0]
 

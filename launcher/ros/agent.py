@@ -45,6 +45,7 @@ from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.errors import did_you_mean
 from launcher.ros.lifecycle_client import LifecycleClient, Step
 from launcher.stdio import keep_for_messages
+from launcher.text import error_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -226,7 +227,7 @@ def _check_sendable(message: Any, what: str) -> None:
 def reason(error: BaseException) -> str:
     """In one line, with the error that caused it, such as a library that is not found."""
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
-    text = " ".join(str(error).split())
+    text = " ".join(error_text(error).split())
     return text if cause is None else f"{text}: {reason(cause)}"
 
 

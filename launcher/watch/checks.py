@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from launcher.errors import LauncherError
 from launcher.model.parameter_sections import PARAMETERS
+from launcher.text import error_text
 from launcher.watch.contents import content_of
 
 TYPE_CHECKING = False
@@ -40,7 +41,7 @@ def _of_python(path: str, content: bytes) -> LauncherError | None:
             column=error.offset,
         )
     except (ValueError, RecursionError, MemoryError) as error:
-        return LauncherError(str(error) or type(error).__name__, where=path)
+        return LauncherError(error_text(error), where=path)
     return None
 
 

@@ -14,6 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from launcher.control.verbs import READ_ONLY
 from launcher.socket_directory import ControlError
+from launcher.text import typed_error
 from launcher.web.graph_feed import CHANGING, READING, GraphFeed
 from launcher.web.hub import Hub, Message, Outbox, encode
 from launcher.web.run_client import RunClient
@@ -130,7 +131,7 @@ class PageSession:
             code, message = error.args
             answer = _refusal(number, code, message)
         except (KeyError, TypeError, ValueError) as error:
-            answer = _refusal(number, "bad-request", f"{type(error).__name__}: {error}")
+            answer = _refusal(number, "bad-request", typed_error(error))
         self._put({**answer, "id": number})
 
     # ---- requests

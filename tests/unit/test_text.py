@@ -76,3 +76,14 @@ def test_colours_survive_where_other_controls_are_dropped():
         text.drop_controls("\x1b[1;31mred\x1b[0m\x1b[2J\a\x9b\n\tx")
         == "\x1b[1;31mred\x1b[0m[2J\n\tx"
     )
+
+
+@pytest.mark.parametrize(
+    ("error", "plain", "typed"),
+    [
+        (ValueError("no number"), "no number", "ValueError: no number"),
+        (AssertionError(), "AssertionError", "AssertionError"),
+    ],
+)
+def test_the_text_of_an_exception_is_never_empty(error: Exception, plain: str, typed: str):
+    assert (text.error_text(error), text.typed_error(error)) == (plain, typed)

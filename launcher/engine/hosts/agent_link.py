@@ -21,6 +21,7 @@ from launcher.engine.hosts.link import LinkContext, LinkState, beat_s
 from launcher.engine.hosts.reports import decode_event
 from launcher.engine.hosts.session_process import SessionProcess
 from launcher.engine.machine import Command
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -266,7 +267,7 @@ class AgentLink:
         try:
             self._handle(frame)
         except (KeyError, ValueError, TypeError) as error:
-            text = f"a report of kind {frame.kind} is malformed: {type(error).__name__} {error}"
+            text = f"a report of kind {frame.kind} is malformed: {typed_error(error)}"
             raise FrameError(text) from None
         if self._catch_up is not None:
             self._check_caught_up()

@@ -23,6 +23,7 @@ from launcher.engine.warm.freshness import Stamps
 from launcher.engine.warm.heap import fill_gaps
 from launcher.engine.warm.preparation import Preparation
 from launcher.engine.warm.scan import Scan
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def _prepare(socket: _socket.socket, order: Any, scan: Scan) -> Preparation:
         if without:
             _begin_again(socket, {**order, "without": without})
     except Exception as error:
-        wire.send_answer(socket, {"failed": f"{type(error).__name__}: {error}"[:1000]})
+        wire.send_answer(socket, {"failed": typed_error(error)[:1000]})
         os._exit(1)
     return preparation
 

@@ -322,7 +322,7 @@ def software(request: dict[str, Any]) -> dict[str, Any]:
         try:
             missing = missing_there(request)
         except Exception as error:  # of another version
-            unchecked = f"{type(error).__name__}: {error}"
+            unchecked = ": ".join(filter(None, (type(error).__name__, str(error))))
     return {
         "version": version,
         "protocol": protocol,

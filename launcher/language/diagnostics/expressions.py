@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from launcher.language.diagnostics.truth_values import configurations_in
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ _MAX_SHOWN = 120  # characters of an expression in a message
 def explain(error: Any, text: str, expression: Any, context: LaunchContext) -> None:
     """Attach the expression, its place and a hint to an error of its evaluation."""
     shown = text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
-    problem = error.msg if isinstance(error, SyntaxError) else f"{type(error).__name__}: {error}"
+    problem = error.msg if isinstance(error, SyntaxError) else typed_error(error)
     error._launcher_message = f"in the Python expression `{shown}`: {problem}"
     origin = getattr(expression, "_origin", None)
     if origin is not None:

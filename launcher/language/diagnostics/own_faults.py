@@ -8,6 +8,7 @@ import re
 
 from launcher.errors import ExitCode, LaunchFileError
 from launcher.language.diagnostics.origin import is_own_file
+from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def own_fault(error: BaseException, where: str | None) -> LauncherFault | None:
     if place is None:
         return None
     fault = LauncherFault(
-        f"the launcher failed here: {type(error).__name__}: {error} ({place})",
+        f"the launcher failed here: {typed_error(error)} ({place})",
         hint="this is a fault of the launcher, not of the launch file; "
         "please report it with the traceback, which --debug prints",
         where=where,

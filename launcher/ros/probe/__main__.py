@@ -30,6 +30,7 @@ from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.listing import endpoint_document, mismatch_documents
 from launcher.stdio import keep_for_messages
+from launcher.text import typed_error
 
 PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")
@@ -181,7 +182,7 @@ class Probe:
         except Exception as error:  # every request gets an answer
             if not self._observer.context.ok():
                 raise ExternalShutdownException from error  # the probe ended during a call
-            text = f"{type(error).__name__}: {error}"
+            text = typed_error(error)
             self._outbox.send(_refusal(request.id, VerbError(text, hint="this is a bug")))
             traceback.print_exc()
 

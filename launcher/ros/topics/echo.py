@@ -20,6 +20,7 @@ from launcher.ros.messages.to_yaml import (
 )
 from launcher.ros.topics.listener import Sample
 from launcher.ros.verb import json_text, to_json_plain
+from launcher.text import typed_error
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
@@ -45,8 +46,8 @@ def compiled_filter(expression: str | None) -> Check | None:
         try:
             return bool(eval(code, {"m": message}))  # the user's own expression, as with ros2cli
         except Exception as error:
-            text = f"{type(error).__name__}: {error}"
-            raise VerbError(f"--filter failed: {text}", hint="the message is called m") from None
+            text = f"--filter failed: {typed_error(error)}"
+            raise VerbError(text, hint="the message is called m") from None
 
     return check
 

@@ -213,6 +213,17 @@ def test_a_fault_in_a_handler_ends_the_run_and_is_kept():
         assert "division by zero" in interpreter.failure.message
 
 
+def test_a_fault_without_a_text_is_named_by_its_class():
+    def fail(context: Any) -> None:
+        raise AssertionError
+
+    with interpreting([TimerAction(period=1.0, actions=[OpaqueFunction(function=fail)])]) as run:
+        (later,) = run.start()
+        assert isinstance(later, model.CallLater)
+        (notice,) = notices(run.handle(model.TimerFired(timer_id=later.timer_id)))
+    assert notice.endswith("(see debug for traceback): AssertionError")
+
+
 def test_a_shutdown_handler_that_fails_too_does_not_stop_the_stopping():
     broken = OpaqueFunction(function=lambda context: 1 / 0)
     handler = RegisterEventHandler(OnShutdown(on_shutdown=[broken]))
