@@ -54,7 +54,10 @@ def echo(options: Parsed) -> int:
     def enough(graph: GraphSnapshot) -> bool:
         return service in graph.service_types() and bool(graph.on(topic, Direction.PUBLISHER))
 
-    with until_interrupted(), observing(options, enough, listens=True) as observer:
+    with (
+        until_interrupted(is_end=options.timeout is None),
+        observing(options, enough, listens=True) as observer,
+    ):
         graph = observer.prefetched_graph()
         if graph is None:
             settle(observer, spin_time_s(options), enough=lambda: enough(observer.graph_snapshot()))

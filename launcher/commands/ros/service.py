@@ -106,6 +106,7 @@ def _call(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
     from launcher.ros.services import ServiceCaller
+    from launcher.ros.topics.streams import until_interrupted
 
     if options.rate is not None:
         require_rate(options.rate)
@@ -118,12 +119,14 @@ def _call(options: Parsed) -> int:
         ServiceCaller(observer) as caller,
     ):
         _await_service(caller, kind, options)
-        while True:
-            started = time.monotonic()
-            _call_once(caller, kind, request, options)
-            if options.rate is None:
-                return ExitCode.OK
-            time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
+        with until_interrupted(is_end=options.rate is not None):
+            while True:
+                started = time.monotonic()
+                _call_once(caller, kind, request, options)
+                if options.rate is None:
+                    break
+                time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
+    return ExitCode.OK
 
 
 def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:

@@ -45,7 +45,7 @@ def publish(options: Parsed) -> int:
     profile = qos.from_options(options, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)
     with (
-        until_interrupted(),
+        until_interrupted(is_end=False),
         observing(options, profile=_PROFILE) as observer,
         _node(observer, options) as node,
     ):
@@ -55,8 +55,9 @@ def publish(options: Parsed) -> int:
             profile, Direction.PUBLISHER, name, options.message_type, node="this command"
         )
         _await_subscriptions(observer, publisher, options, own)
-        _loop(clock, publisher, message, stamps, options)
-        if options.once or options.times:
+        with until_interrupted(is_end=_limit(options) is None):
+            _loop(clock, publisher, message, stamps, options)
+        if _limit(options) is not None:
             _await_delivery(publisher, options.keep_alive)
     return ExitCode.OK
 
@@ -94,10 +95,15 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
         pass  # so that Ctrl-C is handled between two slices
 
 
+def _limit(options: Parsed) -> int | None:
+    """How many messages are published; None: without end."""
+    return 1 if options.once else options.times
+
+
 def _wanted(options: Parsed) -> int:
     if options.wait_matching_subscriptions is not None:
         return int(options.wait_matching_subscriptions)
-    return 1 if options.once or options.times else 0
+    return 0 if _limit(options) is None else 1
 
 
 def _await_subscriptions(
@@ -133,7 +139,7 @@ def _loop(
     clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: Parsed
 ) -> None:
     print("publisher: beginning loop", flush=True)
-    limit = 1 if options.once else options.times
+    limit = _limit(options)
     count, due = 0, clock.elapsed_s()
     while limit is None or count < limit:
         clock.sleep_until(due)

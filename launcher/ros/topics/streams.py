@@ -31,13 +31,18 @@ SILENCE_S = 3.0
 
 
 @contextlib.contextmanager
-def until_interrupted() -> Iterator[None]:
-    """Take Ctrl-C and a closed pipe for a normal end."""
+def until_interrupted(*, is_end: bool = True) -> Iterator[None]:
+    """Take a closed pipe for a normal end, and Ctrl-C where there `is_end` no other.
+
+    What has an end of its own, such as `--once` or `--for`, is not done if it is interrupted.
+    """
     try:
         yield
         sys.stdout.flush()
     except KeyboardInterrupt:
         sys.stdout.flush()
+        if not is_end:
+            raise
     except BrokenPipeError:
         # so that the interpreter's last flush does not fail again
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
@@ -46,7 +51,11 @@ def until_interrupted() -> Iterator[None]:
 def echo(options: Parsed) -> int:
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
     enough = are_published(options.topic_names)
-    with until_interrupted(), observing(options, enough, listens=True) as observer:
+    is_endless = not options.once and options.timeout is None
+    with (
+        until_interrupted(is_end=is_endless),
+        observing(options, enough, listens=True) as observer,
+    ):
         listener = Listener(observer, raw=options.raw)
         for name in options.topic_names:
             subscribe_now(observer, listener, name, options)
@@ -132,7 +141,10 @@ def _measure(
 
     `take` gets the time of arrival by the clock, and no message before that is known.
     """
-    with until_interrupted(), observing(options, are_published(names), listens=True) as observer:
+    with (
+        until_interrupted(is_end=options.for_s is None),
+        observing(options, are_published(names), listens=True) as observer,
+    ):
         clock.start(observer)
         listener = Listener(observer, raw=raw)
         awaited = AwaitedTopics(observer, listener, names, options, found)
