@@ -99,7 +99,7 @@ class _Build:
     # ---- what to build
 
     def _compiler(self) -> Compiler | None:
-        if all(package.is_python for package in self._packages):
+        if not any(package.is_compiled for package in self._packages):
             return None
         folder = os.path.join(self._place.build, ".launcher", "zig")
         env = environment.prepared(self._environ, self._place)
@@ -142,7 +142,7 @@ class _Build:
 
     def _prepare(self, changed: Sequence[str]) -> None:
         """Remove what would be wrong to keep."""
-        if any(not one.is_python for one in self._packages if one.name in changed):
+        if any(one.has_interfaces for one in self._packages if one.name in changed):
             environment.require_python_headers()
         for name in changed:
             last, now = records.read(self._place, name), self._now[name]

@@ -69,7 +69,14 @@ def approved(
             raise UsageError(f"'{' '.join(colcon_words.selecting(words))}' selects no package")
         selected = frozenset(chosen & named)
     checked = named if place.named and selected is None else selected
-    problems = checks.check(found, environ, install=place.install, only=checked)
+    problems = checks.check(
+        found,
+        environ,
+        install=place.install,
+        only=checked,
+        definitions=colcon_words.definitions(words),
+        is_merged=place.is_merged or "--merge-install" in words,
+    )
     _print(checks.warnings(problems))
     errors = checks.errors(problems)
     refused = _refused(found, errors) & named if errors else set()

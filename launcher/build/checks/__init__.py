@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from importlib import metadata
 
 from launcher.build.checks import origins
 from launcher.build.checks.cmake import CMakeCheck
@@ -29,16 +31,21 @@ def check(
     *,
     install: str | None = None,
     only: Iterable[str] | None = None,
+    definitions: Collection[str] = (),
+    is_merged: bool = False,
 ) -> list[SourceError]:
     """All that is wrong: of the packages `only`, by default of all, in the order of packages.
 
     Errors of packages whose package.xml cannot be read come first. SourceWarnings are last.
-    `install` is the folder of the workspace's results, which do not count as installed.
+    `install` is the folder of the workspace's results, which do not count as installed;
+    `definitions` are the names of what is defined for CMake, with `is_merged` all packages are
+    installed into one prefix.
     """
     packages = found.packages
     names = {*only} if only is not None else {package.name for package in packages}
     unreadable = {package.name for package in found.unreadable}
-    environment = Environment(env, without=[install] if install else [])
+    without = [install] if install else []
+    environment = Environment(env, without=without, definitions=definitions, is_merged=is_merged)
     index = InterfaceIndex(packages, environment)
     environment.assumed |= unreadable  # what is wrong with them is reported once
     problems = [*found.errors, *cycles(packages)]
@@ -73,8 +80,8 @@ def _checked(
 ) -> list[SourceError]:
     problems: list[SourceError] = []
     try:
-        problems += _build_type(package)
-        if not problems:
+        problems += _build_type(package, index)
+        if not errors(problems):
             if package.is_python:
                 problems += check_python(package)
             else:
@@ -88,25 +95,19 @@ def _checked(
     return problems
 
 
-def _build_type(package: Package) -> Iterator[SourceError]:
+def _build_type(package: Package, index: InterfaceIndex) -> Iterator[SourceError]:
     """A build type that cannot be built, or whose build file is missing."""
     manifest = package.manifest
     if manifest is None:
         return
     type_ = package.build_type
     line = manifest.build_type_line
-    if line is None:
-        yield from _without_build_type(package)
-    elif type_ == "catkin":
-        yield manifest.source.error(
-            "a package of ROS 1 cannot be built with ROS 2", line, at=type_,
-            hint=f"keep it out of the build: touch {shown(package.file('COLCON_IGNORE'))}",
-        )  # fmt: skip
-    elif type_ not in _BUILD_TYPES:
-        known = f"the build types are {one_of(_BUILD_TYPES)}"
-        near = did_you_mean(type_, _BUILD_TYPES) or known
+    if type_ == "catkin":
+        yield from _catkin(package, index)
+    elif type_ not in (known := _build_types()):
+        near = did_you_mean(type_, known) or f"the build types are {one_of(known)}"
         yield manifest.source.error(f"unknown build type '{type_}'", line, at=type_, hint=near)
-    else:
+    elif type_ in _BUILD_TYPES:
         file = "setup.py" if type_ == "ament_python" else "CMakeLists.txt"
         if not package.has(file):
             other = "CMakeLists.txt" if file == "setup.py" else "setup.py"
@@ -116,21 +117,39 @@ def _build_type(package: Package) -> Iterator[SourceError]:
             yield manifest.source.error(message, line, at=type_, hint=hint)
 
 
-def _without_build_type(package: Package) -> Iterator[SourceError]:
-    assert package.manifest is not None
-    fitting = next(
-        (
-            type_
-            for file, type_ in (("CMakeLists.txt", "ament_cmake"), ("setup.py", "ament_python"))
-            if package.has(file)
-        ),
-        "ament_cmake",
-    )
-    yield package.manifest.source.error(
-        "package.xml has no build type, which means ROS 1 (catkin)",
-        package.manifest.end_line,
-        hint=f"add <export><build_type>{fitting}</build_type></export>",
-    )
+@cache
+def _build_types() -> tuple[str, ...]:
+    """The build types that colcon knows, with those of its extensions that are installed."""
+    names = (one.name for one in metadata.entry_points(group="colcon_core.task.build"))
+    others = {name.removeprefix("ros.") for name in names if name.startswith("ros.")}
+    return (*_BUILD_TYPES, *sorted(others - {*_BUILD_TYPES, "catkin"}))
+
+
+def _catkin(package: Package, index: InterfaceIndex) -> Iterator[SourceError]:
+    """The build type of ROS 1, and of packages that give none: colcon builds them by CMake.
+
+    That cannot succeed if they look for catkin, or have no CMakeLists.txt.
+    """
+    manifest = package.manifest
+    assert manifest is not None
+    file = index.cmake_file(package) if package.has("CMakeLists.txt") else None
+    found = file.named("find_package") if file else []
+    is_ros1 = any({"catkin", "REQUIRED"} <= {*one.words} for one in found)
+    is_ros1 = is_ros1 and not index.environment.has_cmake("catkin")
+    cannot = is_ros1 or not package.has("CMakeLists.txt")
+    report = manifest.source.error if cannot else manifest.source.warning
+    if manifest.build_type_line is None:
+        fitting = "ament_cmake" if file or not package.has("setup.py") else "ament_python"
+        hint = f"add <export><build_type>{fitting}</build_type></export>"
+        at, line = manifest.misspelt or (None, manifest.end_line)
+        hint = "did you mean 'build_type'?" if at else hint
+        message = "package.xml has no build type, which means ROS 1 (catkin)"
+        yield report(message, line, at=at, hint=hint)
+    elif cannot:
+        yield manifest.source.error(
+            "a package of ROS 1 cannot be built with ROS 2", manifest.build_type_line, at="catkin",
+            hint=f"keep it out of the build: touch {shown(package.file('COLCON_IGNORE'))}",
+        )  # fmt: skip
 
 
 def _dependencies(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import os
 import re
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 from launcher.build.checks import origins
 from launcher.build.checks.interface_index import InterfaceIndex
 from launcher.build.checks.interface_packages import check_interfaces
 from launcher.build.sources import Package
-from launcher.build.sources.cmake_file import Argument, CMakeFile
-from launcher.build.sources.source_text import SourceError
+from launcher.build.sources.cmake_file import Argument, CMakeFile, Command
+from launcher.build.sources.source_text import SourceError, SourceText
 from launcher.text import did_you_mean
 
 _INSTALL_ENDS = (
@@ -21,6 +23,11 @@ _INSTALL_ENDS = (
     "DIRECTORY_PERMISSIONS", "MESSAGE_NEVER", "EXCLUDE",
 )  # fmt: skip
 _OLDEST = (3, 3)  # whose policies the macros of rosidl need
+_OF_CORE = re.compile(r"ament_(package(_xml)?|index_\w+|(execute|register)_extensions?)")
+# A word for a folder of the package, or the folders that are searched already.
+_OWN_FOLDER = re.compile(
+    r"\$\{(CMAKE(_CURRENT)?_(SOURCE|LIST)_DIR|\w+_SOURCE_DIR|CMAKE_MODULE_PATH)\}"
+)
 _WITHOUT_GROUP = {"SKIP_GROUP_MEMBERSHIP_CHECK", "SKIP_INSTALL"}  # they leave out what fails
 
 
@@ -30,7 +37,6 @@ class CMakeCheck:
     def __init__(self, package: Package, index: InterfaceIndex) -> None:
         self._package = package
         self._names = index.needed.keys()
-        self._needed = index.needed[package.name]
         self._index = index
         self._file = index.cmake_file(package) or CMakeFile(package.file("CMakeLists.txt"))
         self._source = self._file.source
@@ -71,14 +77,20 @@ class CMakeCheck:
     def _project(self) -> Iterator[SourceError]:
         if self._package.build_type != "ament_cmake":
             return  # CMake needs no project(), and colcon no special name
-        project = self._file.project
-        if project is None:
+        projects = self._file.named("project")
+        end = next(iter(self._file.named("ament_package")), None)
+        is_certain = end is not None and not self._file.may_do_more
+        report = self._source.error if is_certain else self._source.warning
+        if not projects:
             if not self._file.has("project", "include"):
                 hint = f"add project({self._package.name}) as the second line"
-                yield self._source.error("CMakeLists.txt has no project()", hint=hint)
-        elif project.words and project.words[0] != self._package.name:
+                yield report("CMakeLists.txt has no project()", hint=hint)
+            return
+        before = [one for one in projects if end is None or one.line < end.line]
+        project = before[-1] if before else projects[0]
+        if project.words and project.words[0] != self._package.name:
             name = project.words[0]
-            yield self._source.error(
+            yield report(
                 f"project() is called '{name}', package.xml '{self._package.name}'",
                 project.line,
                 at=name,
@@ -89,20 +101,24 @@ class CMakeCheck:
 
     def _packages(self) -> Iterator[SourceError]:
         for command in self._file.named("find_package"):
-            words = command.words
-            if words:
-                yield from self._found(command.arguments[0], is_required="REQUIRED" in words)
+            if "REQUIRED" in command.words:
+                yield from self._found(command)
 
-    def _found(self, argument: Argument, *, is_required: bool) -> Iterator[SourceError]:
+    def _found(self, command: Command) -> Iterator[SourceError]:
+        argument = command.arguments[0]
         name, line = argument.text, argument.line
-        if not is_required:
-            return
+        environment = self._index.environment
+        is_elsewhere = environment.looks_elsewhere or self._looks_elsewhere(command)
+        report = self._source.warning if is_elsewhere else self._source.error
         if name in self._names:
-            if name not in {*self._needed, self._package.name}:
+            # colcon passes on what all that is needed, directly or not, has installed.
+            if name not in {*self._index.before[self._package.name], self._package.name}:
+                is_there = environment.is_merged or environment.has_cmake(name)
+                report = self._source.warning if is_there else report
                 message = f"package.xml does not name '{name}' as a dependency: "
                 message += "colcon may build it later"
                 hint = f"add <depend>{name}</depend> to package.xml"
-                yield self._source.error(message, line, at=name, hint=hint)
+                yield report(message, line, at=name, hint=hint)
             return
         if self._index.environment.has_cmake(name) or self._has_module(name):
             return
@@ -110,22 +126,49 @@ class CMakeCheck:
         asked = {one.name for one in self._package.dependencies}
         if (name in asked and not origins.is_of_system(name)) or origins.is_of_ros(name, known):
             message, hint = origins.missing(name, known)
-            yield self._source.error(message, line, at=name, hint=hint)
+            yield report(message, line, at=name, hint=hint)
         # Others may be libraries of the system that CMake finds in its own ways.
 
     def _has_module(self, name: str) -> bool:
-        """Whether the package itself has a module for find_package."""
+        """Whether the package, or one that it needs, has a module for find_package."""
         pattern = f"**/Find{glob.escape(name)}.cmake"
-        return bool(glob.glob(pattern, root_dir=self._package.folder, recursive=True))
+        folders = self._index.folders(self._package)
+        found = (glob.glob(pattern, root_dir=folder, recursive=True) for folder in folders)
+        return any(found) or self._index.environment.has_module(name)
+
+    def _looks_elsewhere(self, command: Command) -> bool:
+        """Whether find_package may find it where only CMake knows: the package's files say so."""
+        if {"NAMES", "PATHS", "HINTS"} & {*command.words}:
+            return True
+        name = re.escape(command.words[0])
+        places = rf"CMAKE_PREFIX_PATH|FetchContent|\b{name}_(DIR|ROOT)\b"
+        return any(
+            re.search(places, text) or not all(map(_OWN_FOLDER.match, _module_folders(text)))
+            for text in self._texts
+        )
+
+    @cached_property
+    def _texts(self) -> list[str]:
+        """The texts of all CMake files of the package, without comments."""
+        texts = []
+        for pattern in ("**/CMakeLists.txt", "**/*.cmake"):
+            for path in glob.glob(pattern, root_dir=self._package.folder, recursive=True):
+                with contextlib.suppress(SourceError):
+                    text = SourceText(self._package.file(path), errors="replace").text
+                    texts.append(re.sub(r"#.*", "", text))
+        return texts
 
     # ---- commands
 
     def _commands(self) -> Iterator[SourceError]:
         """Commands of packages that are not looked for, and a missing ament_package()."""
         ours = [one for one in self._file.commands if one.name.startswith("ament_")]
-        if ours and not self._file.has("find_package", "include"):
+        if ours and not self._file.has("find_package") and not self._file.may_do_more:
             message = f"{ours[0].name}() needs find_package(ament_cmake REQUIRED) before it"
-            yield self._source.error(message, ours[0].line, at=ours[0].name)
+            # Those of ament_cmake_core are there: `toolchain/wheels.cmake` has looked for it.
+            is_core = all(map(_OF_CORE.fullmatch, (one.name for one in ours)))
+            report = self._source.warning if is_core else self._source.error
+            yield report(message, ours[0].line, at=ours[0].name)
         if self._package.build_type != "ament_cmake":
             return
         end = self._file.named("ament_package", "ament_auto_package")
@@ -145,7 +188,7 @@ class CMakeCheck:
             words = command.words
             if not words or words[0] not in ("DIRECTORY", "FILES", "PROGRAMS"):
                 continue
-            if "OPTIONAL" in words:
+            if {"OPTIONAL", "EXCLUDE_FROM_ALL"} & {*words}:
                 continue
             for argument in command.arguments[1:]:
                 if argument.text in _INSTALL_ENDS:
@@ -166,12 +209,23 @@ class CMakeCheck:
             beside = []
         name = os.path.basename(text.rstrip("/"))
         hint = did_you_mean(name, [one for one in beside if not one.startswith(".")])
-        yield self._source.error(
+        is_made = self._file.makes_files or self._file.has(
+            "add_custom_command", "add_custom_target"
+        )
+        report = self._source.warning if is_made else self._source.error
+        yield report(
             f"the {kind} '{text}' to install does not exist",
             argument.line or None,
             at=text,
             hint=hint or (f"create it: mkdir {text}" if is_folder else None),
         )
+
+
+def _module_folders(text: str) -> list[str]:
+    """What a CMake file adds to the places of modules."""
+    found = re.findall(r"\b(?:set|list)\s*\(([^()]*\bCMAKE_MODULE_PATH\b[^()]*)\)", text)
+    words = (word.strip('"') for arguments in found for word in arguments.split())
+    return [one for one in words if one not in ("APPEND", "PREPEND", "INSERT", "CMAKE_MODULE_PATH")]
 
 
 def _policies(words: Sequence[str]) -> tuple[int, ...] | None:

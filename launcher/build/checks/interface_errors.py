@@ -19,13 +19,14 @@ _CONSTANT_NAMES = "upper case letters, digits and single underscores, beginning 
 
 
 def name_error(source: SourceText, name: str, suffix: str) -> SourceError | None:
-    """The error for a file whose name is not valid for an interface."""
+    """The error for a file whose name is not valid for an interface; rosidl takes any for IDL."""
     if re.fullmatch(r"[A-Z][A-Za-z0-9]*", name):
         return None
     camel = "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", name))
     camel = camel.lstrip("0123456789")
     hint = f"rename it to {camel[:1].upper() + camel[1:]}{suffix}" if camel else None
-    return source.error(
+    report = source.warning if suffix == ".idl" and name.isidentifier() else source.error
+    return report(
         f"'{name}' is not a valid name of an interface: letters and digits, beginning with an "
         "upper case letter",
         hint=hint,

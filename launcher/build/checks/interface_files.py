@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from launcher.build.checks.interface_errors import explained, name_error
-from launcher.build.sources.source_text import SourceError, SourceText
+from launcher.build.sources.source_text import SourceError, SourceText, SourceWarning
 from launcher.text import count
 
 SUFFIXES = (".msg", ".srv", ".action", ".idl")
@@ -26,15 +26,16 @@ _KEYWORDS = frozenset(
     re.findall(
         r"\w+",
         "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl "
-        "concept const consteval constexpr constinit const_cast continue decltype default delete "
+        "const constexpr const_cast continue decltype default delete "
         "do double dynamic_cast else enum explicit export extern false float for friend goto if "
         "inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq "
-        "private protected public register reinterpret_cast requires restrict return short signed "
+        "private protected public register reinterpret_cast restrict return short signed "
         "sizeof static static_assert static_cast struct switch template this thread_local throw "
         "true try typedef typeid typename union unsigned using virtual void volatile wchar_t while "
         "xor xor_eq",
     )
 )
+_LATER_KEYWORDS = frozenset(("concept", "consteval", "constinit", "requires"))  # of C++20
 
 
 class Reference(NamedTuple):
@@ -56,15 +57,17 @@ class InterfaceFile:
         self.package = package
         self.source = SourceText(path)
         self.name, self.suffix = os.path.splitext(os.path.basename(path))
-        self.errors: list[SourceError] = []
+        self.problems: list[SourceError] = []
         self.references: list[Reference] = []
         wrong = name_error(self.source, self.name, self.suffix)
         if wrong is not None:
-            self.errors.append(wrong)
+            self.problems.append(wrong)
+        if wrong is not None and not isinstance(wrong, SourceWarning):
+            pass
         elif self.source.has_bom:
             message = "the file begins with a byte order mark, which rosidl does not understand"
             hint = "save it as UTF-8 without a byte order mark (BOM)"
-            self.errors.append(self.source.error(message, 1, hint=hint))
+            self.problems.append(self.source.error(message, 1, hint=hint))
         elif self.suffix == ".idl":
             self._read_idl()
         else:
@@ -97,7 +100,7 @@ class InterfaceFile:
         hint = "the line must be exactly '---'" if wrong else None
         if given > needed:
             wrong = [number for number in near if lines[number - 1] == _SEPARATOR][needed - 1 :]
-        self.errors.append(self.source.error(message, wrong[0] if wrong else 1, hint=hint))
+        self.problems.append(self.source.error(message, wrong[0] if wrong else 1, hint=hint))
 
     def _read_part(self, lines: list[tuple[int, str]]) -> None:
         seen: dict[str, int] = {}
@@ -107,7 +110,9 @@ class InterfaceFile:
                 continue
             if element.name in seen:
                 message = f"'{element.name}' is already in line {seen[element.name]}"
-                self.errors.append(self.source.error(message, number, at=_last(line, element.name)))
+                self.problems.append(
+                    self.source.error(message, number, at=_last(line, element.name))
+                )
             seen.setdefault(element.name, number)
 
     def _element(self, number: int, line: str) -> Any:
@@ -118,14 +123,14 @@ class InterfaceFile:
             with _silent():
                 message = parse_message_string(self.package, "Name", line)
         except Exception as problem:  # rosidl raises all kinds: IndexError, TypeError, ...
-            self.errors.append(explained(self.source, number, line, problem))
+            self.problems.append(explained(self.source, number, line, problem))
             return None
         elements = [*message.fields, *message.constants]
         if not elements:
             return None
         wrong = self._beyond_parser(number, line, elements[0], is_field=bool(message.fields))
         if wrong is not None:
-            self.errors.append(wrong)
+            self.problems.append(wrong)
             return None
         return elements[0]
 
@@ -138,9 +143,11 @@ class InterfaceFile:
             return self._unwritable(number, line, type_, element.value)
         reserved = _keyword(element.name)
         if reserved is not None:
+            what, is_certain = reserved
             at = _last(line, element.name)
             hint = f"use another name, for example '{element.name}_value'"
-            return self.source.error(f"'{element.name}' is {reserved}", number, at=at, hint=hint)
+            report = self.source.error if is_certain else self.source.warning
+            self.problems.append(report(f"'{element.name}' is {what}", number, at=at, hint=hint))
         if type_.pkg_name is None:
             if type_.type in ("time", "duration"):
                 return explained(self.source, number, line, LookupError(type_.type))
@@ -170,13 +177,13 @@ class InterfaceFile:
             with _silent():
                 content = _parsed_idl(self.source.text)
         except UnexpectedInput as problem:
-            self.errors.append(self._unexpected(problem))
+            self.problems.append(self._unexpected(problem))
         except Exception as problem:
             text = str(problem).strip().splitlines()
             message = text[0] if text else "this IDL is not supported by rosidl"
             word = next(iter(re.findall(r"[A-Za-z_]\w*$", message)), "")
             place = self.source.find(word) if word else (None, None)
-            self.errors.append(self.source.error(message, *place))
+            self.problems.append(self.source.error(message, *place))
         else:
             self._refer_from_idl(content)
 
@@ -200,7 +207,7 @@ class InterfaceFile:
             place = self.source.find(defined.name)
             hint = "the modules are package and folder, the name that of the file"
             message = f"this file must define {'::'.join(expected)}, not {given}"
-            self.errors.append(self.source.error(message, *place, hint=hint))
+            self.problems.append(self.source.error(message, *place, hint=hint))
         for type_ in _named_types(content):
             package, name = type_.namespaces[0], type_.name
             written = "::".join((*type_.namespaces, name))
@@ -208,13 +215,15 @@ class InterfaceFile:
             self.references.append(Reference(str(package), str(name), line or 1, written))
 
 
-def _keyword(name: str) -> str | None:
-    """Why generated code cannot have a field of this name."""
+def _keyword(name: str) -> tuple[str, bool] | None:
+    """What a name is that a field should not have, and whether its package cannot be compiled."""
     if name in _KEYWORDS:
-        return "a keyword of C or C++: the generated code could not be compiled"
+        return "a keyword of C or C++: the generated code could not be compiled", True
+    if name in _LATER_KEYWORDS:
+        return "a keyword of C++20: code that uses that could not be compiled", False
     if keyword.iskeyword(name):
         # rosidl only warns, and generates a module with a syntax error.
-        return "a keyword of Python: the generated module could not be imported"
+        return "a keyword of Python: the generated module cannot be imported", False
     return None
 
 

@@ -5,21 +5,23 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import cached_property
 
 from launcher.build.checks.interface_files import SUFFIXES
 from launcher.build.checks.known import Environment
-from launcher.build.sources import Package, dependencies_within
+from launcher.build.sources import Package, dependencies_within, with_dependencies
 from launcher.build.sources.cmake_file import CMakeFile, Command
 from launcher.build.sources.source_text import SourceError
 from launcher.text import suggest
 
+_CALL = "rosidl_generate_interfaces"
+_EXPORTING = ("ament_export_dependencies", "ament_package")
 _FLAGS = ("ADD_LINTER_TESTS", "SKIP_INSTALL", "SKIP_GROUP_MEMBERSHIP_CHECK")
 _KEYWORDS = (*_FLAGS, "DEPENDENCIES", "LIBRARY_NAME")
 _FOLDERS = ("msg", "srv", "action")
 # What rosidl adds to DEPENDENCIES for services and actions.
-_IMPLICIT = {"service_msgs", "action_msgs"}
+IMPLICIT = ("service_msgs", "action_msgs")
 
 
 class Generated:
@@ -56,10 +58,16 @@ class InterfaceIndex:
     def __init__(self, packages: Sequence[Package], environment: Environment) -> None:
         self.environment = environment
         self.needed = dependencies_within(packages)
+        self.before = {one: with_dependencies(packages, [one]) - {one} for one in self.needed}
         self._packages = {package.name: package for package in packages}
         self._files: dict[str, CMakeFile | None] = {}
         self._exports: dict[str, set[str]] = {}
         self._interfaces: dict[str, set[str]] = {}
+
+    def folders(self, package: Package) -> list[str]:
+        """The folders of a package and of all of the workspace that it needs."""
+        below = sorted(self.before[package.name] & self._packages.keys())
+        return [package.folder, *(self._packages[name].folder for name in below)]
 
     def cmake_file(self, package: Package) -> CMakeFile | None:
         """The CMakeLists.txt of a package, read once; None if it cannot be read."""
@@ -72,7 +80,39 @@ class InterfaceIndex:
 
     def generated(self, package: Package) -> list[Generated]:
         file = self.cmake_file(package) if package.has("CMakeLists.txt") else None
-        return [Generated(one) for one in file.named("rosidl_generate_interfaces")] if file else []
+        return [Generated(one) for one in file.named(_CALL)] if file else []
+
+    def is_in_workspace(self, package: str) -> bool:
+        return package in self._packages
+
+    def is_complete(self, package: str) -> bool:
+        """Whether all interfaces of a package are known: not of one in the workspace if its
+        CMakeLists.txt may list others.
+        """
+        source = self._packages.get(package)
+        if source is None:
+            return True
+        file = self.cmake_file(source) if source.has("CMakeLists.txt") else None
+        if file is None or file.may_do_more:
+            return False
+        is_conditional = any(one.name == _CALL for one in file.conditional)
+        return not is_conditional and all(call.is_complete for call in self.generated(source))
+
+    def is_plain(self, package: str) -> bool:
+        """Whether it is known what find_package brings of a package, besides itself."""
+        source = self._packages.get(package)
+        if source is None:
+            return package in self.environment.packages
+        file = self.cmake_file(source) if source.has("CMakeLists.txt") else None
+        if file is None or file.may_do_more:
+            return False
+        ends = [one for one in (*file.commands, *file.conditional) if one.name in _EXPORTING]
+        return all(one.is_complete and "CONFIG_EXTRAS" not in one.words for one in ends)
+
+    def are_plain(self, packages: Collection[str]) -> bool:
+        """Whether `reachable` has all that can be used with these packages."""
+        below = self.reachable(packages) & self._packages.keys()
+        return all(map(self.is_plain, {*packages, *below}))
 
     def has(self, package: str) -> bool:
         """Whether the package has interfaces."""
@@ -90,7 +130,7 @@ class InterfaceIndex:
             return self.environment.interfaces(package)
         calls = self.generated(source)
         listed = [file for call in calls for file, _ in call.files]
-        if not calls or not all(call.is_complete for call in calls):
+        if not calls or not self.is_complete(package):
             listed += files_of(source)
         return {name for name in map(interface_name, listed) if name}
 
@@ -110,10 +150,10 @@ class InterfaceIndex:
             if name.startswith("msg/")
         )
 
-    def reachable(self, packages: Iterable[str]) -> set[str]:
+    def reachable(self, packages: Iterable[str], *, implicit: Iterable[str] = IMPLICIT) -> set[str]:
         """The packages whose interfaces can be used with these in DEPENDENCIES."""
         found: set[str] = set()
-        waiting = {*packages, *_IMPLICIT}
+        waiting = {*packages, *implicit}
         while waiting:
             found |= waiting
             waiting = {below for name in waiting for below in self._exported(name)} - found
@@ -132,8 +172,9 @@ class InterfaceIndex:
         for call in self.generated(source):
             yield from (name for name, _ in call.dependencies)
         file = self.cmake_file(source)
-        for command in file.named("ament_export_dependencies") if file else ():
-            yield from command.words
+        for command in (*file.commands, *file.conditional) if file else ():
+            if command.name == "ament_export_dependencies":
+                yield from command.words
 
 
 def _keyword(word: str, *, is_file: bool) -> str | None:
@@ -145,15 +186,19 @@ def _keyword(word: str, *, is_file: bool) -> str | None:
 
 
 def interface_name(path: str) -> str | None:
-    """`msg/String` for `msg/String.msg`; None without a folder."""
+    """`msg/String` for `msg/String.msg` and `msg/text/String.msg`; None without a folder.
+
+    Only of .idl files the folder counts.
+    """
     folder = folder_of(path)
-    name = os.path.splitext(os.path.basename(path.replace(":", "/")))[0]
-    return f"{folder}/{name}" if folder else None
+    name, suffix = os.path.splitext(os.path.basename(path.rpartition(":")[2]))
+    kind = folder if suffix == ".idl" else suffix.removeprefix(".")
+    return f"{kind}/{name}" if folder else None
 
 
 def folder_of(path: str) -> str:
-    """`msg` for `msg/String.msg`, and for an absolute path with a colon, as rosidl has it."""
-    return os.path.basename(os.path.dirname(path.replace(":", "/")))
+    """`msg` for `msg/String.msg`, as rosidl has it: also behind the colon of an absolute path."""
+    return os.path.basename(os.path.dirname(path.rpartition(":")[2]))
 
 
 def files_of(package: Package) -> list[str]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from launcher.build.checks import origins
 from launcher.build.checks.interface_files import SUFFIXES, InterfaceFile, Reference
 from launcher.build.checks.interface_index import (
+    IMPLICIT,
     Generated,
     InterfaceIndex,
     files_of,
@@ -18,7 +19,7 @@ from launcher.build.checks.interface_index import (
 from launcher.build.checks.interface_names import Fields, recursions, same_names
 from launcher.build.sources import Package
 from launcher.build.sources.cmake_file import CMakeFile
-from launcher.build.sources.source_text import SourceError, shown
+from launcher.build.sources.source_text import SourceError, SourceWarning, shown
 from launcher.text import did_you_mean, suggest
 
 _GROUP = "rosidl_interface_packages"
@@ -31,12 +32,12 @@ def check_interfaces(
     """The mistakes of a package that calls rosidl_generate_interfaces; nothing for others."""
     calls = file.named("rosidl_generate_interfaces")
     if not calls:
-        if not file.has("rosidl_generate_interfaces", "include", "add_subdirectory"):
+        if not file.has("rosidl_generate_interfaces") and not file.may_do_more:
             yield from _never_generated(package, file)
         return
-    rules = [*_package_rules(package, file)]
+    rules = [*_package_rules(package, file, index)]
     yield from rules
-    if rules:
+    if any(not isinstance(one, SourceWarning) for one in rules):
         return
     listed: set[str] = set()
     fields: Fields = {}
@@ -52,7 +53,7 @@ def check_interfaces(
         fields |= checker.fields
     yield from same_names(file.source, (one for call in calls for one in Generated(call).files))
     yield from recursions(fields)
-    if all(command.is_complete for command in calls):
+    if index.is_complete(package.name):
         for path in files_of(package):
             if path not in listed:
                 yield file.source.warning(
@@ -72,7 +73,9 @@ def _never_generated(package: Package, file: CMakeFile) -> Iterator[SourceError]
         )
 
 
-def _package_rules(package: Package, file: CMakeFile) -> Iterator[SourceError]:
+def _package_rules(
+    package: Package, file: CMakeFile, index: InterfaceIndex
+) -> Iterator[SourceError]:
     """What rosidl demands of a package with interfaces."""
     manifest = package.manifest
     (call, *_) = file.named("rosidl_generate_interfaces")
@@ -94,7 +97,8 @@ def _package_rules(package: Package, file: CMakeFile) -> Iterator[SourceError]:
             )
     found = _found(file, call.line)
     if found is not None and not any(map(_GENERATORS.fullmatch, found)):
-        yield file.source.error(
+        report = file.source.error if index.are_plain(found) else file.source.warning
+        yield report(
             "rosidl_generate_interfaces() needs find_package(rosidl_default_generators REQUIRED) "
             "before it",
             call.line,
@@ -112,8 +116,7 @@ def _found(file: CMakeFile, line: int) -> set[str] | None:
         for one in (*file.commands, *file.conditional)
         if one.name == "find_package" and one.line <= line
     ]
-    hidden = file.has("include", "ament_auto_find_build_dependencies")
-    if hidden or not all(one.is_complete for one in finding):
+    if file.may_do_more or not all(one.is_complete for one in finding):
         return None
     return {name for one in finding for name in one.words[:1]}
 
@@ -132,7 +135,8 @@ def _dependencies(call: Generated, file: CMakeFile, index: InterfaceIndex) -> It
             hint = f"add it, and <depend>{name}</depend> to package.xml"
         else:
             message, hint = origins.missing(name, index.packages)
-        yield file.source.error(message, line, at=name, hint=hint)
+        report = file.source.error if index.are_plain(found) else file.source.warning
+        yield report(message, line, at=name, hint=hint)
 
 
 class _Files:
@@ -146,7 +150,8 @@ class _Files:
         self._call = call
         self._index = index
         self._own = index.of(package.name)
-        self._reachable = index.reachable(name for name, _ in call.dependencies)
+        self._dependencies = {name for name, _ in call.dependencies}
+        self._reachable = index.reachable(self._dependencies)
         self.listed: set[str] = set()  # paths relative to the package
         self.fields: Fields = {}
 
@@ -178,7 +183,7 @@ class _Files:
             yield wrong
             return
         interface = InterfaceFile(self._package.name, path)
-        yield from interface.errors
+        yield from interface.problems
         if folder_of(text) == "msg":
             own = [one for one in interface.references if one.package == self._package.name]
             self.fields[interface.name] = (interface.source, own)
@@ -192,7 +197,8 @@ class _Files:
         by_name = [path for path in files if os.path.basename(path) == os.path.basename(text)]
         hint = f"did you mean '{by_name[0]}'?" if by_name else did_you_mean(text, files)
         message = f"the interface file '{text}' does not exist"
-        return self._file.source.error(message, line, at=text, hint=hint)
+        report = self._file.source.warning if self._file.makes_files else self._file.source.error
+        return report(message, line, at=text, hint=hint)
 
     def _wrong_place(self, text: str, line: int) -> SourceError | None:
         name = os.path.basename(text)
@@ -202,35 +208,54 @@ class _Files:
             message = f"'{text}' is not an interface file"
             hint = f"these end with {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
             return self._file.source.error(message, line, at=text, hint=hint)
-        wanted = suffix.removeprefix(".")
-        is_wrong = folder != wanted if suffix in (".srv", ".action") else not folder
-        if suffix == ".idl" or not is_wrong:
-            return None
-        message = f"{suffix} files must be in a folder '{wanted}'"
+        kind = suffix.removeprefix(".")
+        if not folder:
+            wanted = "msg" if suffix == ".idl" else kind
+            message = f"{suffix} files must be in a folder, such as '{wanted}'"
+        else:
+            lacking = self._lacking(kind)
+            if not lacking:
+                return None
+            wanted = kind
+            message = f"{suffix} files outside of '{kind}/' need {lacking} in DEPENDENCIES"
         hint = f"move it to {wanted}/{name}"
         return self._file.source.error(message, line, at=text, hint=hint)
+
+    def _lacking(self, kind: str) -> str | None:
+        """What a service or an action uses that rosidl adds only for the folders of these."""
+        needed = {"srv": IMPLICIT[:1], "action": IMPLICIT}.get(kind, ())
+        if not self._call.is_complete or not self._index.are_plain(self._dependencies):
+            return None
+        folders = {folder_of(text) for text, _ in self._call.files}
+        added = IMPLICIT if "action" in folders else IMPLICIT[: "srv" in folders]
+        there = self._index.reachable(self._dependencies, implicit=added)
+        return next((one for one in needed if one not in there), None)
 
     # ---- types of fields
 
     def _resolved(self, file: InterfaceFile, reference: Reference) -> Iterator[SourceError]:
         package, name = reference.package, f"msg/{reference.name}"
+        index, source = self._index, file.source
+        report = source.error if index.is_complete(package) else source.warning
         if package == self._package.name:
             if name not in self._own:
                 yield self._unknown_own(file, reference)
-        elif package in self._index.environment.assumed:
+        elif package in index.environment.assumed:
             return
-        elif not self._index.has(package):
-            known = [one for one in self._index.packages if one != package]
+        elif not index.has(package) and not index.is_in_workspace(package):
+            known = [one for one in index.packages if one != package]
             message, origin = origins.missing(package, known)
-            yield file.source.error(message, reference.line, at=reference.written, hint=origin)
-        elif name not in self._index.of(package):
-            known = [one.split("/")[1] for one in self._index.of(package) if one[:4] == "msg/"]
+            yield source.error(message, reference.line, at=reference.written, hint=origin)
+        elif name not in index.of(package):
+            known = [one.split("/")[1] for one in index.of(package) if one[:4] == "msg/"]
             hint = did_you_mean(reference.name, sorted(known)) or self._other(reference.name)
             message = f"{package} has no message '{reference.name}'"
-            yield file.source.error(message, reference.line, at=reference.written, hint=hint)
-        elif package not in self._reachable:
+            yield report(message, reference.line, at=reference.written, hint=hint)
+        elif package not in self._reachable and self._call.is_complete:
             place = f"{shown(self._file.source.path)}:{self._call.line}"
-            yield file.source.error(
+            is_known = index.are_plain(self._dependencies)
+            report = source.error if is_known else source.warning
+            yield report(
                 f"'{package}' is missing in the DEPENDENCIES of rosidl_generate_interfaces",
                 reference.line,
                 at=reference.written,
@@ -252,7 +277,11 @@ class _Files:
             others = {k: v for k, v in others.items() if f"{self._package.name}/" not in v}
             similar = None if hint else suggest(name, others)
             hint = f"did you mean '{others[similar]}'?" if similar else hint
-        return file.source.error(message, reference.line, at=reference.written, hint=hint)
+        report = file.source.error
+        if not self._index.is_complete(self._package.name):
+            report, hint = file.source.warning, None
+            message = f"'{reference.written}' is none of the types that are known before CMake runs"
+        return report(message, reference.line, at=reference.written, hint=hint)
 
     def _other(self, name: str) -> str | None:
         """The message of this name in another package, preferably in a common one."""

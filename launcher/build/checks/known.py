@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -20,15 +20,27 @@ _CONFIG_FOLDERS = (
     "share/{0}/cmake", "share/{0}", "share/cmake/*", "lib/cmake/*", "lib/{0}*/cmake",
     "lib64/cmake/*", "lib/*-linux-gnu/cmake/*", "cmake", "{0}*/cmake", ".",
 )  # fmt: skip
+# With these CMake looks in places that are not known here.
+_PLACES = {"CMAKE_FIND_ROOT_PATH", "CMAKE_MODULE_PATH", "CMAKE_PREFIX_PATH", "CMAKE_TOOLCHAIN_FILE"}
+_REGISTRY = os.path.expanduser("~/.cmake/packages")
 
 
 class Environment:
     """The packages outside of the workspace.
 
     `without` are folders whose prefixes do not count: the workspace's own `install/`.
+    `definitions` are the names of what options define for CMake; with `is_merged` all packages
+    have one prefix.
     """
 
-    def __init__(self, env: Mapping[str, str] = os.environ, *, without: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        env: Mapping[str, str] = os.environ,
+        *,
+        without: Iterable[str] = (),
+        definitions: Collection[str] = (),
+        is_merged: bool = False,
+    ) -> None:
         own = [os.path.abspath(folder) for folder in without]
         self.prefixes = _outside(own, map(str, search_prefixes(env)))
         cmake = filter(None, env.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
@@ -38,7 +50,10 @@ class Environment:
             own,
             [*self.prefixes, *cmake, "/usr/local", "/usr", *map(os.path.dirname, programs)],
         )
-        self._given = {name.rpartition("_")[0] for name in env if name.endswith(("_DIR", "_ROOT"))}
+        named = (name for name in (*env, *definitions) if name.endswith(("_DIR", "_ROOT")))
+        self._given = {name.rpartition("_")[0] for name in named}
+        self.looks_elsewhere = bool(_PLACES & {*definitions}) or "CMAKE_TOOLCHAIN_FILE" in env
+        self.is_merged = is_merged
         self.assumed: set[str] = set()  # packages to be taken as installed
         self.packages = {
             os.path.basename(path)
@@ -49,7 +64,13 @@ class Environment:
     def has_cmake(self, name: str) -> bool:
         """Whether `find_package(name)` finds a configuration, or CMake itself knows the name."""
         is_known = name in self._given or name in self.assumed or name in _cmake_modules()
-        return is_known or self._has_config(name)
+        return is_known or self._has_config(name) or os.path.isdir(f"{_REGISTRY}/{name}")
+
+    def has_module(self, name: str) -> bool:
+        """Whether an installed package has a module `FindNAME.cmake`, as those of vendors do."""
+        pattern = os.path.join("share", "*", "cmake", "**", f"Find{glob.escape(name)}.cmake")
+        prefixes = (os.path.join(glob.escape(prefix), pattern) for prefix in self.prefixes)
+        return any(glob.glob(path, recursive=True) for path in prefixes)
 
     def _has_config(self, name: str) -> bool:
         files = (f"{name}Config.cmake", f"{name.lower()}-config.cmake")

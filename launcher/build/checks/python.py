@@ -88,7 +88,7 @@ def _data_files(package: Package, setup: SetupFile) -> Iterator[SourceError]:
                 hint = f"create it, an empty file: touch {file}"
             else:
                 hint = _near(package.file(os.path.dirname(file)), os.path.basename(file))
-            yield setup.source.error(message, *setup.place(node), hint=hint)
+            yield setup.report(message, *setup.place(node), hint=hint)
 
 
 def _elements(value: ast.expr | None) -> list[ast.expr]:
@@ -135,7 +135,7 @@ def _packages(package: Package, setup: SetupFile) -> Iterator[SourceError]:
         if name is None or os.path.isdir(package.file(*name.split("."))):
             continue
         folders = [entry.name for entry in os.scandir(package.folder) if entry.is_dir()]
-        yield setup.source.error(
+        yield setup.report(
             f"the Python package '{name}' does not exist: there is no folder of this name",
             *setup.place(node),
             hint=did_you_mean(name, [one for one in folders if not one.startswith(".")]),
@@ -166,7 +166,7 @@ def _script(package: Package, setup: SetupFile, node: ast.expr, text: str) -> It
         message = f"the console script '{text}' must have the form NAME = MODULE:FUNCTION"
         hint = f"write '{_script_meant(package, text)}'"
         # setuptools refuses only a missing '=': without a function the program fails.
-        report = setup.source.warning if equals else setup.source.error
+        report = setup.source.warning if equals else setup.report
         yield report(message, *setup.place(node), hint=hint)
         return
     if not any(map(os.path.exists, (package.file(parts[0]), package.file(f"{parts[0]}.py")))):

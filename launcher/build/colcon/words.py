@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from launcher.build.place import Place
@@ -75,6 +76,12 @@ def that_count(words: Sequence[str]) -> tuple[str, ...]:
         if is_counted:
             counting.append(word)
     return tuple(counting)
+
+
+def definitions(words: Sequence[str]) -> set[str]:
+    """The names of what the words define for CMake: `-DNAME=VALUE`."""
+    found = (re.match(r"(--[\w-]*cmake-args=)?\s*-D\s*(\w+)", word) for word in words)
+    return {one[2] for one in found if one}
 
 
 def build(

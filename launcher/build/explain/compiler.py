@@ -8,6 +8,7 @@ from launcher.build.checks import origins
 from launcher.build.explain.output import Output
 from launcher.build.sources.source_text import SourceText
 from launcher.errors import LauncherError
+from launcher.program import program
 
 _ERROR = re.compile(
     r"^(?P<file>[^\s:][^:\n]*):(?P<line>\d+):(?P<column>\d+): (?:fatal )?error: (?P<text>.*)$",
@@ -80,6 +81,11 @@ def _missing_header(header: str) -> tuple[str, str | None]:
         return (
             "the header files of Python are missing",
             "install them (apt install python3-dev), or use a Python that has them",
+        )
+    if re.fullmatch(r"\w+/(msg|srv|action)/(detail/)?\w+\.hpp", header):
+        return (
+            f"{name} has no interfaces for C++: '{header}' does not exist",
+            f"`{program()} build --cpp` generates those of the workspace",
         )
     if origins.is_of_ros(name, ()):
         return origins.missing(name, ())

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from launcher.build.checks.interface_files import SUFFIXES, InterfaceFile
 from launcher.build.checks.interface_names import snake_case
 from launcher.build.explain.output import Output
-from launcher.build.sources.source_text import SourceError
+from launcher.build.sources.source_text import SourceError, SourceWarning
 from launcher.errors import LauncherError
 
 _SIGNS = ("rosidl_adapter", "rosidl_generator", "rosidl_parser", "rosidl_typesupport")
@@ -27,15 +27,16 @@ def explain(output: Output) -> LauncherError | None:
         return None
     files = list(_files(output))
     for file in files:
-        if file.errors:
-            return file.errors[0]
+        for problem in file.problems:
+            if not isinstance(problem, SourceWarning):
+                return problem
     return _unknown_package(output, files) or _unknown_type(output, files) or _generated(output)
 
 
 def _files(output: Output) -> Iterator[InterfaceFile]:
     for folder in ("msg", "srv", "action", "*/msg", "*/srv", "*/action"):
-        pattern = os.path.join(glob.escape(output.folder), folder, "*")
-        for path in sorted(glob.glob(pattern)):
+        pattern = os.path.join(glob.escape(output.folder), folder, "**")
+        for path in sorted(glob.glob(pattern, recursive=True)):
             if path.endswith(SUFFIXES):
                 try:
                     yield InterfaceFile(output.package, path)

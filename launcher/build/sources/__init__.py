@@ -14,6 +14,8 @@ from launcher.build.sources.source_text import SourceError, SourceText, shown
 
 _IGNORE = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _PROJECT = re.compile(r"^\s*project\s*\(\s*\"?([\w.-]+)", re.IGNORECASE | re.MULTILINE)
+_WITHOUT_LANGUAGE = re.compile(r"^\s*project\s*\([^)]*\sNONE\s*\)", re.IGNORECASE | re.MULTILINE)
+_MORE_LANGUAGES = re.compile(r"\b(add_subdirectory|enable_language|include)\s*\(", re.IGNORECASE)
 _NAME = re.compile(r"<name>\s*([\w-]+)")
 _FIND = re.compile(r"\bfind_package\s*\(\s*\"?([\w-]+)", re.IGNORECASE)
 
@@ -35,6 +37,22 @@ class Package:
     @property
     def is_python(self) -> bool:
         return self.build_type in ("ament_python", "python")
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether it may need a compiler: not if `project()` says that it has no language."""
+        text = self._cmake_text
+        is_plain = _WITHOUT_LANGUAGE.search(text) and not _MORE_LANGUAGES.search(text)
+        return not self.is_python and not is_plain
+
+    @property
+    def has_interfaces(self) -> bool:
+        """Whether interfaces are generated, for which the header files of Python are needed."""
+        return not self.is_python and "rosidl_generate_interfaces" in self._cmake_text
+
+    @property
+    def _cmake_text(self) -> str:
+        return _cmake_text(self.folder, "CMakeLists.txt") if self.has("CMakeLists.txt") else ""
 
     def file(self, *names: str) -> str:
         """The path of a file of the package."""

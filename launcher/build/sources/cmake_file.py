@@ -28,7 +28,18 @@ _TOKEN = re.compile(
 )
 _VARIABLE = re.compile(r"\$\{([\w.+/-]+)\}")
 _UNKNOWN = re.compile(r"\$(<|\w*\{)")  # generator expressions, `$ENV{X}`, nested variables
+# These make no file, define no command of a package, and set no variable of ours.
+_PLAIN = re.compile(
+    r"add_(compile_(definitions|options)|definitions|dependencies|executable|library"
+    r"|link_options|test)|ament_(?!auto_)\w+|block|break|cmake_(minimum_required|parse_arguments"
+    r"|path|policy)|continue|else(if)?|enable_(language|testing)|end\w+|find_\w+|foreach|function"
+    r"|get_\w+|if|include_directories|install|link_(directories|libraries)|list|macro|math"
+    r"|mark_as_advanced|message|option|project|return|rosidl_\w+|separate_arguments"
+    r"|set(_\w*propert(y|ies))?|source_group|string|target_\w+|unset|variable_watch|while"
+)
 _MAKES_FILES = ("COPY", "COPY_FILE", "DOWNLOAD", "GENERATE", "RENAME", "WRITE")
+# These may make files, but have their own rules, or make them only when the package is compiled.
+_OF_CMAKE = ("add_custom_command", "add_custom_target", "configure_file", "execute_process", "file")
 # They set no variable whose name they are given.
 _WITHOUT_RESULT = (
     "project", "find_package", "rosidl_generate_interfaces", "install", "message",
@@ -87,6 +98,7 @@ class CMakeFile:
         self.commands: list[Command] = []
         self.conditional: list[Command] = []  # that may not run
         self._bodies: dict[str, Sequence[Command]] = {}  # of functions and macros
+        self._defined: set[str] = set()  # their names
         self._variables = {name: Values([Argument(self.folder, 0)]) for name in _FOLDERS}
         self._run(list(_commands(self.source)))
 
@@ -100,6 +112,26 @@ class CMakeFile:
     def has(self, *names: str) -> bool:
         """Whether such a command is anywhere in the file."""
         return any(one.name in names for one in (*self.commands, *self.conditional))
+
+    @property
+    def may_do_more(self) -> bool:
+        """Whether a command is from elsewhere: other files, or macros of packages."""
+        return any(map(self._is_foreign, (*self.commands, *self.conditional)))
+
+    @property
+    def makes_files(self) -> bool:
+        """Whether a command may make files before CMake looks for them."""
+        return self.may_do_more or any(
+            one.name in ("configure_file", "execute_process")
+            or (one.name == "file" and one.arguments and one.arguments[0].text in _MAKES_FILES)
+            for one in (*self.commands, *self.conditional)
+        )
+
+    def _is_foreign(self, command: Command) -> bool:
+        if command.name == "include":  # a module of CMake, or a file
+            return re.fullmatch(r"\w+", "".join(command.words[:1])) is None
+        is_known = command.name in (*_OF_CMAKE, *self._defined) or _PLAIN.fullmatch(command.name)
+        return not is_known
 
     # ---- a walk over the commands, with variables
 
@@ -140,7 +172,7 @@ class CMakeFile:
                     [*old.arguments, *values], old.is_complete and is_complete
                 )
             case "file", [Argument(text="GLOB"), name, *patterns]:
-                is_complete = is_complete and not self._makes_files()
+                is_complete = is_complete and not self.makes_files
                 self._variables[name.text] = Values(self._matches(patterns), is_complete)
             case "string", [Argument(text="REPLACE"), old, new, name, *values]:
                 replaced = [
@@ -153,6 +185,7 @@ class CMakeFile:
     def _define(self, command: Command, body: Sequence[Command]) -> None:
         for name in command.arguments[:1]:
             self._bodies[name.text.lower()] = body
+            self._defined.add(name.text.lower())
         self._skip(*body)
 
     def _skip(self, *commands: Command) -> None:
@@ -216,14 +249,6 @@ class CMakeFile:
 
     def _joined(self, name: str) -> str:
         return ";".join(_texts(self._variables.get(name, Values()).arguments))
-
-    def _makes_files(self) -> bool:
-        """Whether a command so far may have made files that are not there yet."""
-        return any(
-            one.name in ("configure_file", "execute_process")
-            or (one.name == "file" and one.arguments and one.arguments[0].text in _MAKES_FILES)
-            for one in (*self.commands, *self.conditional)
-        )
 
     def _matches(self, words: Sequence[Argument]) -> list[Argument]:
         """The files that the patterns of `file(GLOB ...)` match."""

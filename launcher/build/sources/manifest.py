@@ -6,7 +6,7 @@ catkin_pkg, which colcon uses, decides what is valid, but does not report lines.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from launcher import xml_tree
@@ -51,6 +51,7 @@ class Manifest:
     version: str
     build_type: str  # `catkin` if none is given, as for colcon
     build_type_line: int | None
+    misspelt: tuple[str, int] | None  # a tag that looks like <build_type>, if there is none
     dependencies: tuple[Dependency, ...]
     groups: tuple[str, ...]  # that the package is a member of
     group_dependencies: tuple[tuple[str, int], ...]  # (group, line)
@@ -94,6 +95,7 @@ def _manifest(source: SourceText, root: XmlElement, env: Mapping[str, str]) -> M
         version=version,
         build_type=build_types[0].text.strip() if build_types else "catkin",
         build_type_line=build_types[0].line if build_types else None,
+        misspelt=None if build_types else _like_build_type(exports),
         dependencies=tuple(
             Dependency(tag.text.strip(), tag.name, _KINDS[tag.name], tag.line)
             for tag in active
@@ -105,6 +107,11 @@ def _manifest(source: SourceText, root: XmlElement, env: Mapping[str, str]) -> M
         ),
         end_line=root.end_line,
     )
+
+
+def _like_build_type(exports: Iterable[XmlElement]) -> tuple[str, int] | None:
+    near = (one for one in exports if suggest(one.name, ["build_type"]))
+    return next(((one.name, one.line) for one in near), None)
 
 
 def _applies(source: SourceText, tag: XmlElement, env: Mapping[str, str]) -> bool:
@@ -213,15 +220,6 @@ def _check_tags(source: SourceText, root: XmlElement) -> None:
                 tag.column,
                 hint=f"write <exec_depend>{tag.text.strip()}</exec_depend>",
             )
-    for export in (tag for tag in root.children if tag.name == "export"):
-        for tag in export.children:
-            if tag.name != "build_type" and suggest(tag.name, ["build_type"]):
-                raise source.error(
-                    f"unknown tag <{tag.name}>",
-                    tag.line,
-                    tag.column,
-                    hint="did you mean 'build_type'?",
-                )
 
 
 def _parse(source: SourceText) -> XmlElement:

@@ -9,14 +9,19 @@ import re
 import sys
 from functools import cached_property
 
-from launcher.build.sources.source_text import SourceText
+from launcher.build.sources.source_text import SourceError, SourceText
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 # Modules whose import does not call `setup`.
 _HARMLESS = {*sys.stdlib_module_names, "setuptools", "distutils"} - {"importlib", "runpy"}
+_MAKING_FILES = {
+    *("call", "check_call", "check_output", "copy", "copy2", "copyfile", "copytree", "makedirs"),
+    *("mkdir", "open", "Popen", "run", "symlink", "symlink_to", "system", "touch"),
+    *("write_bytes", "write_text"),
+}
 
 
 class SetupFile:
@@ -41,6 +46,28 @@ class SetupFile:
         """The call of `setup`."""
         calls = (node for node in ast.walk(self._tree) if isinstance(node, ast.Call))
         return next((one for one in calls if re.search(r"\bsetup$", ast.unparse(one.func))), None)
+
+    @cached_property
+    def is_certain(self) -> bool:
+        """Whether `setup` is called with what is written in its call, and finds no other files:
+        at the top, or where the file is the program, and nothing makes files before.
+        """
+        called = (one.func for one in ast.walk(self._tree) if isinstance(one, ast.Call))
+        names = (ast.unparse(one).rpartition(".")[2] for one in called)
+        return any(one is self.call for one in self._at_top()) and not {*names} & _MAKING_FILES
+
+    def _at_top(self) -> Iterator[ast.expr]:
+        for node in self._tree.body:
+            match node:
+                case ast.If(test=ast.Compare(left=ast.Name(id="__name__")), body=body):
+                    yield from (one.value for one in body if isinstance(one, ast.Expr))
+                case ast.Expr(value=value):
+                    yield value
+
+    @property
+    def report(self) -> Callable[..., SourceError]:
+        """What makes an error of a mistake in the call, or a warning if it is not certain."""
+        return self.source.error if self.is_certain else self.source.warning
 
     @property
     def may_call_setup(self) -> bool:

@@ -91,7 +91,7 @@ def test_files_that_cannot_be_read(name: str, what: str, tmp_path: Path):
     with contextlib.suppress(SourceError):
         read = READERS[name](str(path))
         assert what == "null bytes" or (name, what) == ("CMakeLists.txt", "latin-1")
-        assert not isinstance(read, InterfaceFile) or read.errors
+        assert not isinstance(read, InterfaceFile) or read.problems
 
 
 def test_a_workspace_of_odd_files(tmp_path: Path):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from launcher.build.explain import Output, evidence, explain
+from launcher.program import program
 from tests.unit.build.source_tree import python_package, write
 
 RECORDED = Path(__file__).with_name("recorded")
@@ -131,6 +132,13 @@ CASES = {
     "cpp_syntax_zig": cpp(SYNTAX, 5, "", "expected ';' at end of declaration"),
     "cpp_header": cpp(RCLCPP, 1, "<rclcpp", RCLCPP_MESSAGE, RCLCPP_HINT),
     "cpp_header_zig": cpp(RCLCPP, 1, "<rclcpp", RCLCPP_MESSAGE, RCLCPP_HINT),
+    "cpp_interfaces": cpp(
+        RCLCPP.replace("rclcpp/rclcpp.hpp", "low/msg/leaf.hpp"),
+        1,
+        "<low",
+        "low has no interfaces for C++: 'low/msg/leaf.hpp' does not exist",
+        f"`{program()} build --cpp` generates those of the workspace",
+    ),
     "cpp_own_header": Case(
         OWN_HEADER,
         "include/tools.hpp:2",

@@ -208,13 +208,6 @@ ERRORS = {
         C_KEYWORD.format("class"),
         "use another name, for example 'class_value'",
     ),
-    "a keyword of Python": msg(
-        "int32 from",
-        1,
-        "from",
-        "'from' is a keyword of Python: the generated module could not be imported",
-        "use another name, for example 'from_value'",
-    ),
     "a field twice": msg("int32 a\n\nint64 a", 3, "a", "'a' is already in line 1", None),
     "a constant twice": msg("int32 A=1\nint64 A=2", 2, "A", "'A' is already in line 1", None),
     "a type alone": msg(
@@ -512,7 +505,7 @@ ERRORS = {
         "rosidl_generate_interfaces(m Task.msg)",
         5,
         "Task.msg",
-        ".msg files must be in a folder 'msg'",
+        ".msg files must be in a folder, such as 'msg'",
         "move it to msg/Task.msg",
         "Task.msg",
     ),
@@ -520,7 +513,7 @@ ERRORS = {
         "rosidl_generate_interfaces(m msg/Add.srv)",
         5,
         "msg/Add.srv",
-        ".srv files must be in a folder 'srv'",
+        ".srv files outside of 'srv/' need service_msgs in DEPENDENCIES",
         "move it to srv/Add.srv",
         "msg/Add.srv",
     ),
@@ -699,15 +692,18 @@ ERRORS = {
         "did you mean 'got.py'?",
         **{"scripts/got.py": ""},
     ),
-    "commands without find_package": Case(
-        {
-            "c/package.xml": manifest("c"),
-            "c/CMakeLists.txt": f"{MINIMUM}project(c)\nament_package()\n",
-        },
-        "src/c/CMakeLists.txt:3",
-        "ament_package",
-        "ament_package() needs find_package(ament_cmake REQUIRED) before it",
+    "a command of another package without find_package": cmake(
+        "",
+        3,
+        "ament_python_install_package",
+        "ament_python_install_package() needs find_package(ament_cmake REQUIRED) before it",
         None,
+    )._replace(
+        files={
+            "c/package.xml": manifest("c"),
+            "c/CMakeLists.txt": f"{MINIMUM}project(c)\nament_python_install_package(c)\n"
+            "ament_package()\n",
+        }
     ),
     # ---- package.xml
     "an empty package.xml": xml("", 1, "", "the file is empty", None),
@@ -767,12 +763,23 @@ ERRORS = {
         "the condition '$A = 1' cannot be understood",
         'write for example condition="$ROS_VERSION == 2"',
     ),
-    "no build type": xml(
+    "no build type, and no CMakeLists.txt": xml(
         manifest("p").replace("<build_type>ament_cmake</build_type>", ""),
         9,
         "",
         "package.xml has no build type, which means ROS 1 (catkin)",
         "add <export><build_type>ament_cmake</build_type></export>",
+        cmake=False,
+    ),
+    "a package of ROS 1": Case(
+        {
+            "p/package.xml": manifest("p", build_type="catkin"),
+            "p/CMakeLists.txt": f"{MINIMUM}project(p)\nfind_package(catkin REQUIRED)\n",
+        },
+        "src/p/package.xml:8",
+        "catkin",
+        "a package of ROS 1 cannot be built with ROS 2",
+        "keep it out of the build: touch src/p/COLCON_IGNORE",
     ),
     "build_type outside of export": xml(
         manifest("p", "<build_type>ament_cmake</build_type>"),
@@ -964,6 +971,30 @@ WARNINGS = {
         "VERSION",
         OLD_CMAKE,
         "write cmake_minimum_required(VERSION 3.8)",
+    ),
+    "a keyword of Python": msg(
+        "int32 from",
+        1,
+        "from",
+        "'from' is a keyword of Python: the generated module cannot be imported",
+        "use another name, for example 'from_value'",
+    ),
+    "commands without find_package": Case(
+        {
+            "c/package.xml": manifest("c"),
+            "c/CMakeLists.txt": f"{MINIMUM}project(c)\nament_package()\n",
+        },
+        "src/c/CMakeLists.txt:3",
+        "ament_package",
+        "ament_package() needs find_package(ament_cmake REQUIRED) before it",
+        None,
+    ),
+    "no build type": xml(
+        manifest("p").replace("<build_type>ament_cmake</build_type>", ""),
+        9,
+        "",
+        "package.xml has no build type, which means ROS 1 (catkin)",
+        "add <export><build_type>ament_cmake</build_type></export>",
     ),
     "a misspelt module": Case(
         python_package("p", talker=None) | {"p/p/talkre.py": "def main(): pass\n"},

@@ -35,6 +35,26 @@ def test_packages_are_found_in_nested_folders_but_not_in_packages(tmp_path: Path
     assert names(tmp_path) == ["a", "b"]
 
 
+@pytest.mark.parametrize(
+    ("text", "is_compiled", "has_interfaces"),
+    [
+        ("project(a)\n", True, False),
+        ("project(a C)\nrosidl_generate_interfaces(a msg/A.msg)\n", True, True),
+        ("project(a VERSION 1.0\n  LANGUAGES NONE)\n", False, False),
+        ("PROJECT (a NONE)\n# include(x)\n", False, False),
+        ("project(a NONE)\nenable_language(C)\n", True, False),
+        ("# project(a NONE)\nproject(a)\n", True, False),
+    ],
+)
+def test_what_a_package_needs_to_be_built(
+    text: str, is_compiled: bool, has_interfaces: bool, tmp_path: Path
+):
+    write(tmp_path, {**package("a"), "a/CMakeLists.txt": text})
+    (found,) = sources.find([str(tmp_path)]).packages
+
+    assert (found.is_compiled, found.has_interfaces) == (is_compiled, has_interfaces)
+
+
 @pytest.mark.parametrize("marker", ["COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE"])
 def test_ignored_folders_are_left_out(tmp_path: Path, marker: str):
     write(tmp_path, {**package("a"), f"off/{marker}": ""})
