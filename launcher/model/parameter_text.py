@@ -28,8 +28,11 @@ _NUMBER = re.compile(
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
 _INT64 = (-(2**63), 2**63 - 1)
 _SMALLEST = 2.0**-1022  # `strtod` reports an underflow for smaller ones
-_TAG = "!exponent"
+_TAG, _WORD = "!exponent", "!word"
+_QUOTES = ("'", '"')
 _STRING = "tag:yaml.org,2002:str"
+# Tags that rcl ignores: the word decides.
+_IGNORED = tuple(f"tag:yaml.org,2002:{name}" for name in ("bool", "int", "float", "null"))
 
 
 class ExponentText(str):
@@ -83,7 +86,12 @@ def read(text: str) -> Any:
     """The content of a parameter file, with the types that rcl reads; raises yaml.YAMLError."""
     import yaml
 
-    return yaml.load(text, Loader=_loaders()[1])
+    return yaml.load(text, Loader=rcl_loader())
+
+
+def rcl_loader() -> Any:
+    """The loader of PyYAML that gives values the types that rcl reads; it takes `!!binary`, too."""
+    return _loaders()[1]
 
 
 def word_value(word: str) -> bool | int | float | str:
@@ -159,17 +167,21 @@ def _loaders() -> tuple[Any, Any]:
         pass
 
     class OfRcl(yaml.SafeLoader):
-        yaml_implicit_resolvers: dict[str, Any] = {}
+        def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+            resolved: Any = super().resolve
+            return _WORD if kind is yaml.ScalarNode else resolved(kind, value, implicit)
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:
             for key, _ in node.value:
                 key.style = key.style or '"'  # names are texts in any case
             return super().construct_mapping(node, deep)
 
-    def resolve(loader: Any, node: Any) -> Any:
-        return word_value(node.value) if node.style is None else loader.construct_scalar(node)
+    def of_word(loader: Any, node: Any) -> Any:
+        text = loader.construct_scalar(node)
+        return text if node.style in _QUOTES else word_value(text)
 
     WithExponents.add_implicit_resolver(_TAG, _EXPONENT, list("-+.0123456789"))
     WithExponents.add_constructor(_TAG, lambda loader, node: ExponentText(node.value))
-    OfRcl.add_constructor(_STRING, resolve)
+    for tag in (_WORD, *_IGNORED):
+        OfRcl.add_constructor(tag, of_word)
     return WithExponents, OfRcl

@@ -114,8 +114,11 @@ def _set(caller: ServiceCaller, node: str, logger: str, level: str) -> str | Non
 
     number = next(number for number, name in LEVELS.items() if name == level)
     request = SetLoggerLevels.Request(levels=[LoggerLevel(name=logger, level=number)])
-    result = caller.ask(SetLoggerLevels, f"{node}/set_logger_levels", request).results[0]
-    return None if result.successful else f"{node} refused it: {result.reason or 'no reason'}"
+    results = caller.ask(SetLoggerLevels, f"{node}/set_logger_levels", request).results
+    if not results:
+        return f"{node} has not answered for it"
+    reason = results[0].reason or "no reason"
+    return None if results[0].successful else f"{node} refused it: {reason}"
 
 
 def _get(caller: ServiceCaller, node: str, logger: str) -> tuple[str, str]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterValue, SetParametersResult
 from rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -18,7 +18,7 @@ from rcl_interfaces.srv import (
 )
 
 from launcher.model.parameter_sections import PARAMETERS, parameters_for, sections
-from launcher.model.parameter_text import word_value
+from launcher.model.parameter_text import rcl_loader, word_value
 from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.from_yaml import TEXTS, shown, value_of
 from launcher.ros.services import ServiceCaller
@@ -93,7 +93,7 @@ def list_names(caller: ServiceCaller, node: str, prefixes: list[str] | None = No
 def describe(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
     """The descriptors; VerbError for a name that the node does not have."""
     require_names(caller, node, names)
-    return _descriptors(caller, node, names)
+    return list(_descriptors(caller, node, names).values())
 
 
 def require_names(caller: ServiceCaller, node: str, names: list[str]) -> None:
@@ -114,31 +114,45 @@ def get(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
     return list(caller.ask(GetParameters, f"{node}/get_parameters", request).values)
 
 
-def values_of(caller: ServiceCaller, node: str, names: list[str]) -> dict[str, Any]:
-    """Name -> ParameterValue; one that is declared and has no value is of the type NOT_SET.
+def values_of(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, Any]:
+    """Name -> ParameterValue; one that is not declared or has no value is of the type NOT_SET."""
+    found = _all_answers(names, lambda asked: get(caller, node, asked))
+    return {name: value or ParameterValue() for name, value in found.items()}
 
-    A node answers for none of the names if one of them has no value: then each is asked for alone.
+
+def answers(names: Sequence[str]) -> Generator[list[str], Sequence[Any], dict[str, Any]]:
+    """Name -> what a node answers for it; None if there is nothing.
+
+    Yields names to ask for, and is sent the answers. A node answers for none of several names if
+    there is nothing for one of them: then each half is asked for.
     """
-    found = get(caller, node, names) if names else []
+    if not names:
+        return {}
+    found = yield list(names)
     if len(found) == len(names):
         return dict(zip(names, found, strict=True))
-    alone = {name: get(caller, node, [name]) for name in names}
-    return {name: held[0] if held else ParameterValue() for name, held in alone.items()}
+    if len(names) == 1:
+        return {names[0]: None}
+    half = len(names) // 2
+    return {**(yield from answers(names[:half])), **(yield from answers(names[half:]))}
+
+
+def _all_answers(names: Sequence[str], ask: Callable[[list[str]], Sequence[Any]]) -> dict[str, Any]:
+    asking = answers(names)
+    try:
+        asked = next(asking)
+        while True:
+            asked = asking.send(ask(asked))
+    except StopIteration as end:
+        found: dict[str, Any] = end.value
+        return found
 
 
 def documents(caller: ServiceCaller, node: str) -> list[dict[str, Any]]:
     """Descriptions and values of all parameters that a node has now, sorted by name."""
-    names = list_names(caller, node)
-    descriptors = {d.name: d for d in (_descriptors(caller, node, names) if names else [])}
-    if len(descriptors) < len(names):  # one was undeclared meanwhile
-        names = list_names(caller, node)
-        alone = [d for name in names for d in _descriptors(caller, node, [name])]
-        descriptors = {d.name: d for d in alone}
-    known = [name for name in names if name in descriptors]
-    return [
-        _document(descriptors[name], value)
-        for name, value in values_of(caller, node, known).items()
-    ]
+    descriptors = _descriptors(caller, node, list_names(caller, node))
+    values = values_of(caller, node, list(descriptors))
+    return [_document(descriptors[name], value) for name, value in values.items()]
 
 
 def _document(descriptor: Any, value: Any) -> dict[str, Any]:
@@ -239,37 +253,101 @@ def _cast_one(value: Any, kind: int) -> Any:
     return str(value) if kind == STRING else value
 
 
-def typed_parameter(name: str, word: str, declared_type: int) -> Any:
+class Written(NamedTuple):
+    """A value that was written as YAML, with the types of rcl, and the same with texts only."""
+
+    value: Any
+    words: Any
+
+
+def written_parameter(name: str, given: Written, declared_type: int = NOT_SET) -> Any:
+    """A Parameter message from a file; its words are texts where texts are declared."""
+    is_text = declared_type in (STRING, STRINGS)
+    return parameter(name, given.words if is_text else given.value, declared_type)
+
+
+def typed_parameter(name: str, word: str, declared_type: int = NOT_SET) -> Any:
     """A Parameter from a word of the command line, a string if it is nothing else."""
     if declared_type == STRING:
         return parameter(name, word, STRING)
     try:
-        value = value_of(word)
-    except yaml.YAMLError:
-        value = word
-    try:
-        return parameter(name, value, declared_type)
-    except NoKindError:
+        given = Written(value_of(word, rcl_loader()), value_of(word, TEXTS))
+        return written_parameter(name, given, declared_type)
+    except (yaml.YAMLError, NoKindError):
         return parameter(name, word)
 
 
-def declared_types(caller: ServiceCaller, node: str, names: list[str]) -> dict[str, int]:
+def plain_parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
+    """A Parameter from JSON; a text is a word where a number is declared."""
+    if isinstance(value, str) and declared_type in (INTEGER, DOUBLE):
+        value = word_value(value)
+    return parameter(name, value, declared_type)
+
+
+def declared_types(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, int]:
     """Name -> type number of those names that the node has."""
     found = _descriptors(caller, node, names)
-    if len(found) < len(names):  # rclpy's answer ends before a missing one
-        known = set(list_names(caller, node))
-        found = _descriptors(caller, node, [name for name in names if name in known])
-    return {descriptor.name: descriptor.type for descriptor in found}
+    return {name: descriptor.type for name, descriptor in found.items()}
 
 
-def _descriptors(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
-    request = DescribeParameters.Request(names=names)
-    return list(caller.ask(DescribeParameters, f"{node}/describe_parameters", request).descriptors)
+def _descriptors(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, Any]:
+    """Name -> descriptor of those names that the node has."""
+
+    def ask(asked: list[str]) -> Sequence[Any]:
+        request = DescribeParameters.Request(names=asked)
+        service = f"{node}/describe_parameters"
+        return list(caller.ask(DescribeParameters, service, request).descriptors)
+
+    found = _all_answers(names, ask)
+    return {name: descriptor for name, descriptor in found.items() if descriptor is not None}
+
+
+class Outcome(NamedTuple):
+    """Of setting a parameter: its message, None if there can be none, and the node's result."""
+
+    message: Any
+    result: Any
+
+
+def set_values(
+    caller: ServiceCaller,
+    node: str,
+    values: Mapping[str, Any],
+    make: Callable[[str, Any, int], Any],
+) -> dict[str, Outcome]:
+    """Set all of them; one that is refused does not keep the others from being set.
+
+    `make` gets a name, a value and the declared type, and returns a Parameter message, or raises
+    VerbError.
+    """
+    types = declared_types(caller, node, list(values))
+    messages: dict[str, Any] = {}
+    outcomes: dict[str, Outcome] = {}
+    for name, value in values.items():
+        try:
+            messages[name] = make(name, value, types.get(name, NOT_SET))
+        except VerbError as error:
+            reason = f"{error.message} ({error.hint})" if error.hint else error.message
+            outcomes[name] = Outcome(None, SetParametersResult(reason=reason))
+    results = set_all(caller, node, list(messages.values()))
+    for (name, message), result in zip(messages.items(), results, strict=True):
+        outcomes[name] = Outcome(message, result)
+    return {name: outcomes[name] for name in values}
 
 
 def set_all(caller: ServiceCaller, node: str, parameters: list[Any]) -> list[Any]:
+    """A result for each."""
+    if not parameters:
+        return []
     request = SetParameters.Request(parameters=parameters)
-    return list(caller.call(SetParameters, f"{node}/set_parameters", request).results)
+    answer = caller.call(SetParameters, f"{node}/set_parameters", request)
+    return results_of(answer, len(parameters))
+
+
+def results_of(answer: Any, count: int) -> list[Any]:
+    """The results of `count` parameters, of which the node may have judged fewer."""
+    missing = SetParametersResult(reason="the node has not answered for it")
+    return [*answer.results, *([missing] * count)][:count]
 
 
 def delete(caller: ServiceCaller, node: str, name: str) -> Any:
@@ -296,31 +374,13 @@ def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return {node: {"ros__parameters": tree}}
 
 
-class FileValue(NamedTuple):
-    """A value in a parameter file, and the same with each word as it is written there."""
-
-    value: Any
-    words: Any
-
-
-def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, FileValue]:
+def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Written]:
     """Name -> value for a node from a parameter file; VerbError if it has none for it."""
     values, words = (
         _of_node(_read(path, loader), path, node, use_wildcard=use_wildcard)
-        for loader in (None, TEXTS)
+        for loader in (rcl_loader(), TEXTS)
     )
-    return {name: FileValue(value, words.get(name)) for name, value in values.items()}
-
-
-def file_parameter(name: str, given: FileValue, declared_type: int) -> Any:
-    """A Parameter message; words without quotes are read as the declared type needs."""
-    value, words = given
-    if declared_type in (STRING, STRINGS) and value is not None:
-        value = words
-    if declared_type == DOUBLE and isinstance(value, str):
-        number = word_value(value)  # PyYAML takes 1e-3 for a string
-        value = float(number) if type(number) in (int, float) else value
-    return parameter(name, value, declared_type)
+    return {name: Written(value, words.get(name)) for name, value in values.items()}
 
 
 def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:

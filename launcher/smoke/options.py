@@ -41,13 +41,13 @@ def _log(text: str) -> Entry:
 
 
 def _parameter(text: str) -> Entry:
-    import yaml
+    from launcher.model.parameter_text import read
 
     place, _, value = text.partition("=")
     node, colon, name = place.strip().rpartition(":")
     if not colon:
         raise ValueError(f"'{text}' has no ':' after the node")
-    return {"parameter": name, "node": node, "is": yaml.safe_load(value.strip())}
+    return {"parameter": name, "node": node, "is": read(value.strip())}
 
 
 def _expectation(spelling: str, help_text: str, entry: Callable[[str], Entry]) -> Option:

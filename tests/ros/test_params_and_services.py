@@ -173,12 +173,39 @@ def test_a_parameter_that_is_not_declared_does_not_keep_the_others_from_being_se
     assert (several.out, several.code) == ("speed: Set parameter successful\n", 1)
 
 
+def test_what_cannot_be_a_parameter_does_not_keep_the_others_from_being_set(verb, tmp_path):
+    words = ["bytes", "[1, 256]", "ratios", "[1e-9, 0.0]", "counts", "[0x10, 010]"]
+    answer = verb("param", "set", LISTENER, *words)
+    assert answer.lines == [f"{name}: Set parameter successful" for name in ("ratios", "counts")]
+    assert answer.err == (
+        "bytes: Setting parameter failed: Parameter 'bytes' cannot hold [1, 256] "
+        "(a byte is from 0 to 255)\n"
+    )
+    assert answer.code == 1
+    path = tmp_path / "params.yaml"
+    path.write_text(
+        f"{LISTENER}: {{ros__parameters: {{bytes: [1, a], ratios: [.5, 1e0], counts: [1, 2, 3]}}}}"
+    )
+    loaded = verb("param", "load", LISTENER, str(path))
+    assert loaded.lines == [f"Set parameter {name} successful" for name in ("ratios", "counts")]
+    assert loaded.err.startswith(
+        "Set parameter bytes failed: Parameter 'bytes' cannot hold [1, 'a'"
+    )
+    assert loaded.code == 1
+    held = verb("param", "get", LISTENER, "ratios")
+    assert held.out == "Double values are: [0.5, 1.0]\n"
+
+
 @pytest.mark.parametrize(
     ("words", "error", "code"),
     [
         (["get", "bad name!", "speed"], "Node not found\n", 1),
         (["set", "/talker", "name", "a\udcff"], "error: not UTF-8: 'a\\udcff'\n", 2),
-        (["set", "/talker", "use_sim_time", "9" * 20], "Parameter 'use_sim_time' cannot hold", 1),
+        (
+            ["set", "/talker", "use_sim_time", "9" * 20],
+            "Setting parameter failed: Wrong parameter type",
+            1,
+        ),
         (["get", "/tolker", "speed"], "Node not found\nhint: did you mean '/talker'?\n", 1),
         (
             ["get", "/talker", "sped"],

@@ -13,6 +13,7 @@ import yaml
 
 from launcher.model.parameter_sections import sections
 from launcher.model.parameter_text import word_value
+from launcher.ros.parameters import plain_value, typed_parameter
 from tests.ros.conftest import ros_domain
 from tests.support.node_process import REPOSITORY
 from tests.unit.test_model_parameter_text import WORDS
@@ -72,3 +73,25 @@ def test_words_are_what_rcl_takes_them_for(env: dict[str, str]):
     for word, answer in zip(WORDS, read(env, questions), strict=True):
         expected = word_value(word)
         assert repr(answer["p"]) == repr(expected), word
+
+
+VALUES = (
+    *(
+        "[1e-9, 0.0]",
+        "[.5, 1e0]",
+        "[0x10, 010]",
+        "[yes, Off]",
+        "[~, a]",
+        "[0.0, -.inf]",
+        "[-1, +2]",
+    ),
+    *("'1e-9'", '"5"', "!!str 5", "[!!str 1, !!str 2]", "!!int a", "!!float 5", "!!bool yes"),
+    *("!!null a", "|-\n      5", ">-\n      1e-9"),
+)
+
+
+def test_values_on_the_command_line_are_what_rcl_takes_them_for(env: dict[str, str]):
+    questions = [(f"/**:\n  ros__parameters:\n    p: {one}\n", "/", "n") for one in VALUES]
+    for value, answer in zip(VALUES, read(env, questions), strict=True):
+        found = plain_value(typed_parameter("p", value).value)
+        assert repr(found) == repr(answer["p"]), value

@@ -99,7 +99,10 @@ def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
     if not options.param_type or not names:
         return names
     types = parameters.declared_types(caller, node, names)
-    return [f"{name} (type: {parameters.type_name(types[name])})" for name in names]
+    # one may have been undeclared meanwhile
+    return [
+        f"{name} (type: {parameters.type_name(types[name])})" for name in names if name in types
+    ]
 
 
 def _list_all(options: Parsed) -> int:
@@ -147,19 +150,19 @@ def _set(options: Parsed) -> int:
 
     words = dict(zip(options.pairs[::2], options.pairs[1::2], strict=True))
     with _asking(options) as (caller, node):
-        types = parameters.declared_types(caller, node, list(words))
-        messages = [
-            parameters.typed_parameter(name, word, types.get(name, parameters.NOT_SET))
-            for name, word in words.items()
-        ]
         if options.atomic:
+            types = parameters.declared_types(caller, node, list(words))
+            messages = [
+                parameters.typed_parameter(name, word, types.get(name, parameters.NOT_SET))
+                for name, word in words.items()
+            ]
             result = parameters.set_atomically(caller, node, messages)
             done = "Set parameters atomically successful"
             return _report(result, done, "Setting parameters atomically")
-        results = parameters.set_all(caller, node, messages)
+        outcomes = parameters.set_values(caller, node, words, parameters.typed_parameter)
     codes = [
-        _report(result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
-        for name, result in zip(words, results, strict=True)
+        _report(one.result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
+        for name, one in outcomes.items()
         for prefix in [f"{name}: " if len(words) > 1 else ""]
     ]
     return max(codes)
@@ -214,21 +217,15 @@ def _load(options: Parsed) -> int:
         values = parameters.file_values(
             options.parameter_file, node, use_wildcard=not options.no_use_wildcard
         )
-        types = parameters.declared_types(caller, node, list(values))
-        messages = [
-            parameters.file_parameter(name, value, types.get(name, parameters.NOT_SET))
-            for name, value in values.items()
-        ]
-        results = parameters.set_all(caller, node, messages)
-        declared = [name for name in values if name in types]
-        # fewer, or none, if one of them has no value
-        now = dict(zip(declared, parameters.get(caller, node, declared), strict=False))
+        outcomes = parameters.set_values(caller, node, values, parameters.written_parameter)
+        refused = [name for name, one in outcomes.items() if not one.result.successful]
+        now = parameters.values_of(caller, node, refused)
     code = int(ExitCode.OK)
-    for message, result in zip(messages, results, strict=True):
-        name = message.name
+    for name, (message, result) in outcomes.items():
         one = _report(result, f"Set parameter {name} successful", f"Set parameter {name}")
         # A file of `param dump` has read-only parameters, too; they already have its values.
-        code = max(code, one if now.get(name) != message.value else ExitCode.OK)
+        is_so = message is not None and name in now and now[name] == message.value
+        code = max(code, ExitCode.OK if is_so else one)
     return code
 
 

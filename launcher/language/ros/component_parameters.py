@@ -56,10 +56,9 @@ def full_name(node_name: str, namespace: str | None) -> str:
 
 
 def _from_file(path: Path, node: str) -> dict[str, Any]:
-    import yaml
+    from launcher.model.parameter_text import read
 
-    with path.open() as file:
-        content = yaml.safe_load(file)
+    content = read(path.read_text(encoding="utf-8"))
     if not isinstance(content, dict):
         raise RuntimeError(f"invalid yaml file {path}, error: it holds no parameters")
     known = list(sections(content))

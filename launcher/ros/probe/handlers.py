@@ -68,13 +68,11 @@ def describe_type(caller: ServiceCaller, request: Request) -> dict[str, Any]:
 def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
     node, values = full_topic(request.text("node")), request.values()
     caller.answer_s = request.number("timeout_s", ANSWER_S)
-    declared = parameters.declared_types(caller, node, list(values))
-    messages = [parameters.parameter(n, v, declared.get(n, 0)) for n, v in values.items()]
-    results = parameters.set_all(caller, node, messages)
+    outcomes = parameters.set_values(caller, node, values, parameters.plain_parameter)
     return {
         "results": {
-            name: {"successful": result.successful, "reason": result.reason}
-            for name, result in zip(values, results, strict=True)
+            name: {"successful": one.result.successful, "reason": one.result.reason}
+            for name, one in outcomes.items()
         }
     }
 

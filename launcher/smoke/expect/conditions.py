@@ -18,6 +18,7 @@ _BUILTINS = {
     f.__name__: f
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
 } | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
+_EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _SHOWN = 8  # fields in a sentence
 
@@ -176,6 +177,7 @@ def _check_limits(path: str, limits: Mapping[Any, Any]) -> None:
         if name not in _LIMITS:
             hint = did_you_mean(str(name), _LIMITS) or f"known: {', '.join(_LIMITS)}"
             raise ValueError(f"unknown limit '{name}' of '{path}'; {hint}")
+        limit = _number(limit)
         is_number = isinstance(limit, int | float) and not isinstance(limit, bool)
         if name in ("min", "max") and not is_number:
             raise ValueError(f"{name} of '{path}' is not a number: {limit!r}")
@@ -221,13 +223,21 @@ def _within(found: Any, name: str, limit: Any) -> bool:
         return isinstance(found, str) and re.search(limit, found) is not None
     if isinstance(found, bool) or not isinstance(found, int | float):
         return False
+    limit = _number(limit)
     return bool(found >= limit if name == "min" else found <= limit)
+
+
+def _number(wanted: Any) -> Any:
+    """The number of a text that is one, but not for YAML 1.1, which the file is read as: `1e-9`."""
+    return float(wanted) if isinstance(wanted, str) and _EXPONENT.fullmatch(wanted) else wanted
 
 
 def equal(found: Any, wanted: Any) -> bool:
     """Equality with a tolerance for rounding of numbers; True is not 1."""
     if isinstance(found, bool) or isinstance(wanted, bool):
         return found is wanted
+    if isinstance(found, int | float):
+        wanted = _number(wanted)
     if isinstance(found, int | float) and isinstance(wanted, int | float):
         return math.isclose(found, wanted, rel_tol=1e-6, abs_tol=1e-12)
     if isinstance(found, list) and isinstance(wanted, list):

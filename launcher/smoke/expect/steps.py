@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 from launcher.document.fields import FieldError, FieldType, near
 from launcher.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.document.source_location import Origin
+from launcher.model.parameter_text import read
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
 
 
@@ -105,7 +107,7 @@ def _parse_command(value: object) -> Command:
     if verb == "kill":
         words["signal"] = _signal(words.get("signal", "SIGKILL"))
     if "value" in words:
-        words["value"] = _yaml(words["value"])
+        words["value"] = _value(words["value"], read if verb == "set" else yaml.safe_load)
     return Command(verb=verb, text=value.strip(), words=words)
 
 
@@ -116,9 +118,9 @@ def _signal(name: str) -> str:
     return name
 
 
-def _yaml(text: str) -> Any:
+def _value(text: str, load: Callable[[str], Any]) -> Any:
     try:
-        return yaml.safe_load(text)
+        return load(text)
     except yaml.YAMLError as error:
         reason = getattr(error, "problem", None) or error
         raise FieldError(f"invalid YAML '{text}': {reason}") from None

@@ -180,6 +180,17 @@ def test_an_empty_namespace_is_none_also_of_a_component_without_a_name(empty, tm
     assert request.parameters == (("own", 1), ("for_all", 1))
 
 
+def test_a_parameter_file_of_a_component_has_the_types_that_rcl_reads(tmp_path: Path):
+    file = tmp_path / "some.yaml"
+    file.write_text("/**: {ros__parameters: {a: 1e-9, b: [1e-9, 0.0], c: '1e-9', d: 0x10, e: y}}\n")
+    node = ComposableNode(package="p", plugin="P", parameters=[str(file)])
+    load = LoadComposableNodes(target_container="c", composable_node_descriptions=[node])
+    with interpreting([load]) as interpreter:
+        (effect,) = loads(interpreter.start())
+    values = dict(effect.request.parameters)
+    assert values == {"a": 1e-9, "b": (1e-9, 0.0), "c": "1e-9", "d": 16, "e": True}
+
+
 def test_a_lifecycle_node_is_watched_and_asked_for_its_transition():
     node = lifecycle_node()
     change = ChangeState(lifecycle_node_matcher=matches_action(node), transition_id=1)

@@ -75,11 +75,41 @@ def test_a_parameter_that_cannot_hold_a_value_says_so(value, declared, hint):
     assert raised.value.hint.startswith(hint)
 
 
-def test_a_number_that_is_too_large_does_not_become_a_string():
-    with pytest.raises(VerbError):
-        parameters.typed_parameter("p", str(HUGE), parameters.NOT_SET)
-    assert parameters.typed_parameter("p", str(HUGE), parameters.STRING).value.string_value
-    assert parameters.typed_parameter("p", str(HUGE), parameters.DOUBLE).value.double_value == 1e20
+@pytest.mark.parametrize(
+    ("word", "declared", "value"),
+    [
+        (str(HUGE), parameters.NOT_SET, 1e20),  # as rcl reads it
+        (str(HUGE), parameters.STRING, str(HUGE)),
+        ("1e-9", parameters.DOUBLE, 1e-9),
+        ("[1e-9, 0.0]", parameters.DOUBLES, [1e-9, 0.0]),
+        ("[.5, 1]", parameters.DOUBLES, [0.5, 1.0]),
+        ("0x10", parameters.INTEGER, 16),
+        ("y", parameters.BOOL, True),
+        ("1_000", parameters.NOT_SET, "1_000"),
+        ("null", parameters.NOT_SET, "null"),
+        ("[1, y]", parameters.STRINGS, ["1", "y"]),
+        ("{a: 1}", parameters.NOT_SET, "{a: 1}"),
+        ("[1", parameters.NOT_SET, "[1"),
+        ("", parameters.NOT_SET, ""),
+    ],
+)
+def test_a_word_of_the_command_line_is_what_rcl_takes_it_for(word, declared, value):
+    held = parameters.plain_value(parameters.typed_parameter("p", word, declared).value)
+    assert (type(held), held) == (type(value), value)
+
+
+@pytest.mark.parametrize(
+    ("given", "declared", "value"),
+    [
+        (".5", parameters.DOUBLE, 0.5),
+        ("1e-9", parameters.STRING, "1e-9"),
+        ("1e-9", parameters.NOT_SET, "1e-9"),
+        ("0x10", parameters.INTEGER, 16),
+    ],
+)
+def test_a_text_of_json_is_a_number_only_where_one_is_declared(given, declared, value):
+    held = parameters.plain_value(parameters.plain_parameter("p", given, declared).value)
+    assert (type(held), held) == (type(value), value)
 
 
 @pytest.mark.parametrize(
@@ -148,12 +178,14 @@ def test_the_sections_of_a_parameter_file_are_those_that_rcl_reads(tmp_path):
         ("[0123, y]", parameters.STRINGS, ["0123", "y"]),
         ("1e-3", parameters.DOUBLE, 0.001),
         ("5", parameters.DOUBLE, 5.0),
-        ("1e5", parameters.NOT_SET, "1e5"),
+        ("1e5", parameters.NOT_SET, 1e5),
+        ("'1e5'", parameters.NOT_SET, "1e5"),
+        ("[1e-9, 0.0]", parameters.DOUBLES, [1e-9, 0.0]),
     ],
 )
 def test_a_word_of_a_parameter_file_is_read_as_its_parameter(tmp_path, word, declared, value):
     path = tmp_path / "p.yaml"
     path.write_text(f"n: {{ros__parameters: {{p: {word}}}}}", encoding="utf-8")
     (given,) = parameters.file_values(str(path), "/n", use_wildcard=True).values()
-    message = parameters.file_parameter("p", given, declared)
+    message = parameters.written_parameter("p", given, declared)
     assert parameters.plain_value(message.value) == value

@@ -11,7 +11,7 @@ import pytest
 from launcher.document import quantities
 from launcher.document.fields import FieldType
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.smoke.expect.conditions import Conditions, Expression, fits
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Ending, Facts
 from launcher.smoke.preflight.loader import parse
@@ -116,6 +116,7 @@ def test_conditions_look_into_lists_and_into_json():
         ("--expect-log", "nothing else", "log", {}),
         ("--expect-exit", "a=SIGTERM", "process", {"exits": -15}),
         ("--expect-parameter", "/a:speed=1.5", "parameter", {"node": "/a", "is": 1.5}),
+        ("--expect-parameter", "/a:b=[1e-9, .5]", "parameter", {"node": "/a", "is": [1e-9, 0.5]}),
         (
             "--expect-qos",
             "/a=reliability:reliable",
@@ -145,6 +146,27 @@ def test_a_mistake_in_a_flag_names_the_flag(flag: str, text: str, words: str):
     with pytest.raises(UsageError) as told:
         expectation_of(flag, text)
     assert flag in told.value.render() and words in told.value.render()
+
+
+def test_values_to_set_are_those_of_rcl():
+    found = parse("scenario: [{do: 'set /n p [1e-9, 0x10]'}, {do: set /n p 1_000}]", "x.yaml")
+    assert [step.command.words["value"] for step in found.steps] == [[1e-9, 16], "1_000"]
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted", "is_so"),
+    [
+        (1e-3, "1e-3", True),
+        (1e-3, "1e-2", False),
+        ("1e-3", "1e-3", True),
+        ([1e-3, 2.0], ["1e-3", 2], True),
+        (0.5, {"min": "1e-3", "max": "1e3"}, True),
+        (5e3, {"max": "1e3"}, False),
+    ],
+)
+def test_a_number_with_an_exponent_is_one_although_yaml_takes_it_for_a_text(value, wanted, is_so):
+    assert fits(value, wanted) is is_so
+    assert Conditions.parse({"x": wanted}).holds({"x": value})[0] is is_so
 
 
 def test_all_mistakes_of_a_file_are_reported_with_line_and_suggestion():
