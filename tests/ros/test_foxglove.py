@@ -19,7 +19,7 @@ from websockets.sync.client import connect
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.schema import schema_text
 from launcher.ros.snapshot.graph import Direction
-from tests.ros.conftest import ros_domain
+from tests.ros.conftest import ros_domain, talking
 from tests.ros.test_bridge import SLEEPERS, run_of
 from tests.support.foxglove_client import SUBPROTOCOL, FoxgloveClient, cdr, connected, texts
 from tests.support.foxglove_server import Server, serving
@@ -266,6 +266,32 @@ def test_parameters_of_all_nodes_are_read(client: FoxgloveClient):
     }
     some = client.get_parameters("/talker.tags", "/talker.missing", "/nobody.x", "nonsense")
     assert list(some) == ["/talker.tags"]
+
+
+def test_a_parameter_without_a_value_hides_none_of_the_others(
+    client: FoxgloveClient, env: dict[str, str]
+):
+    with talking(env, "tests.support.parameter_node"):
+        client.wait(lambda: "/tunable.gears" in client.get_parameters(), "its parameters")
+        found = client.wait(lambda: client.get_parameters("/tunable.later"), "the one")
+        assert found == {"/tunable.later": {"name": "/tunable.later"}}
+
+        def is_set() -> bool:
+            after = client.set_parameters({"name": "/tunable.later", "value": 4})
+            return after.get("/tunable.later", {}).get("value") == 4
+
+        client.wait(is_set, "a value for it")
+
+
+def test_a_node_that_vanishes_leaves_no_request_unanswered(server: Server, env: dict[str, str]):
+    with connected(server.url) as client, talking(env, "tests.support.silent_node") as node:
+        services = ("/silent/list_parameters", "/silent/get_parameters")
+        client.wait(lambda: client.services.keys() >= set(services), "its services")
+        client.send("getParameters", id="all", parameterNames=["/silent.a"])
+        threading.Timer(0.1, print, ("end",), {"file": node.stdin, "flush": True}).start()
+        answer = client.call("/silent/list_parameters", {})
+        assert answer == "service '/silent/list_parameters' has vanished before it answered"
+        client.wait(lambda: [v for v in client.values if v.get("id") == "all"], "an answer")
 
 
 def test_parameters_are_set_within_their_limits(client: FoxgloveClient):

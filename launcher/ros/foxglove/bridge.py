@@ -223,17 +223,17 @@ class Bridge:
     # services
 
     async def call_service(self, session: Session, call: ServiceCall) -> None:
+        def fail(reason: str) -> None:
+            ids = {"serviceId": call.service, "callId": call.call}
+            session.send(protocol.text("serviceCallFailure", **ids, message=reason))
+
         try:
             payload = await self._answer(call)
         except (VerbError, ProtocolError) as error:
-            session.send(
-                protocol.text(
-                    "serviceCallFailure",
-                    serviceId=call.service,
-                    callId=call.call,
-                    message=str(error),
-                )
-            )
+            fail(str(error))
+        except Exception as error:  # every call gets an answer
+            fail(f"{type(error).__name__}: {error}")
+            raise
         else:
             session.send(protocol.service_response(call, payload))
 

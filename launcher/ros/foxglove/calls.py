@@ -6,10 +6,11 @@ import asyncio
 import contextlib
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from typing import Any
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from launcher.ros.discovery.observer import Observer
@@ -57,21 +58,26 @@ class Calls:
 
     async def call(self, kind: Any, name: str, request: Any) -> Any:
         """The answer, whenever it comes; VerbError if the service is not there, or vanishes."""
-        client = await self._connected(kind, name)
-        answer, abandon = self._send(client, request)
-        try:
-            while not (await asyncio.wait([answer], timeout=1.0))[0]:
-                if not client.service_is_ready():
-                    raise VerbError(f"service '{name}' has vanished before it answered")
-            return answer.result()
-        finally:
-            abandon()
+        with _vanishing(name):
+            client = await self._connected(kind, name)
+            answer, abandon = self._send(client, request)
+            try:
+                while not (await asyncio.wait([answer], timeout=1.0))[0]:
+                    if not client.service_is_ready():
+                        raise _vanished(name)
+                return answer.result()
+            finally:
+                abandon()
 
     async def ask(self, kind: Any, name: str, request: Any, limit_s: float) -> Any:
         """The answer, asked for repeatedly since it may be lost; VerbError after the limit.
 
         For requests that may be carried out twice.
         """
+        with _vanishing(name):
+            return await self._ask(kind, name, request, limit_s)
+
+    async def _ask(self, kind: Any, name: str, request: Any, limit_s: float) -> Any:
         client = await self._connected(kind, name)
         deadline = time.monotonic() + limit_s
         sent: list[tuple[asyncio.Future[Any], Callable[[], None]]] = []
@@ -128,6 +134,19 @@ class Calls:
             client.remove_pending_request(future)
 
         return answer, abandon
+
+
+@contextlib.contextmanager
+def _vanishing(name: str) -> Iterator[None]:
+    """VerbError if the client of a service is destroyed meanwhile, as `forget` does."""
+    try:
+        yield
+    except InvalidHandle:
+        raise _vanished(name) from None
+
+
+def _vanished(name: str) -> VerbError:
+    return VerbError(f"service '{name}' has vanished before it answered")
 
 
 def _tell(loop: asyncio.AbstractEventLoop, answer: asyncio.Future[Any], done: Any) -> None:

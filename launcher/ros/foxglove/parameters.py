@@ -9,7 +9,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+)
 
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.errors import VerbError
@@ -58,12 +63,17 @@ class Parameters:
     async def _set(self, node: str, items: list[Mapping[str, Any]]) -> list[str]:
         """What was refused."""
         names = [_split(item["name"])[1] for item in items]
-        before = await self._of_node(node, names)
-        declared = {_split(name)[1]: value.type for name, value in before.items()}
+        try:
+            declared = await self._answers(
+                DescribeParameters, f"{node}/describe_parameters", "descriptors", names
+            )
+        except VerbError as error:
+            return [error.message]
         wanted, problems = [], []
         for name, item in zip(names, items, strict=True):
             try:
-                wanted.append(to_parameter(name, item, declared.get(name, 0)))
+                kind = declared[name].type if declared[name] else ros_parameters.NOT_SET
+                wanted.append(to_parameter(name, item, kind))
             except VerbError as error:
                 problems.append(f"{item['name']}: {error.message}")
         if not wanted:
@@ -77,7 +87,8 @@ class Parameters:
             return [*problems, f"{node} did not answer within {LIMIT_S:g} s"]
         except VerbError as error:
             return [*problems, error.message]
-        for one, result in zip(wanted, answer.results, strict=False):
+        results = ros_parameters.results_of(answer, len(wanted))
+        for one, result in zip(wanted, results, strict=True):
             if not result.successful:
                 problems.append(f"{node}.{one.name}: {result.reason or 'refused'}")
         return problems
@@ -90,15 +101,25 @@ class Parameters:
             )
             known = set(listed.result.names)
             asked = sorted(known if names is None else known.intersection(names))
-            if not asked:
-                return {}
-            answer = await self._calls.ask(
-                GetParameters, f"{node}/get_parameters", GetParameters.Request(names=asked), LIMIT_S
-            )
+            values = await self._answers(GetParameters, f"{node}/get_parameters", "values", asked)
         except VerbError:
             return {}
-        pairs = zip(asked, answer.values, strict=False)
-        return {f"{node}.{name}": value for name, value in pairs}
+        return {f"{node}.{name}": value or ParameterValue() for name, value in values.items()}
+
+    async def _answers(
+        self, kind: Any, service: str, field: str, names: list[str]
+    ) -> dict[str, Any]:
+        """Name -> what the node answers for it, None for nothing; VerbError."""
+        asking = ros_parameters.answers(names)
+        try:
+            asked = next(asking)
+            while True:
+                request = kind.Request(names=asked)
+                answer = await self._calls.ask(kind, service, request, LIMIT_S)
+                asked = asking.send(getattr(answer, field))
+        except StopIteration as end:
+            found: dict[str, Any] = end.value
+            return found
 
 
 def changed_by(event: Any) -> list[dict[str, Any]]:
@@ -135,7 +156,7 @@ def to_parameter(name: str, item: Mapping[str, Any], declared: int) -> Any:
             value = [float(one) for one in value]
     except (TypeError, ValueError, binascii.Error):
         raise VerbError(f"the value is no {kind}") from None
-    return ros_parameters.parameter(name, value, declared)
+    return ros_parameters.plain_parameter(name, value, declared)
 
 
 def _split(name: str) -> tuple[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+import traceback
 from collections.abc import Coroutine, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -119,6 +120,9 @@ class Session:
             self.warn(str(error), protocol.ERROR)
         except VerbError as error:
             self.warn(error.message, protocol.ERROR)
+        except Exception as error:  # a client that waits for an answer is never left alone
+            self.warn(f"{type(error).__name__}: {error}; this is a bug", protocol.ERROR)
+            traceback.print_exc()
 
     def _handle_data(self, data: ClientData | ServiceCall) -> None:
         if isinstance(data, ServiceCall):
