@@ -61,6 +61,22 @@ class Handled:
             signal.signal(signum, signal.SIG_DFL if before is None else before)
 
 
+class Endable(Handled):
+    """Within, Ctrl-C and SIGTERM end the process: Python handles none in the middle of `9**9**9`.
+
+    For expressions of users. Does nothing in other threads than the main one.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(signal.SIG_DFL, (signal.SIGINT, signal.SIGTERM))
+
+    def __enter__(self) -> None:
+        try:
+            super().__enter__()
+        except ValueError:  # another thread
+            self._before.clear()
+
+
 def ignore(signums: Iterable[int] = ENDING) -> None:
     """Ignore signals in a helper process: those that stop a run are for its other processes."""
     for signum in signums:

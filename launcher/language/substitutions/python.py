@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable
 
+from launcher.dispositions import Endable
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -60,7 +61,8 @@ class PythonExpression(Substitution):
             names[module.__name__] = module
         text = perform_substitutions(context, self.expression)
         try:
-            return str(eval(text, {}, names))
+            with Endable():
+                return str(eval(text, {}, names))
         except Exception as error:
             # Imported only for an error.
             from launcher.language.diagnostics.expressions import explain

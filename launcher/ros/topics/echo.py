@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.command_line import Parsed
+from launcher.dispositions import Endable
 from launcher.errors import UsageError
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.to_yaml import (
@@ -44,7 +45,8 @@ def compiled_filter(expression: str | None) -> Check | None:
 
     def check(message: Any) -> bool:
         try:
-            return bool(eval(code, {"m": message}))  # the user's own expression, as with ros2cli
+            with Endable():
+                return bool(eval(code, {"m": message}))  # the user's own, as with ros2cli
         except Exception as error:
             text = f"--filter failed: {typed_error(error)}"
             raise VerbError(text, hint="the message is called m") from None
