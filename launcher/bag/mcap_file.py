@@ -152,7 +152,7 @@ def topics_of(channels: Mapping[int, Channel], schemas: Mapping[int, Schema]) ->
 def _topic(channel: Channel, schema: Any) -> Topic:
     definition = None
     if schema is not None and schema.data:
-        text = schema.data.decode("utf-8", "replace")
+        text = schema.data.decode("utf-8", "surrogateescape")  # that of protobuf is no text
         definition = Definition(text=text, encoding=schema.encoding)
     return Topic(
         name=channel.topic,

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from launcher.bag import compression, metadata
+from launcher.bag.definitions import normalized
 from launcher.bag.errors import BagError
 from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged
 
@@ -100,11 +101,12 @@ class Bag:
                 elif known.definition is None:
                     found[topic.name] = replace(
                         known,
+                        serialization=topic.serialization,
                         definition=topic.definition,
                         type_hash=known.type_hash or topic.type_hash,
                         qos=known.qos or topic.qos,
                     )
-        return list(found.values())
+        return [normalized(topic) for topic in found.values()]
 
     def _extent(self) -> Extent:
         whole = Extent()

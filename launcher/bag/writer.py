@@ -15,7 +15,7 @@ from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.errors import BagError
 from launcher.bag.mcap_repair import LIBRARY, PROFILE
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import ROS2_MSG, Extent, Message, Qos, Topic
+from launcher.bag.model import ROS2_MSG, Definition, Extent, Message, Qos, Topic
 
 CHUNK_BYTES = 1024 * 1024
 _METADATA_NAME = "rosbag2"
@@ -192,7 +192,7 @@ class McapOutput:
         self.path = path
         self.extent = Extent()
         self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
+        self._schemas: dict[tuple[str, Definition | None], int] = {}
         self._stream = io.BufferedWriter(io.FileIO(path, "wb"))
         chunk_bytes = CHUNK_BYTES
         if storage.max_bytes:
@@ -224,13 +224,13 @@ class McapOutput:
         return File(path=os.path.basename(self.path), extent=self.extent)
 
     def add_topic(self, topic: Topic) -> None:
-        schema = self._schemas.get(topic.type)
+        definition = topic.definition
+        schema = self._schemas.get((topic.type, definition))
         if schema is None:
-            definition = topic.definition
-            schema = self._schemas[topic.type] = self._writer.register_schema(
+            schema = self._schemas[topic.type, definition] = self._writer.register_schema(
                 topic.type,
                 definition.encoding if definition else ROS2_MSG,
-                definition.text.encode() if definition else b"",
+                definition.text.encode("utf-8", "surrogateescape") if definition else b"",
             )
         self._channels[topic.name] = self._writer.register_channel(
             topic.name,

@@ -12,7 +12,7 @@ from typing import IO, Any
 from launcher.bag import metadata, words
 from launcher.bag.converting.merged import Complete, Merged
 from launcher.bag.converting.moments import Moment
-from launcher.bag.converting.table import Csv, JsonLines, Table
+from launcher.bag.converting.table import Csv, JsonLines, Notes, Readable, Table
 from launcher.bag.errors import BagError
 from launcher.bag.metadata import Metadata
 from launcher.bag.model import Message, Span
@@ -68,14 +68,17 @@ def is_single_file(path: str) -> bool:
     return path.endswith(".mcap")
 
 
-def convert(bags: Sequence[Bag], output: Output, complete: Complete) -> str:
-    """Write the output; a sentence about it. BagError, and then nothing is left of it."""
+def convert(bags: Sequence[Bag], output: Output, complete: Complete, notes: Notes) -> str:
+    """Write the output; a sentence about it. BagError, and then nothing is left of it.
+
+    `notes` gets a sentence for each topic that is left out of a table.
+    """
     if output.path != STDOUT and os.path.lexists(output.path):
         raise BagError(f"{output.path} exists already", hint="name another one with -o")
     merged = Merged(bags, output.selection, output.remap, complete)
     span = output.span(merged.start_ns)
     number, last_ns = 0, None
-    with _opened(output, merged, span) as write:
+    with _opened(output, merged, span, notes) as write:
         for message in merged.messages(span):
             write(message)
             number, last_ns = number + 1, message.log_ns
@@ -95,9 +98,9 @@ def _size(path: str) -> str:
 
 
 @contextmanager
-def _opened(output: Output, merged: Merged, span: Span) -> Iterator[Write]:
+def _opened(output: Output, merged: Merged, span: Span, notes: Notes) -> Iterator[Write]:
     if output.kind != "mcap":
-        opened: Any = _table(output, merged, span)
+        opened: Any = _table(output, Readable(merged, span, notes))
     elif is_single_file(output.path):
         opened = _file(output, merged)
     else:
@@ -152,13 +155,13 @@ def _file(output: Output, merged: Merged) -> Iterator[Write]:
 
 
 @contextmanager
-def _table(output: Output, merged: Merged, span: Span) -> Iterator[Write]:
+def _table(output: Output, readable: Readable) -> Iterator[Write]:
     if output.path == STDOUT:
-        yield _writer_of(output, merged, span, sys.stdout).write
+        yield _writer_of(output, readable, sys.stdout).write
         return
     with open(output.path, "x", encoding="utf-8", newline="") as stream:
         try:
-            yield _writer_of(output, merged, span, stream).write
+            yield _writer_of(output, readable, stream).write
             stream.flush()
             os.fsync(stream.fileno())
         except BaseException:
@@ -175,10 +178,9 @@ def _close(stream: IO[str]) -> None:
         return
 
 
-def _writer_of(output: Output, merged: Merged, span: Span, stream: Any) -> Table:
-    if output.kind == "csv":
-        return Csv(merged, span, stream, output.fields)
-    return JsonLines(merged, stream, output.fields)
+def _writer_of(output: Output, readable: Readable, stream: Any) -> Table:
+    kind = Csv if output.kind == "csv" else JsonLines
+    return kind(readable, stream, output.fields)
 
 
 def _ros_distro(merged: Merged) -> str:

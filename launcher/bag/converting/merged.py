@@ -85,6 +85,13 @@ class Merged:
             qos=distinct([*known.qos, *topic.qos]),
         )
 
+    def leave_out(self, name: str) -> None:
+        """Without this topic from now on; it is one of `topics`."""
+        self.topics = [topic for topic in self.topics if topic.name != name]
+        for names in self._chosen:
+            for old in [old for old, new in names.items() if new == name]:
+                del names[old]
+
     @property
     def start_ns(self) -> int:
         """The time of the first message of all bags."""

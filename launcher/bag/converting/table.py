@@ -4,26 +4,56 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, TextIO
 
 from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
 from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Span, Topic
+from launcher.bag.model import Message, Span
+
+Notes = Callable[[str], None]
 
 
 class Table(Protocol):
-    """Writes messages of topics that were told to it."""
+    """Writes messages of the topics that can be decoded."""
 
     def write(self, message: Message) -> None: ...
+
+
+class Readable:
+    """The topics that can be decoded; the others are left out, with a sentence to `notes`.
+
+    `first` has the first message of each one that has any. BagError if none can be decoded.
+    """
+
+    def __init__(self, merged: Merged, span: Span, notes: Notes) -> None:
+        self.decoders: dict[str, Decoder] = {}
+        self.first: dict[str, Any] = {}
+        problems: dict[str, BagError] = {}
+        for topic in merged.topics:
+            message = next(merged.messages(span, frozenset({topic.name})), None)
+            if message is None:
+                continue
+            try:
+                decode = self.decoders[topic.name] = decoder(topic)
+                self.first[topic.name] = decode(message.data)
+            except BagError as error:
+                problems[topic.name] = error
+        if problems and not self.first:
+            raise next(iter(problems.values()))
+        for name, problem in problems.items():
+            merged.leave_out(name)
+            hint = f"\nhint: {problem.hint}" if problem.hint else ""
+            notes(f"{problem.message}; the topic is left out{hint}")
+        self.topics = merged.topics
 
 
 class JsonLines:
     """A line for each message, with all of it, or with `fields`: path to value."""
 
-    def __init__(self, merged: Merged, stream: TextIO, fields: Sequence[str]) -> None:
-        self._decoders = _decoders(merged.topics)
+    def __init__(self, readable: Readable, stream: TextIO, fields: Sequence[str]) -> None:
+        self._decoders = readable.decoders
         self._stream = stream
         self._fields = fields
 
@@ -49,28 +79,25 @@ class Csv:
     The cell of a field that a topic does not have is empty.
     """
 
-    def __init__(self, merged: Merged, span: Span, stream: TextIO, fields: Sequence[str]) -> None:
-        self._decoders = _decoders(merged.topics)
+    def __init__(self, readable: Readable, stream: TextIO, fields: Sequence[str]) -> None:
+        self._decoders = readable.decoders
         self._writer = csv.writer(stream, lineterminator="\n")
-        self._has_topic = len(merged.topics) > 1
-        self._columns, self._own = self._columns_of(merged, span, fields)
+        self._has_topic = len(readable.topics) > 1
+        self._columns, self._own = self._columns_of(readable, fields)
         topic = ["topic"] if self._has_topic else []
         self._writer.writerow(["time", *topic, *self._columns])
 
+    @staticmethod
     def _columns_of(
-        self, merged: Merged, span: Span, fields: Sequence[str]
+        readable: Readable, fields: Sequence[str]
     ) -> tuple[list[str], dict[str, frozenset[str]]]:
         """The columns, and those of each topic, as its first message shows."""
         own: dict[str, list[str]] = {}
         problems: list[BagError] = []
-        for topic in merged.topics:
-            first = next(iter(merged.messages(span, frozenset({topic.name}))), None)
-            if first is None:
-                continue
-            decoded = self._decoders[topic.name](first.data)
-            own[topic.name] = list(leaves(decoded))
+        for topic, decoded in readable.first.items():
+            own[topic] = list(leaves(decoded))
             if fields:
-                own[topic.name], found = _having(decoded, fields)
+                own[topic], found = _having(decoded, fields)
                 problems += found
         columns = list(fields) or list(dict.fromkeys(path for one in own.values() for path in one))
         for path in fields:
@@ -97,7 +124,3 @@ def _having(decoded: Any, fields: Iterable[str]) -> tuple[list[str], list[BagErr
         except BagError as error:
             problems.append(error)
     return found, problems
-
-
-def _decoders(topics: Iterable[Topic]) -> dict[str, Decoder]:
-    return {topic.name: decoder(topic) for topic in topics}

@@ -12,13 +12,15 @@ pytest.importorskip("rclpy")
 from rclpy.serialization import serialize_message
 
 from launcher.bag.decode import decoder, plain
+from launcher.bag.definitions import normalized
 from launcher.bag.model import Definition, Topic
-from launcher.ros.messages.interfaces import all_interfaces, class_of
+from launcher.ros.messages.interfaces import all_interfaces, class_of, definition_path
 from launcher.ros.messages.schema import schema_text
 from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
 from tests.support.examples import examples
 
+SEPARATOR = "=" * 80
 MESSAGES = all_interfaces(["msg"])
 PADDING = "structure_needs_at_least_one_member"
 PARTS = [
@@ -51,7 +53,28 @@ def topic_of(name: str) -> Topic:
 
 @pytest.mark.parametrize("name", [*MESSAGES, *PARTS])
 def test_a_message_is_what_was_serialized(name: str):
-    topic = topic_of(name)
+    check_round_trip(topic_of(name))
+
+
+@pytest.mark.parametrize("service", all_interfaces(["srv"]))
+def test_an_event_by_the_text_that_rosbag2_writes(service: str):
+    """That of the .srv, and of the messages that it needs."""
+    needed: dict[str, str] = {}
+    for part in ("_Request", "_Response"):
+        for section in schema_text(f"{service}{part}").split(f"\n{SEPARATOR}\n")[1:]:
+            needed[section.partition("\n")[0]] = section
+    own = definition_path(service).with_suffix(".srv").read_text()
+    text = f"\n{SEPARATOR}\n".join([f"{SEPARATOR}\nSRV: {service}\n{own}", *needed.values()])
+    topic = Topic(
+        name="/t",
+        type=f"{service}_Event",
+        definition=Definition(text=text, encoding="ros2msg" if needed else "unknown"),
+    )
+    check_round_trip(normalized(topic))
+
+
+def check_round_trip(topic: Topic) -> None:
+    name = topic.type
 
     @settings(max_examples=examples(2), suppress_health_check=list(HealthCheck))
     @given(messages(class_of(*name.split("/"))))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from launcher.bag.model import Topic
 
 _KINDS = ("csv", "jsonl", "mcap")
+_NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
 _STORAGES = ("mcap", "sqlite3")
 _OF_BAGS = ("max_bag_size", "max_bag_duration", "compression_mode", "compression_format")
 
@@ -52,7 +53,7 @@ def _convert(options: Parsed) -> int:
         warn_of(bag)
     for output in outputs:
         print(
-            convert(bags, output, _complete),
+            convert(bags, output, _complete, warn),
             file=sys.stderr if output.path == STDOUT else sys.stdout,
             flush=True,
         )
@@ -108,20 +109,31 @@ def _output(options: Parsed) -> Output:
 
 
 def _complete(topic: Topic) -> Topic:
-    """With the definition and the hash of the installed type, where the bag has none."""
-    from launcher.bag.model import Definition
+    """With the definition and the hash of the installed type, where the bag has none.
 
-    if topic.definition is not None and topic.type_hash:
+    So has one in a language that is not .msg, if the installed type is the same.
+    """
+    from launcher.bag.model import CDR, ROS2_MSG, Definition
+
+    known = topic.definition
+    is_usual = known is not None and known.encoding == ROS2_MSG
+    if topic.serialization != CDR or (is_usual and topic.type_hash):
         return topic
     from launcher.ros.messages.schema import rihs_hash, schema_text
 
     try:
-        text, type_hash = schema_text(topic.type), topic.type_hash or rihs_hash(topic.type)
+        text, installed_hash = schema_text(topic.type), rihs_hash(topic.type)
     except LauncherError as error:
-        if topic.definition is None:
+        if known is None:
             warn(f"{topic.name}: the bag has no definition of its type, and {error.message}")
         return topic
-    return replace(topic, definition=topic.definition or Definition(text=text), type_hash=type_hash)
+    type_hash = topic.type_hash or installed_hash
+    if is_usual:
+        return replace(topic, type_hash=type_hash)
+    is_known = known is not None and known.encoding not in _NO_LANGUAGE
+    if (topic.type_hash if is_known else type_hash) == installed_hash:
+        return replace(topic, definition=Definition(text=text), type_hash=type_hash)
+    return topic
 
 
 _TIMES = (
