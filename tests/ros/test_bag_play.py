@@ -8,7 +8,8 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pexpect
@@ -17,6 +18,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag.metadata import FILE
+from launcher.bag.model import Topic
 from launcher.bag.writer import BagWriter
 from tests.ros.conftest import ros_domain, talking
 from tests.ros.test_bag_record import contents, recording
@@ -231,16 +233,92 @@ def test_mistakes(domain, tmp_path: Path):
     assert f"{bag}: it has no metadata.yaml" in text
 
 
-@pytest.mark.thorough
-def test_a_type_that_is_not_installed_is_named_and_the_rest_is_played(domain, tmp_path: Path):
-    bag = write_bag(tmp_path / "bag", [*counting("/chatter", 5), *counting("/b", 5)])
-    metadata = (bag / FILE).read_text()
-    first, _, rest = metadata.rpartition("type: std_msgs/msg/String")
-    (bag / FILE).write_text(f"{first}type: no_such_msgs/msg/String{rest}")
+REFUSED = {
+    Topic(name="/drone-1/text", type=STRING): (
+        "'/drone-1/text' is no name in ROS: topic name must not contain characters other than "
+        "alphanumerics, '_', '~', '{', or '}'\n"
+        "hint: --remap /drone-1/text:=NEW plays it with another name"
+    ),
+    Topic(name="/b", type="no_such_msgs/msg/String"): (
+        "no_such_msgs/msg/String: The passed message type is invalid\n"
+        "hint: did you mean std_msgs/msg/String?"
+    ),
+    Topic(name="/no", type=""): "the bag does not have its type",
+    Topic(name="/old", type="std_msgs/String", serialization="ros1"): (
+        "its messages are in 'ros1', and ROS 2 has CDR"
+    ),
+    Topic(name="/web", type=STRING, serialization="json"): (
+        "its messages are in 'json', and ROS 2 has CDR"
+    ),
+}
+
+
+def bag_of(folder: Path, topics: Iterable[Topic], count: int = 5) -> str:
+    """Five messages of each topic."""
+    writer = BagWriter(str(folder))
+    for topic in topics:
+        writer.add_topic(topic)
+        for one in counting(topic.name, count, PERIOD_NS / 1e9):
+            writer.write(one)
+    writer.close()
+    return str(folder)
+
+
+def test_what_cannot_be_played_is_named_and_the_rest_is_played(domain, tmp_path: Path):
+    bag = bag_of(tmp_path / "bag", [*REFUSED, string_topic("/chatter")])
     with listening(domain, f"/chatter={STRING}") as listener:
-        answer = launcher(domain, "bag", "play", str(bag), "--rate", "100")
+        answer = launcher(domain, "bag", "play", bag)
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
-    assert "/b is not played: no_such_msgs/msg/String" in answer.err
+    notes = [f"{topic.name} is not played: {reason}\n" for topic, reason in REFUSED.items()]
+    assert answer.err == "".join([*notes, "playing 1 topic\n", "played 5 messages\n"])
+    assert answer.code == 0
+
+
+def test_nothing_that_can_be_played_is_an_error(domain, tmp_path: Path):
+    bag = bag_of(tmp_path / "bag", REFUSED)
+    answer = launcher(domain, "bag", "play", bag)
+    assert (answer.code, answer.out) == (1, "")
+    assert answer.err.count("is not played: ") == len(REFUSED)
+    assert answer.err.endswith(
+        "no topic of the bag is played\nhint: it has /b, /drone-1/text, /no, /old, /web\n"
+    )
+
+
+@pytest.mark.thorough
+def test_another_name_and_qos_that_ros_does_not_know(domain, tmp_path: Path):
+    odd = {**QOS, "reliability": "sometimes", "liveliness": "manual_by_node", "depth": 2**40}
+    topic = replace(string_topic("/drone-1/text"), qos=[odd])
+    bag = bag_of(tmp_path / "bag", [topic])
+    with listening(domain, f"/drone_1/text={STRING}") as listener:
+        words = ("bag", "play", bag, "--remap", "/drone-1/text:=/drone_1/text")
+        assert launcher(domain, *words).code == 0
+        assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
+
+
+@pytest.mark.thorough
+def test_a_topic_has_one_type_in_all_bags_that_are_played(domain, tmp_path: Path):
+    other = Topic(name="/chatter", type="std_msgs/msg/Int32")
+    first = bag_of(tmp_path / "first", [string_topic("/chatter")])
+    second = bag_of(tmp_path / "second", [other, string_topic("/b")])
+    json_bag = bag_of(tmp_path / "json", [replace(string_topic("/b"), serialization="json")])
+    with listening(domain, f"/chatter={STRING}") as listener:
+        answer = launcher(domain, "bag", "play", json_bag, first, second)
+        assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
+    assert "/chatter is not played: it is std_msgs/msg/Int32 in this bag" in answer.err
+    assert "/b is not played: its messages are in 'json'" in answer.err
+    assert answer.err.endswith("playing 2 topics\nplayed 10 messages\n")
+
+
+@pytest.mark.thorough
+def test_damaged_events_of_a_service_are_no_calls(domain, tmp_path: Path):
+    events = Topic(name="/bag/switch/_service_event", type="std_srvs/srv/SetBool_Event")
+    bag = bag_of(tmp_path / "bag", [events, string_topic("/chatter")])
+    words = ("bag", "play", bag, "--publish-service-requests", "--spin-time", "1")
+    answer = launcher(domain, *words)
+    assert answer.code == 0, answer
+    note = "an event of /bag/switch/_service_event is not played: failed to deserialize"
+    assert answer.err.count(note) == 1
+    assert answer.err.endswith("played 5 messages\n")
 
 
 @pytest.mark.thorough

@@ -87,19 +87,21 @@ def _added(
     bags: Sequence[Bag], selection: Selection, publishers: Publishers
 ) -> list[frozenset[str]]:
     """The topics of each bag that are played. VerbError if there are none."""
-    played: dict[str, bool] = {}
-    for bag in bags:
-        for topic in bag.topics:
-            if topic.name not in played and selection.has(topic.name, topic.type):
-                played[topic.name] = publishers.add(topic)
-    names = {name for name, is_played in played.items() if is_played}
-    if not names:
+    played = [
+        frozenset(
+            topic.name
+            for topic in bag.topics
+            if selection.has(topic.name, topic.type) and publishers.add(topic)
+        )
+        for bag in bags
+    ]
+    if not any(played):
         known = sorted({topic.name for bag in bags for topic in bag.topics})
         raise VerbError(
             "no topic of the bag is played",
             hint=f"it has {', '.join(known[:10])}" if known else "it is empty",
         )
-    return [frozenset(one.name for one in bag.topics if one.name in names) for bag in bags]
+    return played
 
 
 class _Player:
@@ -192,8 +194,7 @@ class _Player:
         topics = self._options.clock_topics
         if topics is not None and (not topics or message.topic in topics):
             self._publishers.publish_clock(message.log_ns)
-        self._publishers.publish(message)
-        self._count += 1
+        self._count += self._publishers.publish(message)
 
     def _tick_clock(self) -> float:
         """Publish `/clock` if it is time; how long until the next time."""

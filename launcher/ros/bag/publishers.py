@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from launcher.bag.model import Message, Qos, Topic
+from launcher.bag.model import CDR, Message, Qos, Topic
 from launcher.ros.bag import qos as bag_qos
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import with_library
@@ -14,6 +14,7 @@ from launcher.ros.messages.interfaces import load, load_message
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.ros.topics import qos
+from launcher.text import escape
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -46,27 +47,62 @@ class Publishers:
         self._remap = remap
         self._notes = notes
         self._requests = requests
+        self._added: dict[str, Topic] = {}
+        self._noted: set[str] = set()
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, _Requester] = {}
         self._clock: Any = None
 
     def add(self, topic: Topic) -> bool:
-        """Whether the topic can be played."""
+        """Whether the topic can be played, also together with one of its name that was added."""
         name = self._remap.get(topic.name, topic.name)
+        known = self._added.get(topic.name)
+        try:
+            if topic.serialization != CDR:
+                raise VerbError(f"its messages are in '{topic.serialization}', and ROS 2 has CDR")
+            if not topic.type:
+                raise VerbError("the bag does not have its type")
+            if known is None:
+                self._create(topic, name)
+                self._added[topic.name] = topic
+            elif topic.type != known.type:
+                raise VerbError(f"it is {topic.type} in this bag, and {known.type} in another one")
+        except VerbError as error:
+            self._refuse(topic.name, error)
+            return False
+        return True
+
+    def _create(self, topic: Topic, name: str) -> None:
+        """VerbError where ROS has no such name or type."""
+        from rclpy.exceptions import NameValidationException
+
         try:
             if self._requests is not None and topic.name.endswith(SERVICE_EVENT):
-                service = name.removesuffix(SERVICE_EVENT)
-                node, kind = self._observer.node, topic.type.removesuffix("_Event")
-                self._clients[topic.name] = _Requester(node, service, kind, self._requests)
+                self._add_client(topic, name.removesuffix(SERVICE_EVENT), self._requests)
             else:
                 self._publishers[topic.name] = self._observer.node.create_publisher(
                     with_library(load_message(topic.type)), name, self._profile(topic)
                 )
         except VerbError as error:
-            note = f"{topic.name} is not played: {topic.type}: {error.message}"
-            self._notes(f"{note}\nhint: {error.hint}" if error.hint else note)
-            return False
-        return True
+            raise VerbError(f"{topic.type}: {error.message}", hint=error.hint) from None
+        except NameValidationException as error:
+            reason = str(error).partition("\n")[0].partition(": ")[2].rstrip(":")
+            raise VerbError(
+                f"'{name}' is no name in ROS: {reason}",
+                hint=f"--remap {topic.name}:=NEW plays it with another name",
+            ) from None
+
+    def _refuse(self, what: str, error: VerbError) -> None:
+        """Say once why something is not played."""
+        note = f"{what} is not played: {error.message}"
+        note = escape(f"{note}\nhint: {error.hint}" if error.hint else note)
+        if note not in self._noted:
+            self._noted.add(note)
+            self._notes(note)
+
+    def _add_client(self, topic: Topic, service: str, source: str) -> None:
+        node, kind = self._observer.node, topic.type.removesuffix("_Event")
+        self._clients[topic.name] = _Requester(node, service, kind, source)
 
     def _profile(self, topic: Topic) -> Any:
         from rclpy.qos import DurabilityPolicy
@@ -82,11 +118,17 @@ class Publishers:
 
         self._clock = self._observer.node.create_publisher(Clock, "/clock", 10)
 
-    def publish(self, message: Message) -> None:
-        if (publisher := self._publishers.get(message.topic)) is not None:
-            publisher.publish(message.data)
-        elif (client := self._clients.get(message.topic)) is not None:
+    def publish(self, message: Message) -> bool:
+        """Whether the message was played; a damaged event is not."""
+        if (client := self._clients.get(message.topic)) is None:
+            self._publishers[message.topic].publish(message.data)
+            return True
+        try:
             client.send(message.data)
+        except RuntimeError as error:  # RMWError
+            self._refuse(f"an event of {message.topic}", VerbError(str(error)))
+            return False
+        return True
 
     def publish_clock(self, bag_ns: int) -> None:
         from builtin_interfaces.msg import Time

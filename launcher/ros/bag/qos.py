@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _POLICIES = ("history", "reliability", "durability", "liveliness")
 _FIELDS = (*_POLICIES, "depth", *TIMES, "avoid_ros_namespace_conventions")
+_MAX_DEPTH = 2**31 - 1
 _DEPTH = 10  # where a bag does not say; rosbag2 has the same
 _S = 10**9
 
@@ -99,8 +100,10 @@ def changed(base: QoSProfile | None, policies: Qos) -> QoSProfile:
                 known = ", ".join(one.lower() for one in kind.__members__)
                 raise ValueError(f"unknown {name} '{word.lower()}' (known: {known})")
             setattr(profile, name, kind[word])
-    if int(policies.get("depth", 0)) > 0:
-        profile.depth = int(policies["depth"])
+    if (depth := int(policies.get("depth", 0))) > _MAX_DEPTH:
+        raise ValueError(f"a depth is at most {_MAX_DEPTH}")
+    if depth > 0:
+        profile.depth = depth
     for name in TIMES:
         if name in policies:
             setattr(profile, name, Duration(nanoseconds=_nanoseconds(policies[name])))
@@ -111,13 +114,14 @@ def to_play(offered: Sequence[Qos]) -> QoSProfile:
     """The profile of a player in place of all publishers that were recorded.
 
     Where they differ, it offers what connects to all subscriptions that any of them had: RELIABLE
-    if one was, TRANSIENT_LOCAL if all were, and none of their times.
+    if one was, TRANSIENT_LOCAL if all were, and none of their times. What ROS does not know of a
+    policy is left at its default.
     """
     if not offered:
         return changed(None, {})
     first = offered[0]
     if all(_alike(one, first) for one in offered[1:]):
-        return changed(None, {k: v for k, v in first.items() if k != "history"})
+        return changed(None, {k: v for k, v in first.items() if k != "history" and _is_known(k, v)})
     reliable = any(one.get("reliability") == "reliable" for one in offered)
     latched = all(one.get("durability") == "transient_local" for one in offered)
     return changed(
@@ -127,6 +131,14 @@ def to_play(offered: Sequence[Qos]) -> QoSProfile:
             "durability": "transient_local" if latched else "volatile",
         },
     )
+
+
+def _is_known(policy: str, value: Any) -> bool:
+    try:
+        changed(None, {policy: value})
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return False
+    return True
 
 
 def _alike(one: Qos, other: Qos) -> bool:

@@ -122,6 +122,18 @@ def test_the_profile_of_several_publishers():
     assert qos.to_play([latched]).durability.name == "TRANSIENT_LOCAL"
     assert qos.to_play([]).reliability.name == "RELIABLE"
     assert qos.to_play([QOS]).deadline.nanoseconds == 0
+    odd = {
+        **QOS,
+        "reliability": "sometimes",
+        "depth": 2**40,
+        "lifespan": 3,
+        "deadline": {"sec": "x"},
+    }
+    assert (
+        qos.to_play([{**odd, "durability": "transient_local"}]).durability.name == "TRANSIENT_LOCAL"
+    )
+    assert qos.to_play([odd]).reliability.name == "RELIABLE"
+    assert qos.to_play([odd]).depth == 10
     short = {**QOS, "deadline": {"sec": 1, "nsec": 5}}
     assert qos.to_play([short]).deadline.nanoseconds == S + 5
 
@@ -134,6 +146,7 @@ def test_the_profile_of_several_publishers():
         ("/a: {reliable: true}", "/a: unknown policy 'reliable'"),
         ("/a: {durability: eternal}", "/a: unknown durability 'eternal'"),
         ("/a: {depth: many}", "/a: "),
+        ("/a: {depth: 9999999999}", "/a: a depth is at most 2147483647"),
         ("/a: {deadline: 3}", "/a: deadline is a time"),
         ("{", "is not YAML"),
     ],
