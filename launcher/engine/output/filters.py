@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import re
-import signal
 from collections.abc import Callable, Hashable, Sequence
-from types import FrameType
+
+from launcher.engine.output.cpu_limit import CpuLimit, TooSlowError
 
 MAX_CPU_S = 0.1  # for one block of lines; 64 KiB take a hundredth of that
-
-
-class TooSlowError(Exception):
-    """A search takes too long."""
 
 
 class Pattern:
@@ -20,26 +16,11 @@ class Pattern:
     def __init__(self, text: str) -> None:
         self.text = text
         self._expression = re.compile(text.encode(errors="surrogateescape"))
-        self._is_at_work = False
 
     def choose(self, lines: Sequence[bytes]) -> list[bytes]:
-        """The lines in which it is found; TooSlowError. For the main thread only.
-
-        Python handles signals while it searches; a timer counts our CPU time.
-        """
-        before = signal.signal(signal.SIGVTALRM, self._struck)
-        self._is_at_work = True
-        signal.setitimer(signal.ITIMER_VIRTUAL, MAX_CPU_S)
-        try:
+        """The lines in which it is found; TooSlowError. For the main thread only."""
+        with CpuLimit(MAX_CPU_S):
             return [line for line in lines if self._expression.search(line)]
-        finally:
-            self._is_at_work = False
-            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-            signal.signal(signal.SIGVTALRM, before)
-
-    def _struck(self, signum: int, frame: FrameType | None) -> None:
-        if self._is_at_work:
-            raise TooSlowError(self.text)
 
 
 # By the names that ROS prints; Python's logging writes two of them differently.

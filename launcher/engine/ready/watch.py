@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 
-from launcher.engine.output.filters import Pattern, TooSlowError
+from launcher.engine.output.cpu_limit import TooSlowError
+from launcher.engine.output.filters import Pattern
 from launcher.engine.posix.reactor import Reactor
 from launcher.engine.process import Process
 from launcher.model.supervision import GRAPH_KINDS, Fact

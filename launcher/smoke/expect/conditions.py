@@ -19,8 +19,14 @@ _BUILTINS = {
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
 } | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
+# The methods of these are available. Others lead elsewhere, as the frame of a generator does.
+_PLAIN = (bool, dict, float, int, list, range, set, str, tuple)
+# A format text has names of its own ('{0.__class__}'), and `mro` leads to `object`.
+_WITHHELD = ("format", "format_map", "mro")
+_GUARD = "_attribute"  # no expression can use the name
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _SHOWN = 8  # fields in a sentence
+_MOST_SHOWN = 200  # characters of an expression in a sentence
 
 
 class Fields:
@@ -79,7 +85,7 @@ def json_of(content: Any) -> Any:
         return None
     try:
         return viewed(json.loads(text))
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
 
 
@@ -87,8 +93,8 @@ def json_of(content: Any) -> Any:
 class Expression:
     """A Python expression over `m` (the message) and `json` (the JSON in its string `data`).
 
-    Names with a leading underscore are rejected and only a few builtins are available: a guard
-    against accidents, not against the author of the file.
+    Names with a leading underscore are rejected; only a few builtins, fields, and the methods of
+    plain values are available. What it costs is limited by `evaluator`.
     """
 
     text: str
@@ -100,27 +106,72 @@ class Expression:
             raise ValueError(f"{text!r} is not an expression")
         try:
             tree = ast.parse(text.strip(), mode="eval")
-        except (SyntaxError, ValueError) as error:
-            reason = error.msg if isinstance(error, SyntaxError) else str(error)
-            raise ValueError(f"'{text}' is not a Python expression: {reason}") from None
-        _check_names(tree)
-        return Expression(text, compile(tree, "<expectation>", "eval"))
+            _check_names(tree)
+            guarded = ast.fix_missing_locations(_Guarded().visit(tree))
+            return Expression(text, compile(guarded, "<expectation>", "eval"))
+        except SyntaxError as error:
+            raise ValueError(f"'{_start(text)}' is not a Python expression: {error.msg}") from None
+        except (RecursionError, MemoryError):  # thousands of brackets
+            raise ValueError(f"'{_start(text)}' is nested too deeply") from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Expression.parse, (self.text,)
 
     def holds(self, content: Any) -> tuple[bool, str | None]:
-        """Whether it is true, and the error if its evaluation failed."""
-        names = {"m": viewed(content), "json": json_of(content)}
+        """Whether it is true, and the error if its evaluation failed; MemoryError.
+
+        Nothing limits its time.
+        """
+        names = {"m": viewed(content), "json": json_of(content), _GUARD: _attribute}
         try:
             return bool(eval(self.code, {"__builtins__": _BUILTINS, **names})), None
+        except MemoryError:
+            raise
         except Exception as error:  # whatever the expression raises
             return False, f"{type(error).__name__}: {error}"
+
+
+def _start(text: str) -> str:
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."
+
+
+class _Guarded(ast.NodeTransformer):
+    """Lets `_attribute` decide about each attribute that is read."""
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        self.generic_visit(node)
+        if not isinstance(node.ctx, ast.Load):
+            return node
+        guard = ast.Name(_GUARD, ast.Load())
+        return ast.copy_location(ast.Call(guard, [node.value, ast.Constant(node.attr)], []), node)
+
+
+def _attribute(value: Any, name: str) -> Any:
+    """A field, or a method of a plain value or of its type; AttributeError."""
+    if isinstance(value, Fields):
+        return getattr(value, name)
+    kind = value if isinstance(value, type) else type(value)
+    if name in _WITHHELD or kind not in (*_PLAIN, type(None)):
+        raise AttributeError(_withheld(name, kind.__name__))
+    return getattr(value, name)
+
+
+def _withheld(name: str, owner: str) -> str:
+    hint = ": use an f-string" if name.startswith("format") else ""
+    return f"'{name}' of '{owner}' is not available here{hint}"
 
 
 def _check_names(tree: ast.AST) -> None:
     nodes = list(ast.walk(tree))
     for node in nodes:
-        name = getattr(node, "attr", None) or getattr(node, "id", None)
+        found = (getattr(node, field, None) for field in ("attr", "id", "arg"))
+        name = next(filter(None, found), None)
         if isinstance(name, str) and name.startswith("_"):
             raise ValueError(f"'{name}' has a leading underscore, which is not allowed here")
+        match node:
+            case ast.Attribute(value=ast.Constant(value=str()) | ast.Name(id="str"), attr=attr):
+                if attr in _WITHHELD:
+                    raise ValueError(_withheld(attr, "str"))
     names = [node for node in nodes if isinstance(node, ast.Name)]
     known = {"m", "json", *_BUILTINS} | {n.id for n in names if isinstance(n.ctx, ast.Store)}
     known |= {node.arg for node in nodes if isinstance(node, ast.arg)}

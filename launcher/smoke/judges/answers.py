@@ -8,7 +8,7 @@ from launcher.smoke.judges import explain, graph
 from launcher.smoke.judges.common import (
     Window,
     condition_text,
-    holds,
+    judged,
     times_text,
     with_window,
 )
@@ -75,11 +75,11 @@ def service(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     if expectation.get("call") is False:
         return graph.offered_service(expectation, facts, when)
     answers = _answers(expectation, facts, when)
+    given = [answer for answer in answers if answer.error is None]
     reasons = []
-    for answer in answers:
-        if answer.error is not None:
-            continue
-        is_good, why = holds(expectation, answer.value)
+    for answer, (is_good, why) in zip(
+        given, judged(expectation, [one.value for one in given]), strict=True
+    ):
         if is_good:
             return _fits(answer, when)
         reasons.append(why)

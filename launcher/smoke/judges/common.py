@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import contextlib
+import threading
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from launcher.document.quantities import INFINITY, Span, seconds_text
+from launcher.engine.output.cpu_limit import CpuLimit, TooSlowError
+from launcher.smoke.expect.evaluator import EVALUATOR, TooExpensiveError
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts
 
 # An event at the very end of a window may be reported this much later.
 EVENT_LATENCY_S = 0.5
+# CPU time for the searches of one expectation in all lines; a million take half a second.
+SEARCH_S = 2.0
+TOO_SLOW = f"the search takes more than {SEARCH_S:g} s of CPU time"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +103,13 @@ def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge
             text = expected(expectation)
             when = window(expectation, facts, text)
             if when is not None:
-                return judge(expectation, facts, when)
+                try:
+                    with search_limit():
+                        return judge(expectation, facts, when)
+                except TooExpensiveError as error:
+                    return when.violated(seen=str(error))
+                except TooSlowError:
+                    return when.violated(seen=TOO_SLOW)
             if facts.is_over:
                 return violated(text, seen=f"the step '{expectation.after}' never happened")
             return Verdict(outcome=Outcome.OPEN, expected=text)
@@ -104,6 +117,12 @@ def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge
         return judged
 
     return decorate
+
+
+def search_limit() -> contextlib.AbstractContextManager[None]:
+    """TooSlowError; other threads than the main one cannot be interrupted, and do not search."""
+    is_main = threading.current_thread() is threading.main_thread()
+    return CpuLimit(SEARCH_S) if is_main else contextlib.nullcontext()
 
 
 def met(expected: str, **details: Any) -> Verdict:
@@ -114,15 +133,10 @@ def violated(expected: str, **details: Any) -> Verdict:
     return Verdict(outcome=Outcome.VIOLATED, expected=expected, **details)
 
 
-def holds(expectation: Expectation, content: Any) -> tuple[bool, str | None]:
-    """Whether a content satisfies `where` and `fields`, and why not."""
-    for name in ("where", "fields"):
-        condition = expectation.get(name)
-        if condition is not None:
-            fits, why = condition.holds(content)
-            if not fits:
-                return False, why
-    return True, None
+def judged(expectation: Expectation, contents: Sequence[Any]) -> list[tuple[bool, str | None]]:
+    """Whether each content satisfies `where` and `fields`, and why not; TooExpensiveError."""
+    given = (expectation.get(name) for name in ("where", "fields"))
+    return EVALUATOR.judged([one for one in given if one is not None], contents)
 
 
 def condition_text(expectation: Expectation) -> str:

@@ -11,7 +11,7 @@ from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
     condition_text,
-    holds,
+    judged,
     shorten,
     times_text,
     with_window,
@@ -33,8 +33,8 @@ def _rate_text(expectation: Expectation) -> str:
 
 @with_window(_rate_text)
 def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    received = [m for m in facts.received(expectation.subject) if holds(expectation, m.content)[0]]
-    times = sorted(_sent(m) for m in received if _sent(m) in when)
+    received = [m for m in facts.received(expectation.subject) if _sent(m) in when]
+    times = sorted(_sent(m) for m, fits, _ in _judged(expectation, received) if fits)
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     span: Span = expectation.get("is")
@@ -108,13 +108,13 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         return _all(expectation, facts, received, when)
     count: Span | None = expectation.get("count")
     span = count or Span(low=1, high=INFINITY, text=">= 1")
-    for early in (m for m in known if when.is_too_early(m.at_s)):
-        if holds(expectation, early.content)[0]:
+    for early, fits, _ in _judged(expectation, [m for m in known if when.is_too_early(m.at_s)]):
+        if fits:
             seen = f"too early, after {when.since(early.at_s)}: {_short(early)}"
             return when.violated(seen=seen, at_s=early.at_s)
-    judged = [(m, *holds(expectation, m.content)) for m in received]
-    fitting = [m for m, fits, _ in judged if fits]
-    reasons = [why for _, _, why in judged if why]
+    found = _judged(expectation, received)
+    fitting = [m for m, fits, _ in found if fits]
+    reasons = [why for _, _, why in found if why]
     if len(fitting) > span.high:
         at_s = fitting[int(span.high)].at_s
         seen = f"{len(fitting)}, one too many after {when.since(at_s)}: {_short(fitting[-1])}"
@@ -131,6 +131,14 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
+def _judged(
+    expectation: Expectation, messages: Sequence[Message]
+) -> list[tuple[Message, bool, str | None]]:
+    """Whether each satisfies the conditions, and why not."""
+    results = judged(expectation, [m.content for m in messages])
+    return [(m, fits, why) for m, (fits, why) in zip(messages, results, strict=True)]
+
+
 def _missing(received: list[Message], fitting: list[Message], reasons: list[str]) -> str:
     if not received:
         return "no message"
@@ -145,8 +153,7 @@ def _silence(expectation: Expectation, facts: Facts) -> str | None:
 
 
 def _all(expectation: Expectation, facts: Facts, received: list[Message], when: Window) -> Verdict:
-    for number, message in enumerate(received, 1):
-        fits, why = holds(expectation, message.content)
+    for number, (message, fits, why) in enumerate(_judged(expectation, received), 1):
         if not fits:
             reason = f" ({why})" if why else ""
             seen = f"message {number} after {when.since(message.at_s)}: {_short(message)}{reason}"

@@ -13,6 +13,7 @@ from types import FrameType
 from launcher.dispositions import Handled
 from launcher.document.quantities import INFINITY, seconds_text
 from launcher.errors import ExitCode, LauncherError
+from launcher.smoke.expect.evaluator import EVALUATOR
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
@@ -131,7 +132,10 @@ class Runner:
         finally:
             self._is_over.set()
             self._stop()
-        return self._result()
+        try:
+            return self._result()
+        finally:
+            EVALUATOR.close()
 
     @property
     def _now_s(self) -> float:

@@ -12,10 +12,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from launcher.engine.output.cpu_limit import TooSlowError
 from launcher.errors import LauncherError
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, Command, Step
+from launcher.smoke.judges.common import TOO_SLOW, search_limit
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged
 from launcher.smoke.run.progress import Progress
@@ -33,7 +35,7 @@ class Scenario:
         self._system = system
         self._progress = progress
         self._is_over = is_over
-        self._timeline = Timeline(script.steps)
+        self._timeline = Timeline(script.steps, self._too_slow)
         self._chaos = None if script.chaos is None else ChaosTimeline(script.chaos)
         self._failures: list[tuple[Step, str]] = []
 
@@ -58,6 +60,10 @@ class Scenario:
         """The steps that failed and, `with_waiting`, those that were never due."""
         found = [_failure(step, error) for step, error in self._failures]
         return found + [_missed(step) for step in self._timeline.waiting if with_waiting]
+
+    def _too_slow(self, step: Step) -> None:
+        self._failures.append((step, TOO_SLOW))
+        self._say(f"step failed: {step.command.text}: {TOO_SLOW}")
 
     def _say(self, text: str) -> None:
         self._progress.log(self._system.recorder.now_s, text)
@@ -145,15 +151,30 @@ def _missed(step: Step) -> Judged:
 
 
 class Timeline:
-    """Hands out each step once, when it is due; `after` a step: once that is done."""
+    """Hands out each step once, when it is due; `after` a step: once that is done.
 
-    def __init__(self, steps: Sequence[Step]) -> None:
+    A step with an `after_log` that takes too long is dropped, and `on_slow` is called.
+    """
+
+    def __init__(
+        self, steps: Sequence[Step], on_slow: Callable[[Step], None] = lambda step: None
+    ) -> None:
         self._waiting = list(steps)
+        self._on_slow = on_slow
         self._done = {step.name: step.done for step in steps}
 
     def due(self, facts: Facts) -> list[Step]:
-        found = [step for step in self._waiting if self._is_due(step, facts)]
-        self._waiting = [step for step in self._waiting if step not in found]
+        found: list[Step] = []
+        waiting: list[Step] = []
+        for step in self._waiting:
+            try:
+                with search_limit():
+                    is_due = self._is_due(step, facts)
+            except TooSlowError:
+                self._on_slow(step)
+            else:
+                (found if is_due else waiting).append(step)
+        self._waiting = waiting
         return found
 
     def _is_due(self, step: Step, facts: Facts) -> bool:

@@ -74,11 +74,40 @@ def test_a_bad_time_is_reported_with_an_example(text: object):
 
 
 @pytest.mark.parametrize(
-    "text", ["m.__class__", "__import__('os')", "open('x')", "().__class__", "x", "m.a =", "1;2"]
+    "text",
+    [
+        *("m.__class__", "__import__('os')", "open('x')", "().__class__", "x", "m.a =", "1;2"),
+        *("f'{m.__class__}'", "'{0.__class__}'.format(m)", "str.format('{0}', m)"),
+        *("'{m}'.format_map({})", "lambda _attribute: m", "(" * 300 + ")" * 300, "-" * 10**5),
+    ],
 )
 def test_an_expression_reaches_nothing_but_the_message(text: str):
-    with pytest.raises(ValueError, match=r"underscore|unknown name|not a Python expression"):
+    with pytest.raises(ValueError, match=r"underscore|unknown name|not a Python|not avail|nested"):
         Expression.parse(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("m.data.format(m)", "[m.data.format][0](m)", "f'{m.data}'.format_map({'a': m})"),
+        *("(x for x in m).gi_frame.f_back.f_globals", "int.mro()", "{1: 2}.items().mapping"),
+        *("len.real", "m.data.split.real"),
+    ],
+)
+def test_attributes_are_those_of_fields_and_plain_values(text: str):
+    fits, why = Expression.parse(text).holds({"data": "{0.__class__}"})
+    assert not fits
+    assert why is not None
+    assert "is not available here" in why
+
+
+def test_methods_of_plain_values_are_available():
+    text = "sorted(m.data.split(','), key=str.lower) == ['a', 'B'] and m.format == 'jpeg'"
+    assert Expression.parse(text).holds({"data": "B,a", "format": "jpeg"}) == (True, None)
+
+
+def test_json_that_is_nested_too_deeply_is_no_json():
+    assert Expression.parse("json is None").holds({"data": "[" * 10**5}) == (True, None)
 
 
 def test_an_expression_may_have_names_of_its_own():

@@ -1,0 +1,83 @@
+"""The process that evaluates conditions: `python -m launcher.smoke.expect.evaluation`.
+
+Its standard input has pickled batches of conditions and contents; it prints a line of JSON for
+each: a list of `[holds, why not]`. It exists because nothing in the process itself can end
+`9**9**9`: the kernel ends this one when a batch takes too long, and its parent reads why.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import pickle
+import resource
+import signal
+import sys
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+from launcher import dispositions
+
+CPU_S = 1.0  # for a batch, of which an honest expression needs some milliseconds
+MEMORY_BYTES = 512 * 1024**2
+OUT_OF_MEMORY = 3  # exit code
+MAX_REASON = 500  # characters
+
+
+class Condition(Protocol):
+    @property
+    def text(self) -> str: ...
+
+    def holds(self, content: Any) -> tuple[bool, str | None]: ...
+
+
+def main() -> int:
+    """Answer batches until standard input is closed."""
+    _end_with_parent()
+    dispositions.ignore()  # those of the terminal or a CI server: the parent decides
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    _limit(resource.RLIMIT_AS, MEMORY_BYTES)
+    try:
+        with contextlib.suppress(EOFError, BrokenPipeError):
+            while True:
+                conditions, contents = pickle.load(sys.stdin.buffer)
+                print(json.dumps(_limited(conditions, contents)), flush=True)
+    except MemoryError:
+        os._exit(OUT_OF_MEMORY)
+    return 0
+
+
+def _limit(which: int, most: int) -> None:
+    _, hard = resource.getrlimit(which)
+    resource.setrlimit(which, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+
+
+def _end_with_parent() -> None:
+    """SIGIO ends us when the parent closes its end of standard error, which it never reads."""
+    fcntl.fcntl(2, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(2, fcntl.F_SETFL, fcntl.fcntl(2, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def _limited(
+    conditions: Iterable[Condition], contents: Iterable[Any]
+) -> list[tuple[bool, str | None]]:
+    signal.setitimer(signal.ITIMER_PROF, CPU_S)
+    try:
+        return [_judged(conditions, content) for content in contents]
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def _judged(conditions: Iterable[Condition], content: Any) -> tuple[bool, str | None]:
+    """Whether all hold, and why not."""
+    for condition in conditions:
+        fits, why = condition.holds(content)
+        if not fits:
+            return False, why and why[:MAX_REASON]
+    return True, None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,130 @@
+"""Evaluates the conditions of expectations in a process with limits of time and memory."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from launcher.model.run_events import exit_text
+from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, Condition
+
+Judged = tuple[bool, str | None]  # whether all conditions hold, and why not
+
+BATCH = 500  # contents that are sent at once
+WALL_S = 60.0  # a batch, on a machine that has no CPU time for it
+_REASONS = {
+    -int(signal.SIGPROF): f"takes more than {CPU_S:g} s of CPU time",
+    -int(signal.SIGKILL): f"takes more than {WALL_S:g} s, or was killed",
+    OUT_OF_MEMORY: f"takes more than {MEMORY_BYTES // 1024**2} MB of memory",
+}
+
+
+class TooExpensiveError(Exception):
+    """Conditions that exceed a limit; the text names them and the limit."""
+
+
+class Evaluator:
+    """One process for all conditions, from the first use to `close`; for any thread.
+
+    Results are kept: a content is judged once by the same conditions, whatever is asked how often.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        # By pickled conditions, and by the identity of a content, which is kept with its result.
+        self._known: dict[bytes, dict[int, tuple[Any, Judged]]] = {}
+        self._refused: dict[bytes, str] = {}
+
+    def judged(self, conditions: Sequence[Condition], contents: Sequence[Any]) -> list[Judged]:
+        """One for each content; TooExpensiveError, from then on at once."""
+        if not conditions:
+            return [(True, None)] * len(contents)
+        key = pickle.dumps(conditions)
+        with self._lock:
+            known = self._known.setdefault(key, {})
+            new = [one for one in contents if id(one) not in known]
+            for number in range(0, len(new), BATCH):
+                if key in self._refused:
+                    break
+                batch = new[number : number + BATCH]
+                for content, result in zip(batch, self._asked(key, conditions, batch), strict=True):
+                    known[id(content)] = content, result
+            if key in self._refused:
+                raise TooExpensiveError(self._refused[key])
+            return [known[id(one)][1] for one in contents]
+
+    def close(self) -> None:
+        """End the process and forget the results; the next use starts anew."""
+        with self._lock:
+            self._known.clear()
+            self._refused.clear()
+            self._end()
+
+    def _asked(
+        self, key: bytes, conditions: Sequence[Condition], batch: Sequence[Any]
+    ) -> list[Judged]:
+        try:
+            with self._bounded() as process:
+                assert process.stdin is not None
+                assert process.stdout is not None
+                with contextlib.suppress(BrokenPipeError):
+                    pickle.dump((conditions, batch), process.stdin)
+                    process.stdin.flush()
+                answer = process.stdout.readline()
+        except BaseException:
+            self._end()  # it would answer the next request with this one's results
+            raise
+        if answer.endswith(b"\n"):
+            return [(holds, why) for holds, why in json.loads(answer)]
+        code = process.wait()
+        self._end()
+        text = " and ".join(one.text for one in conditions)
+        reason = _REASONS.get(code, f"ends its process ({exit_text(code)})")
+        self._refused[key] = f"the evaluation of '{text}' {reason}"
+        return [(False, None)] * len(batch)
+
+    @contextlib.contextmanager
+    def _bounded(self) -> Iterator[subprocess.Popen[bytes]]:
+        """The process, which is killed if the body takes too long."""
+        if self._process is None:
+            self._process = _start()
+        timer = threading.Timer(WALL_S, self._process.kill)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield self._process
+        finally:
+            timer.cancel()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        process.kill()
+        process.wait()
+        for pipe in (process.stdin, process.stdout, process.stderr):
+            assert pipe is not None
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
+
+
+def _start() -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "launcher.smoke.expect.evaluation"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,  # see `evaluation`
+    )
+
+
+EVALUATOR = Evaluator()
+atexit.register(EVALUATOR.close)
