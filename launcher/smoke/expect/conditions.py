@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import CodeType
 from typing import Any
@@ -201,16 +201,13 @@ class Conditions:
 
     def holds(self, content: Any) -> tuple[bool, str | None]:
         """Whether all hold, and why not."""
-        data = json_of(content)
-        for path, wanted in self.fields:
-            found = _look_up(content, path)
-            if found is _MISSING and data is not None:
-                found = _look_up(data, path)
-            if found is _MISSING:
-                parts = [part for part in (content, data) if isinstance(part, Mapping | Fields)]
-                return False, _no_field(path, [name for part in parts for name in part])
-            if not fits(found, wanted):
-                return False, f"{path} is {found!r}"
+        try:
+            found = values_at(content, [path for path, _ in self.fields])
+        except LookupError as error:
+            return False, str(error.args[0])
+        for (path, wanted), value in zip(self.fields, found, strict=True):
+            if not fits(value, wanted):
+                return False, f"{path} is {value!r}"
         return True, None
 
     @property
@@ -243,6 +240,21 @@ def compile_regex(value: object) -> re.Pattern[str]:
         return re.compile(value)
     except re.error as error:
         raise ValueError(f"'{value}' is not a regular expression: {error}") from None
+
+
+def values_at(content: Any, paths: Iterable[str]) -> list[Any]:
+    """The values at paths in a message, or in the JSON of its string `data`; LookupError."""
+    data = json_of(content)
+    values = []
+    for path in paths:
+        found = _look_up(content, path)
+        if found is _MISSING and data is not None:
+            found = _look_up(data, path)
+        if found is _MISSING:
+            parts = [part for part in (content, data) if isinstance(part, Mapping | Fields)]
+            raise LookupError(_no_field(path, [name for part in parts for name in part]))
+        values.append(found)
+    return values
 
 
 def _look_up(content: Any, path: str) -> Any:

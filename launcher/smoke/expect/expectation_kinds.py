@@ -30,6 +30,8 @@ from launcher.document.quantities import (
 from launcher.smoke.expect.fields import (
     CONDITIONS,
     EXPRESSION,
+    NUMBER,
+    PATHS,
     REGEX,
     name,
     regexes,
@@ -95,6 +97,7 @@ _SERVICE_TYPE = Field(
 )
 _WHERE = Field("where", EXPRESSION, "Python expression over `m` and `json`")
 _FIELDS = Field("fields", CONDITIONS, "field path to value or limits")
+_KEY = Field("key", PATHS, "field path, or several, as in `task_id`", required=True)
 
 KINDS = (
     Kind(
@@ -154,6 +157,41 @@ KINDS = (
             Field("all", FLAG, "every message satisfies the conditions"),
             _TYPE,
             Field("qos", _OWN_QOS, "QoS of the subscription (default: compatible with all)"),
+        ),
+        needs_ros=True,
+    ),
+    Kind(
+        "unique",
+        _TOPIC,
+        "No two messages have the same values.",
+        (_KEY, _WHERE, _FIELDS, _TYPE),
+        needs_ros=True,
+    ),
+    Kind(
+        "refers",
+        _TOPIC,
+        "Each message has values that a message on another topic had before.",
+        (
+            _KEY,
+            Field("to", _TOPIC, "the other topic", required=True),
+            _WHERE,
+            _FIELDS,
+            _TYPE,
+        ),
+        needs_ros=True,
+    ),
+    Kind(
+        "tally",
+        _TOPIC,
+        "Messages on another topic count those with different values.",
+        (
+            _KEY,
+            Field("in", _TOPIC, "the other topic", required=True),
+            Field("number", NUMBER, "regular expression with a group, the count", required=True),
+            Field("lag", DURATION, "how much earlier or later a count may be (default: 1 s)"),
+            _WHERE,
+            _FIELDS,
+            _TYPE,
         ),
         needs_ros=True,
     ),
@@ -271,3 +309,6 @@ KINDS = (
 )
 
 BY_NAME = {kind.name: kind for kind in KINDS}
+# The kinds whose topic is subscribed to, and the entries that name another such topic.
+OF_MESSAGES = ("rate", "message", "unique", "refers", "tally")
+OTHER_TOPICS = ("to", "in")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from launcher.document.fields import FieldError, FieldType, nested
-from launcher.smoke.expect.conditions import Conditions, Expression, compile_regex
+from launcher.smoke.expect.conditions import STEP, Conditions, Expression, compile_regex
 
 
 def name(noun: str, *, wildcards: bool = False) -> FieldType:
@@ -43,6 +43,24 @@ def regexes(least: int = 1) -> FieldType:
     return FieldType(parse, {"type": "array", "items": {"type": "string"}, "minItems": least})
 
 
+def _paths(value: object) -> tuple[str, ...]:
+    paths = value if isinstance(value, list) and value else [value]
+    for path in paths:
+        if not isinstance(path, str) or not STEP.match(path):
+            raise FieldError(f"invalid field path: {path!r}", hint="as in 'task_id' or 'pose.x'")
+    return tuple(paths)
+
+
+def _number(value: object) -> re.Pattern[str]:
+    pattern = compile_regex(value)
+    if pattern.groups != 1:
+        raise FieldError(
+            f"'{value}' has {pattern.groups} groups, and the number is one",
+            hint=r"as in 'robot_1: (\d+) tasks'; (?:...) is no group",
+        )
+    return pattern
+
+
 _LIMITS = {
     "type": "object",
     "properties": {
@@ -54,6 +72,9 @@ _LIMITS = {
     "additionalProperties": False,
 }
 
+_PATH = {"type": "string", "minLength": 1}
+PATHS = FieldType(_paths, {"anyOf": [_PATH, {"type": "array", "items": _PATH, "minItems": 1}]})
+NUMBER = FieldType(_number, {"type": "string"})
 REGEX = FieldType(compile_regex, {"type": "string"})
 EXPRESSION = FieldType(Expression.parse, {"type": "string", "minLength": 1})
 CONDITIONS = FieldType(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.judges import answers, graph, likeness, logs, processes, run, traffic
+from launcher.smoke.judges import answers, graph, likeness, logs, processes, relations, run, traffic
 from launcher.smoke.observe.facts import Facts
 
 JUDGES = {
@@ -12,6 +12,9 @@ JUDGES = {
     "qos": graph.qos,
     "rate": traffic.rate,
     "message": traffic.message,
+    "unique": relations.unique,
+    "refers": relations.refers,
+    "tally": relations.tally,
     "log": logs.log,
     "order": logs.order,
     "no_errors": logs.no_errors,

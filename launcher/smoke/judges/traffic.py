@@ -33,8 +33,8 @@ def _rate_text(expectation: Expectation) -> str:
 
 @with_window(_rate_text)
 def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    received = [m for m in facts.received(expectation.subject) if _sent(m) in when]
-    times = sorted(_sent(m) for m, fits, _ in _judged(expectation, received) if fits)
+    received = [m for m in facts.received(expectation.subject) if sent_s(m) in when]
+    times = sorted(sent_s(m) for m in fitting(expectation, received))
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
     span: Span = expectation.get("is")
@@ -83,7 +83,7 @@ def _max_pause_s(times: Sequence[float]) -> float:
     return SILENT_INTERVALS * max(b - a for a, b in itertools.pairwise(times))
 
 
-def _sent(message: Message) -> float:
+def sent_s(message: Message) -> float:
     """The publisher's time if known: ours includes the delays of a busy machine."""
     return message.at_s if message.sent_s is None else message.sent_s
 
@@ -110,24 +110,24 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     span = count or Span(low=1, high=INFINITY, text=">= 1")
     for early, fits, _ in _judged(expectation, [m for m in known if when.is_too_early(m.at_s)]):
         if fits:
-            seen = f"too early, after {when.since(early.at_s)}: {_short(early)}"
+            seen = f"too early, after {when.since(early.at_s)}: {short(early)}"
             return when.violated(seen=seen, at_s=early.at_s)
     found = _judged(expectation, received)
-    fitting = [m for m, fits, _ in found if fits]
+    suited = [m for m, fits, _ in found if fits]
     reasons = [why for _, _, why in found if why]
-    if len(fitting) > span.high:
-        at_s = fitting[int(span.high)].at_s
-        seen = f"{len(fitting)}, one too many after {when.since(at_s)}: {_short(fitting[-1])}"
-        return when.violated(seen=seen, at_s=at_s, value=len(fitting))
-    if when.is_enough(len(fitting), span):
-        enough_s = fitting[int(span.low) - 1].at_s if fitting and span.low else None
-        seen = f"{len(fitting)}" + ("" if enough_s is None else f", after {when.since(enough_s)}")
-        return when.met(seen=seen, at_s=enough_s, value=len(fitting))
+    if len(suited) > span.high:
+        at_s = suited[int(span.high)].at_s
+        seen = f"{len(suited)}, one too many after {when.since(at_s)}: {short(suited[-1])}"
+        return when.violated(seen=seen, at_s=at_s, value=len(suited))
+    if when.is_enough(len(suited), span):
+        enough_s = suited[int(span.low) - 1].at_s if suited and span.low else None
+        seen = f"{len(suited)}" + ("" if enough_s is None else f", after {when.since(enough_s)}")
+        return when.met(seen=seen, at_s=enough_s, value=len(suited))
     return when.not_yet(
-        seen=_missing(received, fitting, reasons),
+        seen=_missing(received, suited, reasons),
         guess=None if received else _silence(expectation, facts),
         about=explain.processes_on(expectation.subject, facts),
-        value=len(fitting),
+        value=len(suited),
     )
 
 
@@ -139,11 +139,16 @@ def _judged(
     return [(m, fits, why) for m, (fits, why) in zip(messages, results, strict=True)]
 
 
+def fitting(expectation: Expectation, messages: Sequence[Message]) -> list[Message]:
+    """Those that satisfy the conditions."""
+    return [m for m, fits, _ in _judged(expectation, messages) if fits]
+
+
 def _missing(received: list[Message], fitting: list[Message], reasons: list[str]) -> str:
     if not received:
         return "no message"
     text = (
-        f"{len(fitting)} of {len(received)} messages match; the last one was {_short(received[-1])}"
+        f"{len(fitting)} of {len(received)} messages match; the last one was {short(received[-1])}"
     )
     return f"{text} ({reasons[-1]})" if reasons else text
 
@@ -156,7 +161,7 @@ def _all(expectation: Expectation, facts: Facts, received: list[Message], when: 
     for number, (message, fits, why) in enumerate(_judged(expectation, received), 1):
         if not fits:
             reason = f" ({why})" if why else ""
-            seen = f"message {number} after {when.since(message.at_s)}: {_short(message)}{reason}"
+            seen = f"message {number} after {when.since(message.at_s)}: {short(message)}{reason}"
             return when.violated(seen=seen, at_s=message.at_s)
     if not received:
         guess = _silence(expectation, facts)
@@ -164,7 +169,8 @@ def _all(expectation: Expectation, facts: Facts, received: list[Message], when: 
     return when.so_far(seen=f"{len(received)} messages")
 
 
-def _short(message: Message) -> str:
+def short(message: Message) -> str:
+    """The content, or the text that it consists of."""
     content = message.content
     if isinstance(content, dict) and list(content) == ["data"]:
         content = content["data"]

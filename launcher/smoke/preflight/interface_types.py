@@ -8,6 +8,7 @@ from launcher.errors import LauncherError
 from launcher.ros.errors import VerbError
 from launcher.ros.messages import interfaces
 from launcher.smoke.expect.expectation import Expectation
+from launcher.smoke.expect.expectation_kinds import OF_MESSAGES
 from launcher.smoke.expect.script import Script
 from launcher.text import suggest
 
@@ -68,7 +69,7 @@ def of_topics(script: Script) -> dict[str, str]:
 
 def is_of_topic(expectation: Expectation) -> bool:
     """Whether its subject is a topic with an optional type."""
-    return expectation.kind in ("topic", "rate", "message")
+    return expectation.kind in ("topic", *OF_MESSAGES)
 
 
 def full_name(name: str, kind: str) -> str:

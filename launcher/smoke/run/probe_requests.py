@@ -6,9 +6,11 @@ import itertools
 import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from typing import Any
 
 from launcher.errors import LauncherError
 from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.expect.expectation_kinds import OF_MESSAGES, OTHER_TOPICS
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.common import window
 from launcher.smoke.observe.facts import Answer
@@ -20,18 +22,15 @@ ANSWER_S = 2.0  # a busy node may answer the next time
 
 
 def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Iterator[Expectation]:
-    """Subscribe for rates and messages; `watch` of the expectations is their subscription.
+    """Subscribe to topics; `watch` of an expectation is its subscription.
 
-    One subscription for all that need the same type and QoS of a topic.
+    `other_watch` is that to the other topic of a relation. There is one subscription for all that
+    need the same type and QoS of a topic.
     """
     subs: dict[object, str] = {}
     numbers = itertools.count(1)
-    for expectation in expectations:
-        if expectation.kind not in ("rate", "message"):
-            yield expectation
-            continue
-        topic, type_ = expectation.subject, expectation.get("type")
-        given = expectation.get("qos")
+
+    def watch(topic: str, type_: str | None = None, given: Any = None) -> str:
         qos = None if given is None else {name: str(word).upper() for name, word in given.items()}
         depth = {}
         if qos is not None and qos.pop("depth", ""):
@@ -40,7 +39,16 @@ def subscribed(probe: ProbeClient, expectations: Iterable[Expectation]) -> Itera
         if key not in subs:
             subs[key] = f"{topic} {next(numbers)}"
             probe.send("subscribe", sub=subs[key], topic=topic, type=type_, qos=qos, **depth)
-        yield replace(expectation, values={**expectation.values, "watch": subs[key]})
+        return subs[key]
+
+    for one in expectations:
+        if one.kind not in OF_MESSAGES:
+            yield one
+            continue
+        more = {"watch": watch(one.subject, one.get("type"), one.get("qos"))}
+        for topic in filter(None, map(one.get, OTHER_TOPICS)):
+            more["other_watch"] = watch(topic)
+        yield replace(one, values={**one.values, **more})
 
 
 class AnswerPoller:

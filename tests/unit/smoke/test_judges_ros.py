@@ -235,6 +235,75 @@ CASES = {
         {"messages": texts("/t", {"n": {}})},
         "AttributeError: unknown field 'x'",
     ),
+    "unique": Case(
+        "unique: /t, key: id",
+        {"messages": texts("/t", {"id": "a-1"}, {"id": "a-2"})},
+        {"messages": texts("/t", {"id": "a-1"}, {"id": "a-2"}, {"id": "a-1"})},
+        '"a-1" was there after 2.0 s, and again after 4.0 s: {"id": "a-1"}',
+    ),
+    "unique pairs of some messages": Case(
+        "unique: /t, key: [id, n], where: json.is_new",
+        {
+            "messages": texts(
+                "/t", *({"id": 1, "n": n, "is_new": new} for n, new in ((1, 1), (2, 1), (1, 0)))
+            )
+        },
+        {"messages": texts("/t", *[{"id": 1, "n": {"x": 1}, "is_new": True}] * 2)},
+        '1, {"x": 1} was there after 2.0 s, and again',
+    ),
+    "unique without its field": Case(
+        "unique: /t, key: id",
+        {"messages": texts("/t", {"id": 1})},
+        {"messages": texts("/t", {"idd": 1})},
+        "unknown field 'id'; known: data, idd",
+    ),
+    "unique messages of none": Case(
+        "unique: /t, key: id",
+        {"messages": texts("/t", {"id": 1})},
+        {**graphs(), "messages": ()},
+        "no message",
+        "it has no publisher",
+    ),
+    "refers": Case(
+        "refers: /t, to: /tasks, key: id, where: json.id",
+        {"messages": (*texts("/tasks", {"id": 1}), *texts("/t", {"id": 1}, {"id": 0}))},
+        {"messages": (*texts("/tasks", {"id": 1}), *texts("/t", {"id": 1}, {"id": 2}))},
+        '2 was not on /tasks before, but after 3.0 s: {"id": 2}',
+    ),
+    "refers to what comes later": Case(
+        "refers: /t, to: /tasks, key: id",
+        {"messages": (*texts("/tasks", {"id": 1}, at_s=2.5), *texts("/t", {"id": 1}))},
+        {"messages": (*texts("/tasks", {"id": 1}, at_s=3.5), *texts("/t", {"id": 1}))},
+        "1 was not on /tasks before, but after 2.0 s",
+    ),
+    "tally": Case(
+        "tally: /t, in: /report, number: '(\\d+) tasks', key: id, where: json.id",
+        {
+            "messages": (
+                *texts("/t", {"id": 1}, {"id": 1}, {"id": 2}, {"id": 0}, period_s=2),
+                *texts("/report", "1 tasks", "1 tasks", "2 tasks", at_s=3, period_s=2),
+            )
+        },
+        {
+            "messages": (
+                *texts("/t", {"id": 1}, {"id": 2}, period_s=4),
+                *texts("/report", "1 tasks", "2 tasks", at_s=3),
+            )
+        },
+        '2 instead of 1 after 4.0 s: "2 tasks"',
+    ),
+    "tally with a lag": Case(
+        "tally: /t, in: /report, number: 'n: (\\d+)', key: id, lag: 3 s",
+        {"messages": (*texts("/t", {"id": 1}), *texts("/report", "n: 0", at_s=4))},
+        {"messages": (*texts("/t", {"id": 1}), *texts("/report", "n: 0", at_s=6))},
+        "0 instead of 1",
+    ),
+    "tally without a number": Case(
+        "tally: /t, in: /report, number: 'n: (\\d+)', key: id",
+        {"messages": (*texts("/t", {"id": 1}), *texts("/report", "n: 1", at_s=4))},
+        {"messages": (*texts("/t", {"id": 1}), *texts("/report", "m: 1", at_s=4))},
+        'no number after 4.0 s: "m: 1"',
+    ),
     "message with another quality": Case(
         "message: /t, qos: {reliability: reliable}",
         {"messages": texts("/t", 1)},
