@@ -54,6 +54,7 @@ class Monitor(Node):
             self._enter_status,
             qos.status_profile(settings.status_queue_depth(self)),
             callback_group=status_group,
+            qos_overriding_options=qos.DEPTH_PARAMETER,
         )
         self._report_timer = self.create_timer(
             REPORT_PERIOD_S, self._report, callback_group=report_group

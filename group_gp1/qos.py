@@ -6,12 +6,30 @@ which is incompatible on purpose.
 
 from __future__ import annotations
 
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSPolicyKind,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from rclpy.qos_overriding_options import QosCallbackResult, QoSOverridingOptions
 
 TASKS_DEPTH = 5
 STATUS_DEPTH = 3
 REPORT_DEPTH = 10
 MAX_DEPTH = 1000  # Fast DDS keeps every sample in memory; a larger queue hides a problem
+
+
+def _check_depth(profile: QoSProfile) -> QosCallbackResult:
+    is_good = 1 <= profile.depth <= MAX_DEPTH
+    reason = f"a depth must be from 1 to {MAX_DEPTH}. Found: {profile.depth}"
+    return QosCallbackResult(successful=is_good, reason="" if is_good else reason)
+
+
+# Discovery has no depths: the parameter `qos_overrides./TOPIC.publisher.depth` (`subscription`) of
+# a node shows the one of its endpoint, and can override it.
+DEPTH_PARAMETER = QoSOverridingOptions((QoSPolicyKind.DEPTH,), callback=_check_depth)
 
 
 def tasks_profile(depth: int = TASKS_DEPTH) -> QoSProfile:

@@ -46,7 +46,9 @@ class Robot(Node):
         # One group for both callbacks, so that they never overlap with any executor: the
         # subscription writes the current task (in self._work), and the timer reads it.
         group = MutuallyExclusiveCallbackGroup()
-        self._statuses = self.create_publisher(String, topics.STATUS, qos.STATUS)
+        self._statuses = self.create_publisher(
+            String, topics.STATUS, qos.STATUS, qos_overriding_options=qos.DEPTH_PARAMETER
+        )
         self._tasks = self.create_subscription(
             String,
             topics.TASKS,

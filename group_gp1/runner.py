@@ -14,10 +14,15 @@ from collections.abc import Callable
 from types import FrameType
 
 import rclpy
-from rclpy.exceptions import InvalidHandle, NotInitializedException
+from rclpy.exceptions import (
+    InvalidHandle,
+    InvalidParameterTypeException,
+    NotInitializedException,
+)
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from group_gp1.settings import SettingError
@@ -60,7 +65,7 @@ def run(
     try:
         _init(args)
         _spin(make_node, make_executor, stop)
-    except SettingError as error:
+    except (SettingError, InvalidQosOverridesError, InvalidParameterTypeException) as error:
         raise SystemExit(f"error: {error}") from None
     except _AFTER_SHUTDOWN:
         if rclpy.ok():

@@ -30,6 +30,17 @@ def test_a_bad_value_is_refused_with_a_sentence(domain, name, parameter, value):
     assert node.output.startswith(f"error: {name}: parameter '{parameter}' must be ")
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("value", ["0", "-1", "1001", "deep"])
+def test_a_bad_depth_is_refused_with_a_sentence(domain, value):
+    node = domain.start("robot_1", **{"qos_overrides./fleet/status.publisher.depth": value})
+
+    assert node.wait() == 1
+    last = node.output.splitlines()[-1]
+    assert last.startswith("error: ")
+    assert value in last
+
+
 def test_parameters_describe_type_range_and_unit(domain):
     domain.start("dispatcher")
     service = "/dispatcher/describe_parameters"
