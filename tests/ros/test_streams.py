@@ -88,6 +88,7 @@ def test_echo_as_json_is_one_line_per_message(verb):
     ("words", "error"),
     [
         (["/chatter", "--field", "nope"], "Invalid field 'nope': 'String' object has no attribute"),
+        (["/chatter", "--field", "."], "Invalid field value '.'\n"),
         (["/chatter", "std_msgs/msg/Strnig"], "did you mean String? (std_msgs/msg/String)"),
         (["/chater"], "Could not determine the type for the passed topic\nhint: did you mean"),
         (["bad topic!"], "or '/': '/bad topic!'\n"),
@@ -100,7 +101,18 @@ def test_echo_as_json_is_one_line_per_message(verb):
         (["/chatter", "--filter", "m.dta"], "--filter failed: AttributeError"),
         (["/chatter", "--filter", "next(iter(()))"], "--filter failed: StopIteration\n"),
     ],
-    ids=["field", "type", "topic", "name", "empty", "neither", "several", "filter", "silent"],
+    ids=[
+        "field",
+        "dot",
+        "type",
+        "topic",
+        "name",
+        "empty",
+        "neither",
+        "several",
+        "filter",
+        "silent",
+    ],
 )
 def test_echo_errors_say_what_is_wrong(verb, words, error):
     answer = verb("topic", "echo", *words, "--once")

@@ -85,6 +85,9 @@ class Writer:
 
     @classmethod
     def of(cls, options: Parsed) -> Writer:
+        """VerbError for a field without a name."""
+        if options.field is not None and not options.field.strip("."):
+            raise VerbError(f"Invalid field value '{options.field}'")
         length = None if options.full_length or options.json else options.truncate_length
         style = Style(
             length=length, no_arr=options.no_arr, no_str=options.no_str, flow=options.flow_style
