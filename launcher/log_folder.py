@@ -40,13 +40,13 @@ def provide(
 def usable(env: Mapping[str, str], named: str) -> tuple[str, str]:
     """(a folder that can be written, or nothing; why that is not `named`)."""
     is_homeless = named.startswith("~")
-    why = "there is no home folder" if is_homeless else _obstacle(os.path.abspath(named))
+    why = "there is no home folder" if is_homeless else obstacle(os.path.abspath(named))
     if not why:
         return os.path.abspath(named), ""
-    return next((one for one in _others(env) if not _obstacle(one)), ""), why
+    return next((one for one in _others(env) if not obstacle(one)), ""), why
 
 
-def _obstacle(folder: str) -> str:
+def obstacle(folder: str) -> str:
     """Why nothing can be made in it, or it itself cannot be; nothing is left."""
     there = folder
     while not os.path.lexists(there):

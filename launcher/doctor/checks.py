@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 
 from launcher.doctor.facts import Facts, Finding, Leftover, Unreachable
 from launcher.doctor.network_checks import check_network
+from launcher.doctor.settings_checks import check_settings
 from launcher.doctor.workspace_checks import check_workspace
 from launcher.model.level import Level
 from launcher.program import program
@@ -34,6 +35,8 @@ CHECKS: dict[str, Check] = {}  # by name, in the order in which they are shown
 
 def check_all(facts: Facts) -> list[Finding]:
     findings = [Finding(name, *check(facts)) for name, check in CHECKS.items()]
+    if facts.settings is not None:
+        findings += check_settings(facts.settings)
     if facts.network is not None:
         findings += check_network(facts.network)
     return findings if facts.workspace is None else [*findings, *check_workspace(facts.workspace)]
@@ -63,6 +66,8 @@ def wheels(facts: Facts) -> Verdict:
     text = "; ".join(f"{module}: {error}" for module, error in sorted(errors.items()))
     if library_path(facts)[0] is Level.PROBLEM:
         advice = "see 'library path' below"
+    elif facts.settings is not None and facts.settings.refusal is not None:
+        advice = "see 'environment' below"
     else:
         advice = " ".join(["pip install", *(DISTRIBUTIONS.get(m, m) for m in sorted(errors))])
     return _problem(f"cannot be imported: {text}", advice)

@@ -14,9 +14,10 @@ from importlib import metadata
 from pathlib import Path
 
 import launcher
-from launcher import proc
+from launcher import log_folder, proc
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.doctor.network import collect_network
+from launcher.doctor.settings import collect_settings
 from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.engine.logs.old_runs import kept_beyond
 from launcher.engine.logs.run_directory import log_root
@@ -73,6 +74,7 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         open_files_hard=_limit(hard),
         workspace=workspace,
         network=collect_network(env),
+        settings=collect_settings(env),
         kept_runs=len(kept),
         kept_bytes=sum(map(size_of, kept)),
     )
@@ -158,15 +160,17 @@ def installed_version() -> str | None:
 
 
 def obstacle(folder: Path) -> str | None:
-    """Why `folder`, which need not exist, cannot be written to; None if it can."""
+    """Why `folder`, which need not exist, cannot be written to; None if it can.
+
+    An empty folder is made there, and removed at once.
+    """
     existing = folder
     while not os.path.lexists(existing) and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
         return f"{existing} is not a folder"
-    if not os.access(existing, os.W_OK | os.X_OK):
-        return f"no permission to write to {existing}"
-    return None
+    why = log_folder.obstacle(str(folder))  # a permission is not enough: /proc, a full disk
+    return f"{existing}: {why}" if why else None
 
 
 def kept_runs(logs: Path) -> list[Path]:

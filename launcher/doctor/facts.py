@@ -82,11 +82,25 @@ class Node(Record):
     shares_memory: bool | None = None
 
 
+class SettingsFacts(Record):
+    """Variables of ROS and of the middleware, if they are not empty.
+
+    `faults` has why what a variable names cannot be read; `refusal` is why the verbs refuse the
+    environment, with the hint.
+    """
+
+    values: dict[str, str] = {}
+    faults: dict[str, str] = {}
+    refusal: tuple[str, str] | None = None
+
+
 class NetworkFacts(Record):
     """About discovery; `settings` are the variables that decide it, if they are not empty."""
 
     settings: dict[str, str] = {}
     unknown_peers: tuple[str, ...] = ()  # names in ROS_STATIC_PEERS that cannot be resolved
+    unknown_servers: tuple[str, ...] = ()  # entries of ROS_DISCOVERY_SERVER that are no address
+    loopback_fault: str | None = None  # why 127.0.0.1 cannot be reached
     addresses: tuple[str, ...] = ()  # of this machine, without the loopback interface
     without_multicast: tuple[str, ...] = ()  # of these, where a datagram does not come back
     is_in_step: bool | None = None  # the clock
@@ -116,5 +130,6 @@ class Facts(Record):
     open_files_hard: int
     workspace: WorkspaceFacts | None = None
     network: NetworkFacts | None = None
+    settings: SettingsFacts | None = None
     kept_runs: int = 0  # beyond the last ones, in the log folder
     kept_bytes: int = 0

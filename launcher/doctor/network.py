@@ -17,6 +17,7 @@ from launcher.ros.discovery.gids import holders
 from launcher.ros.discovery.ports import announcement_ports, participants_by_domain
 
 _BACK_S = 0.2  # a datagram to the own group comes back at once
+_LAST_PORT = 65535
 _NOT_IN_STEP = 5  # TIME_ERROR of adjtimex(2)
 
 
@@ -25,6 +26,8 @@ def collect_network(env: Mapping[str, str]) -> NetworkFacts:
     return NetworkFacts(
         settings={name: env[name] for name in SETTINGS if env.get(name)},
         unknown_peers=tuple(_unknown_peers(env.get("ROS_STATIC_PEERS", ""))),
+        unknown_servers=tuple(_unknown_servers(env.get("ROS_DISCOVERY_SERVER", ""))),
+        loopback_fault=_loopback_fault(),
         without_multicast=tuple(one for one in addresses() if not _comes_back(one)),
         addresses=tuple(addresses()),
         is_in_step=_is_in_step(),
@@ -38,6 +41,36 @@ def _unknown_peers(text: str) -> Iterator[str]:
             socket.getaddrinfo(name, None)
         except OSError:
             yield name
+
+
+def _unknown_servers(text: str) -> Iterator[str]:
+    """Entries `HOST` or `HOST:PORT`, of which some may be empty; others are not judged."""
+    for entry in filter(None, text.split(";")):
+        if entry.count(":") > 1 or "[" in entry:
+            continue
+        host, _, port = entry.partition(":")
+        try:
+            socket.getaddrinfo(host, None)
+        except OSError:
+            yield entry
+            continue
+        if port and not (port.isdecimal() and int(port) <= _LAST_PORT):
+            yield entry
+
+
+def _loopback_fault() -> str | None:
+    """Why a datagram from this machine to itself does not arrive; None if it does."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as own:
+        own.settimeout(_BACK_S)
+        try:
+            own.bind(("127.0.0.1", 0))
+            own.sendto(b"", own.getsockname())
+            own.recv(1)
+        except TimeoutError:
+            return "datagrams do not arrive"
+        except OSError as error:
+            return str(error.strerror)
+    return None
 
 
 def _comes_back(address: str) -> bool:

@@ -19,6 +19,7 @@ def check_network(facts: NetworkFacts) -> list[Finding]:
     """Findings, one or more of each name."""
     return [
         *_settings(facts),
+        _loopback(facts),
         _multicast(facts),
         _shared_memory(facts),
         _other_nodes(facts),
@@ -50,6 +51,10 @@ def _mistakes(facts: NetworkFacts) -> Iterator[tuple[Level, str, str]]:
         names = ", ".join(facts.unknown_peers)
         text = f"ROS_STATIC_PEERS names {names}, which cannot be resolved: no node can start"
         yield Level.PROBLEM, text, "use IP addresses"
+    if facts.unknown_servers:
+        names = ", ".join(facts.unknown_servers)
+        text = f"ROS_DISCOVERY_SERVER names {names}, which is no address: its nodes find no others"
+        yield Level.PROBLEM, text, "ADDRESS:PORT, as in 10.0.0.2:11811; several with ';'"
     if settings.get("ROS_STATIC_PEERS"):
         if settings.get("ROS_LOCALHOST_ONLY") == "1":
             text = "with ROS_LOCALHOST_ONLY=1, ROS_STATIC_PEERS has no effect"
@@ -63,6 +68,16 @@ def _mistakes(facts: NetworkFacts) -> Iterator[tuple[Level, str, str]]:
     elif reach == "OFF":
         text = f"{_RANGE}=OFF: no node finds any other, not even on this machine"
         yield Level.PROBLEM, text, f"{_RANGE}=LOCALHOST, or SUBNET"
+
+
+def _loopback(facts: NetworkFacts) -> Finding:
+    if facts.loopback_fault is None:
+        return _finding("loopback", Level.OK, "127.0.0.1 can be reached")
+    text = (
+        f"127.0.0.1 cannot be reached ({facts.loopback_fault}): nodes of this machine do not find "
+        "each other, or only by another network"
+    )
+    return _finding("loopback", Level.PROBLEM, text, "as root: ip link set lo up; or the firewall")
 
 
 def _multicast(facts: NetworkFacts) -> Finding:

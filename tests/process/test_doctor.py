@@ -24,11 +24,13 @@ pytestmark = pytest.mark.alone
 NODE = "import rclpy; rclpy.init(); n = rclpy.create_node('n'); print('ready', flush=True); input()"
 
 
-def doctor(*words: str, **env: str | None) -> tuple[int, dict[str, dict[str, str]], list[str]]:
+def doctor(
+    *words: str, prefix: tuple[str, ...] = (), **env: str | None
+) -> tuple[int, dict[str, dict[str, str]], list[str]]:
     """(exit code, findings by name, what was done); an environment value of None is unset."""
     merged = {**os.environ, **env}
     result = subprocess.run(
-        [sys.executable, "-m", "launcher", "doctor", "--json", *words],
+        [*prefix, sys.executable, "-m", "launcher", "doctor", "--json", *words],
         env={name: value for name, value in merged.items() if value is not None},
         capture_output=True,
         text=True,
@@ -53,12 +55,24 @@ def test_this_environment_is_found_to_be_in_order():
         ("AMENT_PREFIX_PATH", {"AMENT_PREFIX_PATH": "/gone/away"}, "/gone/away does not exist"),
         ("ROS_DOMAIN_ID", {"ROS_DOMAIN_ID": "abc"}, "'abc' is not a domain id"),
         ("log folder", {"ROS_LOG_DIR": f"{__file__}/log"}, "test_doctor.py is not a folder"),
+        ("log folder", {"ROS_LOG_DIR": None, "ROS_HOME": "/proc"}, "/proc/log cannot be written"),
+        ("environment", {"FASTRTPS_DEFAULT_PROFILES_FILE": "/gone.xml"}, "/gone.xml: No such file"),
+        ("environment", {"RMW_IMPLEMENTATION": "rmw_x"}, "a middleware that is not installed"),
     ],
 )
 def test_a_spoilt_environment_is_a_problem(name: str, env: dict[str, str], text: str):
     code, found, _ = doctor(**env)
     assert (code, found[name]["level"]) == (1, "problem")
     assert text in found[name]["text"]
+
+
+def test_loopback_that_is_down_is_a_problem():
+    """As in a network namespace that nobody has set up."""
+    code, found, _ = doctor(prefix=("unshare", "--map-root-user", "--net"))
+    assert (code, found["loopback"]["level"]) == (1, "problem")
+    assert "127.0.0.1 cannot be reached (Network is unreachable)" in found["loopback"]["text"]
+    _, found, _ = doctor()
+    assert found["loopback"]["level"] == "ok"
 
 
 def test_libraries_that_were_dropped_on_the_way_are_explained():

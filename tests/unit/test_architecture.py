@@ -71,7 +71,17 @@ MAY_IMPORT = {
         "socket_directory",
     },
     "console": {"errors", "control", "socket_directory"},
-    "doctor": {"errors", "packages", "model", "workspace", "build", "engine", "hosts", "ros"},
+    "doctor": {
+        "errors",
+        "log_folder",
+        "packages",
+        "model",
+        "workspace",
+        "build",
+        "engine",
+        "hosts",
+        "ros",
+    },
     "ros": {
         "errors",
         "bag",

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from launcher.doctor.facts import Finding, NetworkFacts, Node
+from launcher.doctor.network import _unknown_servers
 from launcher.doctor.network_checks import check_network
 from launcher.model.level import Level
 
@@ -44,6 +45,29 @@ def test_a_peer_that_cannot_be_resolved_keeps_nodes_from_starting():
     settings = {"ROS_STATIC_PEERS": "bot7", RANGE: "LOCALHOST"}
     finding = found("discovery", settings=settings, unknown_peers=("bot7",))
     assert finding.level is Level.PROBLEM and "no node can start" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("text", "unknown"),
+    [
+        ("127.0.0.1:11811", ()),
+        (";;127.0.0.1", ()),
+        ("[::1]:11811;TCPv4:[10.0.0.1]:42100", ()),
+        ("no host:11811;127.0.0.1:11811", ("no host:11811",)),
+        ("127.0.0.1:99999", ("127.0.0.1:99999",)),
+        ("127.0.0.1:port", ("127.0.0.1:port",)),
+    ],
+)
+def test_entries_that_are_no_address_of_a_server(text: str, unknown: tuple[str, ...]):
+    assert tuple(_unknown_servers(text)) == unknown
+    finding = found("discovery", settings={"ROS_DISCOVERY_SERVER": text}, unknown_servers=unknown)
+    assert finding.level is (Level.PROBLEM if unknown else Level.OK)
+
+
+def test_without_loopback_nodes_do_not_find_each_other():
+    finding = found("loopback", loopback_fault="Network is unreachable")
+    assert finding.level is Level.PROBLEM and "(Network is unreachable)" in finding.text
+    assert "ip link set lo up" in (finding.advice or "")
 
 
 @pytest.mark.parametrize(
