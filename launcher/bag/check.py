@@ -12,7 +12,7 @@ from launcher.bag.mcap_file import topics_of
 from launcher.bag.mcap_scan import Fault, scan
 from launcher.bag.metadata import File, Metadata
 from launcher.bag.model import Extent, Span, Topic
-from launcher.bag.reader import open_storage, storage_files
+from launcher.bag.reader import check_storage, open_storage, storage_files
 
 MCAP, COMPRESSED = ".mcap", ".zstd"
 
@@ -78,11 +78,14 @@ def check(path: str) -> Report:
 
 
 def _check_file(path: str) -> FileReport:
+    check_storage(path)
     if path.endswith(MCAP):
         with open(path, "rb") as stream:
             found = scan(stream)
-        topics = topics_of(found.channels, found.schemas)
-        return FileReport(path, topics, found.extent, found.faults)
+        notes: list[str] = []
+        topics = topics_of(found.channels, found.schemas, notes)
+        faults = [*found.faults, *(Fault(0, note) for note in notes)]
+        return FileReport(path, topics, found.extent, faults)
     try:
         file = open_storage(path)
     except BagError as error:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import IO
 
 from launcher.bag.errors import BagError
 
 FORMATS = ("zstd",)
 MODES = ("none", "file", "message")
+_PIECE = 1 << 20
+# Pieces up to this size, or up to so many times their compressed size, are believed to be so large.
+_USUAL_BYTES, _USUAL_RATIO = 128 * _PIECE, 1000
 
 
 def check_format(name: str) -> None:
@@ -73,14 +76,81 @@ def message_decompressor() -> Callable[[bytes], bytes]:
     """Decompresses a message; ValueError if it is damaged."""
     import zstandard
 
-    decompressor = zstandard.ZstdDecompressor()
-
     def decompress(data: bytes) -> bytes:
         try:
-            if zstandard.frame_content_size(data) >= 0:
-                return decompressor.decompress(data)
-            return decompressor.decompressobj().decompress(data)  # the size is not in the frame
-        except zstandard.ZstdError as error:
-            raise ValueError(f"a compressed message is damaged: {error}") from None
+            size = zstandard.frame_content_size(data)
+            if size >= 0:
+                return exactly(data, size, "zstd")
+            return _read(_zstd_pieces(data), _most_of(data))  # the size is not in the frame
+        except (zstandard.ZstdError, ValueError) as error:
+            raise ValueError(f"a compressed message is damaged: {_words(error)}") from None
 
     return decompress
+
+
+def exactly(data: bytes, size: int, format_name: str) -> bytes:
+    """Decompress `size` bytes; `format_name` is that of a chunk of MCAP, empty for none.
+
+    ValueError if the data are damaged, or not of this size: what is beyond is never decompressed.
+    """
+    if format_name == "":
+        found = data
+    elif format_name not in _PIECES:
+        raise ValueError(f"its compression {format_name[:20]!r} is unknown")
+    elif size > _most_of(data):
+        raise ValueError(f"it would have {size} bytes, compressed to {len(data)}")
+    else:
+        try:
+            found = _read(_PIECES[format_name](data), size)
+        except (RuntimeError, EOFError, MemoryError) as error:  # of lz4
+            raise ValueError(_words(error)) from None
+    if len(found) != size:
+        raise ValueError(f"it has {len(found)} bytes, and says {size}")
+    return found
+
+
+def _most_of(data: bytes) -> int:
+    return max(_USUAL_BYTES, _USUAL_RATIO * len(data))
+
+
+def _read(pieces: Iterator[bytes], most: int) -> bytes:
+    """All pieces; ValueError if they are more than `most` bytes."""
+    found, size = [], 0
+    for piece in pieces:
+        size += len(piece)
+        if size > most:
+            raise ValueError(f"it has more than the {most} bytes that it may have")
+        found.append(piece)
+    return found[0] if len(found) == 1 else b"".join(found)
+
+
+def _zstd_pieces(data: bytes) -> Iterator[bytes]:
+    import zstandard
+
+    try:
+        with zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True) as stream:
+            while piece := stream.read(_PIECE):
+                yield piece
+    except zstandard.ZstdError as error:
+        raise ValueError(_words(error)) from None
+
+
+def _lz4_pieces(data: bytes) -> Iterator[bytes]:
+    from lz4.frame import LZ4FrameDecompressor
+
+    decompressor = LZ4FrameDecompressor()
+    piece = decompressor.decompress(data, max_length=_PIECE)
+    while piece or not decompressor.eof:
+        yield piece
+        if decompressor.eof:
+            return
+        if decompressor.needs_input:
+            raise ValueError("its data end too early")
+        piece = decompressor.decompress(b"", max_length=_PIECE)
+
+
+_PIECES = {"zstd": _zstd_pieces, "lz4": _lz4_pieces}
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import struct
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -45,22 +44,21 @@ def decoder(topic: Topic) -> Decoder:
             f"{topic.name}: {topic.type} is defined in '{definition.encoding}', "
             "only .msg definitions can be decoded"
         )
-    return _guarded(topic, _generated(topic, definition.text))
+    return _guarded(topic, _compiled(topic, definition.text))
 
 
-def _generated(topic: Topic, text: str) -> Decoder:
-    from mcap_ros2 import _dynamic
+def _compiled(topic: Topic, text: str) -> Decoder:
+    from launcher.bag.cdr import compiled
 
     if f"MSG: {_DURATION}\n" not in text:
         text += _DURATION_TEXT
     name = f"{topic.type.partition('/')[0]}/msg/{_NAME}"
     try:
-        found: Decoder = _dynamic.generate_dynamic(name, _CHAR.sub(r"\1uint8", text))[name]
+        return compiled(name, _CHAR.sub(r"\1uint8", text), also=topic.type)
     except Exception as error:  # the parser raises errors of many classes
         raise BagError(
             f"{topic.name}: the definition of {topic.type} cannot be read: {_one_line(error)}"
         ) from None
-    return found
 
 
 def _guarded(topic: Topic, decode: Decoder) -> Decoder:
@@ -68,11 +66,10 @@ def _guarded(topic: Topic, decode: Decoder) -> Decoder:
         try:
             return decode(data)
         except NotImplementedError as error:
-            kind = "wstring" if "wstring" in str(error) else str(error)
             raise BagError(
-                f"{topic.name}: {topic.type} has a field of type {kind}, which cannot be decoded"
+                f"{topic.name}: {topic.type} has a field of type {error}, which cannot be decoded"
             ) from None
-        except (ValueError, LookupError, struct.error, UnicodeError) as error:
+        except Exception as error:  # names of fields that are none of Python, too
             raise BagError(
                 f"{topic.name}: a message is not a {topic.type}: {_one_line(error)}"
             ) from None
@@ -81,7 +78,7 @@ def _guarded(topic: Topic, decode: Decoder) -> Decoder:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    return " ".join(str(error).split())[:300] or type(error).__name__
 
 
 def fields_of(message: Any) -> tuple[str, ...]:

@@ -2,82 +2,117 @@
 
 from __future__ import annotations
 
-import struct
+import heapq
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import IO, Any
 
-from mcap.reader import SeekingReader
-from mcap.records import Channel, Schema
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, ChunkIndex, Schema
 from mcap.records import Message as Record
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.mcap_scan import MAGIC, Scan, chunk_of, index_times, records_of, scan
-from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic, merged
+from launcher.bag.mcap_records import (
+    HEAD,
+    MAGIC,
+    Damage,
+    Source,
+    chunk_contents,
+    message_of,
+    parse,
+    records_in,
+)
+from launcher.bag.mcap_scan import Scan, index_times, scan
+from launcher.bag.mcap_summary import is_ended, read_summary
+from launcher.bag.model import (
+    Definition,
+    Extent,
+    Message,
+    Span,
+    Times,
+    Topic,
+    merged,
+    never,
+)
 
 
 class McapFile:
     """Messages of a file with a summary, or, without one, of the chunks that are whole.
 
-    `unfinished` says why there is no summary; None for a whole file. BagError if it is no MCAP
-    file; OSError.
+    `unfinished` says why there is no summary; None for a whole file. `notes` are about topics.
+    BagError if it is no MCAP file; OSError.
     """
 
     def __init__(self, stream: IO[bytes], path: str) -> None:
         self._stream = stream
         self._path = path
         self.unfinished: str | None = None
-        self._scan: Scan | None = None
+        self.notes: list[str] = []
         start = stream.read(len(MAGIC))
-        if start != MAGIC and not (len(start) < len(MAGIC) and MAGIC.startswith(start)):
+        is_cut = len(start) < len(MAGIC) and MAGIC.startswith(start)
+        if start != MAGIC and not is_cut and not is_ended(stream):
             raise BagError(f"{path} is not an MCAP file")
-        stream.seek(0)
-        try:
-            self._reader = SeekingReader(stream, validate_crcs=True)
-            summary = self._reader.get_summary()
-        except Exception:  # the library reads a footer wherever it would be
-            summary = None
-        if summary is None or summary.statistics is None:
-            found = self._scan = scan(stream)
-            self._chunks = found.chunks
-            self._channels, self._schemas = found.channels, found.schemas
-            self.extent = found.extent
-            if not found.finished:
-                self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
-        else:
-            self._channels, self._schemas = summary.channels, summary.schemas
-            self._chunks = summary.chunk_indexes
-            told = summary.statistics
-            self.extent = Extent(
-                _by_topic(told.channel_message_counts, self._channels),
-                told.message_start_time,
-                told.message_end_time,
-            )
-        self.topics = merged(topics_of(self._channels, self._schemas))
+        self._scan: Scan | None = None
+        self._chunks: list[ChunkIndex] = []
+        self.extent = Extent()
+        self._channels: Mapping[int, Channel] = {}
+        self._schemas: Mapping[int, Schema] = {}
+        if not self._take_summary():
+            self._take_scan()
+        self.topics = merged(topics_of(self._channels, self._schemas, self.notes))
 
-    def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
+    def _take_summary(self) -> bool:
+        """Whether the file has one that says where the messages are."""
+        try:
+            summary = read_summary(self._stream)
+        except Damage:
+            return False
+        if summary is None or summary.statistics is None:
+            return False
+        told = summary.statistics
+        if told.message_count and not summary.chunk_indexes:
+            return False
+        self._channels, self._schemas = summary.channels, summary.schemas
+        self._chunks = summary.chunk_indexes
+        self.extent = Extent(
+            _by_topic(told.channel_message_counts, self._channels),
+            told.message_start_time,
+            told.message_end_time,
+        )
+        return True
+
+    def _take_scan(self) -> None:
+        found = self._scan = scan(self._stream)
+        self._chunks, self.extent = found.chunks, found.extent
+        self._channels, self._schemas = found.channels, found.schemas
+        if not found.finished or found.faults:
+            self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
+
+    def messages(
+        self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
+    ) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged record."""
         number = 0
         try:
-            records = self._indexed(topics, span) if self._scan is None else self._scanned(span)
+            records = self._chunked(topics, span, stopped)
+            if self._scan is not None and self._scan.loose:
+                loose = self._loose(self._scan, topics, span)
+                records = heapq.merge(records, loose, key=lambda one: one[1].log_time)
             for channel, record in records:
-                if topics is None or channel.topic in topics:
-                    number += 1
-                    yield Message(
-                        channel.topic,
-                        record.log_time,
-                        record.publish_time,
-                        record.sequence,
-                        record.data,
-                    )
-        except (BagError, OSError):
-            raise
-        except Exception as error:  # of the library, or of what decompresses
-            raise self._damaged(" ".join(str(error).split()) or type(error).__name__) from None
+                number += 1
+                yield Message(
+                    channel.topic,
+                    record.log_time,
+                    record.publish_time,
+                    record.sequence,
+                    record.data,
+                )
+        except (Damage, MemoryError, OverflowError) as error:
+            raise self._damaged(str(error) or type(error).__name__) from None
         counts = self.extent.counts
         told = sum(count for topic, count in counts.items() if topics is None or topic in topics)
-        if span == Span() and number < told:
+        if span == Span() and number < told and not stopped():
             raise self._damaged(f"its summary counts {told} messages, {number} could be read")
 
     def _damaged(self, reason: str) -> BagError:
@@ -89,7 +124,7 @@ class McapFile:
         """From the indexes behind the chunks, without decompressing these."""
         try:
             found = self._index_times()
-        except (OSError, ValueError, LookupError, struct.error):
+        except Damage:
             found = {}
         if sum(map(len, found.values())) == self.extent.total:
             return found
@@ -100,40 +135,81 @@ class McapFile:
 
     def _index_times(self) -> Times:
         found: Times = {}
+        size = Source(self._stream).size
         for chunk in self._chunks:
-            self._stream.seek(chunk.chunk_start_offset + chunk.chunk_length)
+            start = chunk.chunk_start_offset + chunk.chunk_length
+            if start + chunk.message_index_length > size:
+                raise Damage("the index of a chunk is elsewhere")
+            self._stream.seek(start)
             for channel_id, times in index_times(self._stream.read(chunk.message_index_length)):
+                if channel_id not in self._channels:
+                    raise Damage("an index is of an unknown channel")
                 topic = self._channels[channel_id].topic
                 found.setdefault(topic, array("q")).extend(times)
         return found
 
-    def _indexed(
-        self, topics: frozenset[str] | None, span: Span
+    def _chunked(
+        self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool]
     ) -> Iterator[tuple[Channel, Record]]:
-        found = self._reader.iter_messages(
-            topics, starting_at=span.start_ns, ending_before=span.end_ns
-        )
-        for _, channel, record in found:
-            yield channel, record
+        """Sorted by time: a chunk is read when the messages before its first one are over."""
+        chunks = [one for one in self._chunks if self._may_have(one, topics, span)]
+        chunks.sort(key=lambda one: (one.message_start_time, one.chunk_start_offset))
+        waiting: list[tuple[int, int, Channel, Record]] = []
+        for number, chunk in enumerate(chunks):
+            while waiting and waiting[0][0] < chunk.message_start_time:
+                yield heapq.heappop(waiting)[2:]
+            if stopped():
+                return
+            for offset, channel, record in self._of_chunk(chunk, topics, span):
+                heapq.heappush(waiting, (record.log_time, number << 64 | offset, channel, record))
+        while waiting:
+            yield heapq.heappop(waiting)[2:]
 
-    def _scanned(self, span: Span) -> Iterator[tuple[Channel, Record]]:
-        """From the whole chunks of a file without a summary, each sorted by time."""
-        assert self._scan is not None
-        chunks = sorted(self._scan.chunks, key=lambda one: one.message_start_time)
-        if not chunks and self._scan.loose:
-            raise ValueError("its messages are not in chunks")
-        for index in chunks:
-            self._stream.seek(index.chunk_start_offset)
-            contents = self._stream.read(index.chunk_length)
-            records = [one for one in records_of(chunk_of(contents)) if isinstance(one, Record)]
-            records.sort(key=lambda one: one.log_time)
-            for one in records:
-                after = span.start_ns is None or one.log_time >= span.start_ns
-                if after and (span.end_ns is None or one.log_time < span.end_ns):
-                    yield self._channels[one.channel_id], one
+    def _may_have(self, chunk: ChunkIndex, topics: frozenset[str] | None, span: Span) -> bool:
+        if span.start_ns is not None and chunk.message_end_time < span.start_ns:
+            return False
+        if span.end_ns is not None and chunk.message_start_time >= span.end_ns:
+            return False
+        channels = chunk.message_index_offsets
+        if topics is None or not channels:  # without indexes, it may have any
+            return True
+        return any(self._channels[one].topic in topics for one in channels)
+
+    def _of_chunk(
+        self, chunk: ChunkIndex, topics: frozenset[str] | None, span: Span
+    ) -> Iterator[tuple[int, Channel, Record]]:
+        source = Source(self._stream, chunk.chunk_start_offset)
+        place = source.head()
+        if place.opcode != Opcode.CHUNK:
+            raise Damage("its summary says that a chunk is where none is")
+        for offset, record in records_in(chunk_contents(parse(Chunk, source.contents(place)))):
+            if isinstance(record, Record):
+                channel = self._channels.get(record.channel_id)
+                if channel is None:
+                    raise Damage(f"a message belongs to the unknown channel {record.channel_id}")
+                if _is_chosen(channel, record.log_time, topics, span):
+                    yield offset, channel, record
+
+    def _loose(
+        self, found: Scan, topics: frozenset[str] | None, span: Span
+    ) -> Iterator[tuple[Channel, Record]]:
+        """Messages that are in no chunk."""
+        for log_ns, channel_id, place in sorted(found.loose):
+            channel = self._channels[channel_id]
+            if _is_chosen(channel, log_ns, topics, span):
+                self._stream.seek(place.offset + HEAD.size)
+                yield channel, message_of(self._stream.read(place.length))
 
     def close(self) -> None:
         self._stream.close()
+
+
+def _is_chosen(channel: Channel, log_ns: int, topics: frozenset[str] | None, span: Span) -> bool:
+    if topics is not None and channel.topic not in topics:
+        return False
+    if span.start_ns is not None and log_ns < span.start_ns:
+        return False
+    return span.end_ns is None or log_ns < span.end_ns
 
 
 def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dict[str, int]:
@@ -144,12 +220,15 @@ def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dic
     return found
 
 
-def topics_of(channels: Mapping[int, Channel], schemas: Mapping[int, Schema]) -> list[Topic]:
-    """A topic for each channel."""
-    return [_topic(one, schemas.get(one.schema_id)) for one in channels.values()]
+def topics_of(
+    channels: Mapping[int, Channel], schemas: Mapping[int, Schema], notes: list[str] | None = None
+) -> list[Topic]:
+    """A topic for each channel; `notes` gets what is wrong with them."""
+    notes = [] if notes is None else notes
+    return [_topic(one, schemas.get(one.schema_id), notes) for one in channels.values()]
 
 
-def _topic(channel: Channel, schema: Any) -> Topic:
+def _topic(channel: Channel, schema: Any, notes: list[str]) -> Topic:
     definition = None
     if schema is not None and schema.data:
         text = schema.data.decode("utf-8", "surrogateescape")  # that of protobuf is no text
@@ -158,7 +237,7 @@ def _topic(channel: Channel, schema: Any) -> Topic:
         name=channel.topic,
         type=schema.name if schema is not None else "",
         serialization=channel.message_encoding,
-        qos=metadata.qos_from(channel.metadata.get("offered_qos_profiles")),
+        qos=metadata.known_qos(channel.topic, channel.metadata.get("offered_qos_profiles"), notes),
         type_hash=channel.metadata.get("topic_type_hash", ""),
         definition=definition,
     )

@@ -11,10 +11,20 @@ from typing import IO, Any
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import DataEnd, Footer, Header, Statistics, SummaryOffset
+from mcap.records import (
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    MessageIndex,
+    Statistics,
+    SummaryOffset,
+)
 
 from launcher.bag.errors import BagError
-from launcher.bag.mcap_scan import MAGIC, Scan, scan
+from launcher.bag.mcap_records import HEAD, MAGIC, chunk_contents, parse, records_in
+from launcher.bag.mcap_scan import Scan, message_indexes, scan
 from launcher.bag.model import Extent
 
 PROFILE, LIBRARY = "ros2", "launcher"
@@ -34,6 +44,7 @@ def append_summary(path: str) -> Extent:
             raise BagError(f"{path} is not an MCAP file")
         stream.truncate(found.end)
         stream.seek(found.end)
+        _complete_indexes(stream, found)
         stream.write(summary_of(found))
         stream.flush()
         os.fsync(stream.fileno())
@@ -52,7 +63,7 @@ def _write_empty(stream: IO[bytes]) -> None:
 def summary_of(found: Scan) -> bytes:
     """The end of a file whose data end at `found.end`."""
     ending = RecordBuilder()
-    DataEnd(0).write(ending)
+    DataEnd(found.crc).write(ending)
     data_end = ending.end()
     start = found.end + len(data_end)
     summary = RecordBuilder()
@@ -114,7 +125,7 @@ def rewrite(path: str, damaged: str) -> Extent:
     target = f"{path}.tmp"
     with open(path, "rb") as stream:
         found = scan(stream)
-        if found.header is None or not found.channels:
+        if not found.channels:
             raise BagError(f"nothing in {path} can be read")
         try:
             _copy(stream, found, target)
@@ -126,27 +137,107 @@ def rewrite(path: str, damaged: str) -> Extent:
     return found.extent
 
 
+class _Sink:
+    """Writes a file, with the checksum of what was written."""
+
+    def __init__(self, stream: IO[bytes], crc: int = 0) -> None:
+        self._stream = stream
+        self.crc = crc
+
+    @property
+    def offset(self) -> int:
+        return self._stream.tell()
+
+    def write(self, data: bytes) -> None:
+        self._stream.write(data)
+        self.crc = zlib.crc32(data, self.crc)
+
+    def write_record(self, record: Any) -> None:
+        builder = RecordBuilder()
+        record.write(builder)
+        self.write(builder.end())
+
+
 def _copy(stream: IO[bytes], found: Scan, target: str) -> None:
-    """Copy the chunks as they are, with their indexes, behind the header and all channels."""
+    """Copy the chunks, with heads and indexes that fit, behind the header and all channels."""
     new = Scan(schemas=found.schemas, channels=found.channels, counts=found.counts)
     new.extent = found.extent
-    with open(target, "xb") as sink:
-        head = RecordBuilder()
-        for record in (found.header, *found.schemas.values(), *found.channels.values()):
-            record.write(head)
+    with open(target, "xb") as file:
+        sink = _Sink(file)
         sink.write(MAGIC)
-        sink.write(head.end())
-        for chunk in found.chunks:
-            shift = sink.tell() - chunk.chunk_start_offset
-            indexes = {one: at + shift for one, at in chunk.message_index_offsets.items()}
-            new.chunks.append(
-                dataclasses.replace(
-                    chunk, chunk_start_offset=sink.tell(), message_index_offsets=indexes
-                )
-            )
-            stream.seek(chunk.chunk_start_offset)
-            sink.write(stream.read(chunk.chunk_length + chunk.message_index_length))
-        new.end = sink.tell()
-        sink.write(summary_of(new))
-        sink.flush()
-        os.fsync(sink.fileno())
+        header = found.header or Header(PROFILE, LIBRARY)
+        for record in (header, *found.schemas.values(), *found.channels.values()):
+            sink.write_record(record)
+        for index in found.chunks:
+            new.chunks.append(_copy_chunk(stream, index, sink))
+        for _, _, place in found.loose:
+            stream.seek(place.offset)
+            sink.write(stream.read(HEAD.size + place.length))
+        for attachment in found.attachments:
+            new.attachments.append(dataclasses.replace(attachment, offset=sink.offset))
+            _copy_bytes(stream, attachment.offset, attachment.length, sink)
+        new.end, new.crc = sink.offset, sink.crc
+        file.write(summary_of(new))
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _copy_bytes(stream: IO[bytes], offset: int, length: int, sink: _Sink) -> None:
+    stream.seek(offset)
+    while length and (piece := stream.read(min(length, 1 << 20))):
+        sink.write(piece)
+        length -= len(piece)
+
+
+def _copy_chunk(stream: IO[bytes], index: ChunkIndex, sink: _Sink) -> ChunkIndex:
+    """Copy a chunk whose contents are whole; its new index."""
+    chunk = _chunk_at(stream, index)
+    chunk.message_start_time = index.message_start_time
+    chunk.message_end_time = index.message_end_time
+    start = sink.offset
+    sink.write_record(chunk)
+    new = dataclasses.replace(index, chunk_start_offset=start, chunk_length=sink.offset - start)
+    return _write_indexes(chunk, new, sink)
+
+
+def _chunk_at(stream: IO[bytes], index: ChunkIndex) -> Chunk:
+    stream.seek(index.chunk_start_offset + HEAD.size)
+    chunk: Chunk = parse(Chunk, stream.read(index.chunk_length - HEAD.size))
+    return chunk
+
+
+def _write_indexes(chunk: Chunk, index: ChunkIndex, sink: _Sink) -> ChunkIndex:
+    """Write the message indexes behind a chunk; its index with them."""
+    offsets, start = {}, sink.offset
+    for channel_id, entries in message_indexes(records_in(chunk_contents(chunk))).items():
+        offsets[channel_id] = sink.offset
+        sink.write_record(MessageIndex(channel_id, entries))
+    length = sink.offset - start
+    return dataclasses.replace(index, message_index_offsets=offsets, message_index_length=length)
+
+
+def _complete_indexes(stream: IO[bytes], found: Scan) -> None:
+    """Write those behind the last chunk again, where the recorder has written only some."""
+    if found.chunk is None or found.chunk.message_index_offsets.keys() == found.indexes.keys():
+        return
+    last = found.chunks.pop()
+    end = last.chunk_start_offset + last.chunk_length
+    if end + last.message_index_length != found.end:
+        found.chunks.append(last)
+        return
+    chunk = _chunk_at(stream, last)
+    stream.seek(0)
+    sink = _Sink(stream, _checksum(stream, end))
+    stream.truncate(end)
+    stream.seek(end)
+    found.chunks.append(_write_indexes(chunk, last, sink))
+    found.end, found.crc = sink.offset, sink.crc
+
+
+def _checksum(stream: IO[bytes], end: int) -> int:
+    """Of the first bytes of a file."""
+    crc = 0
+    while end and (piece := stream.read(min(end, 1 << 20))):
+        crc = zlib.crc32(piece, crc)
+        end -= len(piece)
+    return crc

@@ -1,30 +1,29 @@
 """Reads an MCAP file from its beginning, as far as it is whole, and says what is wrong with it.
 
-The format: https://mcap.dev/spec. A recorder that was killed leaves a file without the summary that
-readers look for at the end, and perhaps with half a chunk.
+A recorder that was killed leaves a file without the summary that readers look for at the end, and
+perhaps with half a chunk. In a file that was finished, all that cannot be read is damage: the
+summary says where the next chunk is.
 """
 
 from __future__ import annotations
 
+import bisect
 import contextlib
-import io
 import os
 import struct
 import sys
-import zlib
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import IO, Any
 
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
 from mcap.records import (
     AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
+    DataEnd,
     Footer,
     Header,
     Message,
@@ -32,21 +31,45 @@ from mcap.records import (
     Metadata,
     MetadataIndex,
     Schema,
-    Statistics,
 )
-from mcap.stream_reader import breakup_chunk
+from mcap.summary import Summary
 
+from launcher.bag.mcap_records import (
+    HEAD,
+    MAGIC,
+    Damage,
+    Place,
+    Source,
+    attachment_index,
+    chunk_contents,
+    parse,
+    records_in,
+)
+from launcher.bag.mcap_summary import (
+    check_footer,
+    footer_at,
+    footer_offset,
+    is_ended,
+    read_summary,
+)
 from launcher.bag.model import Extent
 
-MAGIC = b"\x89MCAP0\r\n"
-_HEAD = struct.Struct("<BQ")  # opcode and length of a record
 _INDEX = struct.Struct("<HI")  # channel of a message index, and its length in bytes
-_AFTER_DATA = (Opcode.DATA_END, Opcode.FOOTER)
+_DATA_END_BYTES = 4
+_OF_SUMMARY = (
+    Opcode.DATA_END,
+    Opcode.STATISTICS,
+    Opcode.CHUNK_INDEX,
+    Opcode.ATTACHMENT_INDEX,
+    Opcode.METADATA_INDEX,
+    Opcode.SUMMARY_OFFSET,
+    Opcode.FOOTER,
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong, and at which byte of the file. `lost` says whether data are."""
+    """What is wrong, and at which byte of the file. `lost` says whether data may be."""
 
     offset: int
     text: str
@@ -55,7 +78,11 @@ class Fault:
 
 @dataclass(slots=True)
 class Scan:
-    """What a file has. `end` is the offset behind the last whole record of its data."""
+    """What a file has. `end` is the offset behind the last whole record of its data.
+
+    `crc` is the checksum of all before `end`; `loose` are messages outside of chunks: time,
+    channel, place.
+    """
 
     header: Header | None = None
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -65,22 +92,14 @@ class Scan:
     attachments: list[AttachmentIndex] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=dict)
     extent: Extent = field(default_factory=Extent)
-    statistics: Statistics | None = None
     custom: dict[str, dict[str, str]] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
     end: int = 0
+    crc: int = 0
     finished: bool = False
-    loose: int = 0  # messages outside of chunks
+    loose: list[tuple[int, int, Place]] = field(default_factory=list)
     chunk: ChunkIndex | None = None  # the one whose message indexes follow
-
-    @property
-    def only_unfinished(self) -> bool:
-        """Whether only the end is missing, so that appending it makes the file whole."""
-        return self.header is not None and not any(fault.lost for fault in self.faults)
-
-
-class _Damage(Exception):
-    """A record cannot be read."""
+    indexes: dict[int, list[tuple[int, int]]] = field(default_factory=dict)  # what they should have
 
 
 def scan(stream: IO[bytes]) -> Scan:
@@ -88,180 +107,287 @@ def scan(stream: IO[bytes]) -> Scan:
     found = Scan()
     size = stream.seek(0, os.SEEK_END)
     stream.seek(0)
-    if size < len(MAGIC) and MAGIC.startswith(stream.read()):
+    start = stream.read(len(MAGIC))
+    if size < len(MAGIC) and MAGIC.startswith(start):
         found.faults.append(Fault(0, "it is empty: its recorder was killed", lost=False))
         return found
-    stream.seek(0)
-    if stream.read(len(MAGIC)) != MAGIC:
-        found.faults.append(Fault(0, "it is not an MCAP file"))
-        return found
-    found.end = len(MAGIC)
-    stream.seek(0)
-    _read_channels(stream, found)
-    stream.seek(len(MAGIC))
-    try:
-        _read_data(stream, size, found)
-        _read_summary(stream, size, found)
-    except _Damage as damage:
-        found.faults.append(Fault(found.end, str(damage), lost=False))
+    was_finished = is_ended(stream)
+    if start != MAGIC:
+        text = "its first bytes are damaged" if was_finished else "it is not an MCAP file"
+        found.faults.append(Fault(0, text))
+        if not was_finished:
+            return found
+    summary = None
+    with contextlib.suppress(Damage):  # without a summary, or with a damaged one
+        summary = read_summary(stream)
+    if summary is not None:  # for a chunk whose channels are in a damaged one
+        found.schemas.update(summary.schemas)
+        found.channels.update(summary.channels)
+    _Reader(stream, found, summary, was_finished).read()
     return found
 
 
-def _read_channels(stream: IO[bytes], found: Scan) -> None:
-    """The channels as the summary has them, since the chunk that has them may be damaged."""
-    with contextlib.suppress(Exception):  # there is no summary
-        summary = SeekingReader(stream).get_summary()
-        if summary is not None:
-            found.schemas.update(summary.schemas)
-            found.channels.update(summary.channels)
+class _Reader:
+    """Reads the data of a file, and then its end."""
 
+    def __init__(
+        self, stream: IO[bytes], found: Scan, summary: Summary | None, was_finished: bool
+    ) -> None:
+        self._stream = stream
+        self._found = found
+        self._summary = summary
+        self._was_finished = was_finished
+        self._is_gapless = True  # no record was skipped, so that the checksum counts
+        self._chunks = frozenset(one.chunk_start_offset for one in _chunks_of(summary))
+        self._starts = sorted(_starts(stream, summary))
+        self._source = Source(stream)
+        self._source.read(len(MAGIC))
 
-def _records(stream: IO[bytes], size: int) -> Iterator[tuple[int, int, bytes]]:
-    """(offset, opcode, contents) of each record from here on; _Damage at a broken one."""
-    while True:
-        offset = stream.tell()
-        if offset == size:
-            raise _Damage("it ends without a summary: its recorder did not finish it")
-        head = stream.read(_HEAD.size)
-        if len(head) < _HEAD.size:
-            raise _Damage(f"it ends within a record, after {offset} bytes")
-        opcode, length = _HEAD.unpack(head)
-        if length > size - offset - _HEAD.size:
-            name = Opcode(opcode).name.lower() if opcode in set(Opcode) else "record"
-            raise _Damage(f"it ends within a {name}, after {offset} bytes")
-        yield offset, opcode, stream.read(length)
+    def read(self) -> None:
+        found, source = self._found, self._source
+        found.end, found.crc = source.offset, source.crc
+        while True:
+            place, before = None, source.offset
+            try:
+                place = source.head()
+                if self._is_end(place):
+                    self._read_end(place)
+                    return
+                self._check_place(place)
+                self._take(place)
+            except Damage as damage:
+                is_cut = place is None and not self._was_finished
+                self._note(Fault(before, str(damage), lost=not is_cut))
+                if is_cut or not self._go_on(before, place):
+                    return
+            found.end, found.crc = source.offset, source.crc
 
+    def _note(self, fault: Fault) -> None:
+        """Once, where a whole part of the file is not what it should be."""
+        if not any(fault.text == one.text for one in self._found.faults[-1:]):
+            self._found.faults.append(fault)
 
-def _parse(kind: Any, contents: bytes) -> Any:
-    stream = ReadDataStream(io.BytesIO(contents))
-    try:
-        return kind.read(stream, len(contents)) if kind is Message else kind.read(stream)
-    except Exception as error:
-        raise _Damage(f"a {kind.__name__.lower()} record is damaged ({error})") from None
+    def _next_start(self, offset: int) -> int | None:
+        """The first place behind an offset where, as the summary says, a record begins."""
+        index = bisect.bisect_right(self._starts, offset)
+        return self._starts[index] if index < len(self._starts) else None
 
+    def _is_end(self, place: Place) -> bool:
+        if place.opcode == Opcode.FOOTER:
+            return place.end + len(MAGIC) == self._source.size
+        return place.opcode == Opcode.DATA_END and place.length == _DATA_END_BYTES
 
-def _read_data(stream: IO[bytes], size: int, found: Scan) -> None:
-    for offset, opcode, contents in _records(stream, size):
-        if opcode in _AFTER_DATA:
-            stream.seek(offset)
+    def _check_place(self, place: Place) -> None:
+        """Damage if a record is not where, or what, it can be."""
+        following = self._next_start(place.offset)
+        if place.offset in self._chunks and place.opcode != Opcode.CHUNK:
+            raise Damage("a chunk is damaged (its head)")
+        if following is not None and place.end > following:
+            raise Damage(f"a {place.name} is damaged (its length)")
+        if place.opcode in _OF_SUMMARY:
+            raise Damage("the end of its data is damaged")
+
+    def _go_on(self, offset: int, place: Place | None) -> bool:
+        """Behind a damaged record: at its end, or else at the next one; whether there is one."""
+        following = self._next_start(offset)
+        if place is not None and (following is None or place.end <= following):
+            self._source.resume(place)
+            return True
+        self._is_gapless = False
+        self._found.chunk = None
+        if following is not None:
+            self._source.seek(following)
+        return following is not None
+
+    def _take(self, place: Place) -> None:
+        found = self._found
+        if not found.header and place.opcode != Opcode.HEADER and place.offset == len(MAGIC):
+            found.faults.append(Fault(place.offset, "its header is damaged"))
+        if place.opcode == Opcode.ATTACHMENT:
+            found.attachments.append(attachment_index(self._source, place))
             return
+        contents = self._source.contents(place)
+        match place.opcode:
+            case Opcode.HEADER:
+                found.header = parse(Header, contents)
+            case Opcode.SCHEMA:
+                self._count(parse(Schema, contents))
+            case Opcode.CHANNEL:
+                self._count(parse(Channel, contents))
+            case Opcode.MESSAGE:
+                message = parse(Message, contents)
+                self._count(message)
+                found.loose.append((message.log_time, message.channel_id, place))
+            case Opcode.CHUNK:
+                found.chunk = None
+                self._take_chunk(place, parse(Chunk, contents))
+            case Opcode.MESSAGE_INDEX:
+                self._take_index(place, parse(MessageIndex, contents))
+            case Opcode.METADATA:
+                one = parse(Metadata, contents)
+                length = HEAD.size + place.length
+                found.metadata.append(
+                    MetadataIndex(offset=place.offset, length=length, name=one.name)
+                )
+                found.custom[one.name] = one.metadata
+
+    def _take_chunk(self, place: Place, chunk: Chunk) -> None:
+        found = self._found
         try:
-            _take(found, offset, opcode, contents)
-        except _Damage as damage:
-            found.faults.append(Fault(offset, str(damage)))
-        found.end = offset + _HEAD.size + len(contents)
+            records = list(records_in(chunk_contents(chunk)))
+        except Damage as damage:
+            raise Damage(f"a chunk is damaged ({damage})") from None
+        found.indexes = message_indexes(records)
+        own = {one.id for _, one in records if isinstance(one, Channel)}
+        if unknown := found.indexes.keys() - found.channels.keys() - own:
+            raise Damage(f"a message belongs to the unknown channel {min(unknown)}")
+        for _, record in records:
+            self._count(record)
+        times = [time for index in found.indexes.values() for time, _ in index] or [0]
+        found.chunk = ChunkIndex(
+            chunk_length=HEAD.size + place.length,
+            chunk_start_offset=place.offset,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            message_end_time=max(times),
+            message_index_length=0,
+            message_index_offsets={},
+            message_start_time=min(times),
+            uncompressed_size=chunk.uncompressed_size,
+        )
+        found.chunks.append(found.chunk)
+        if (chunk.message_start_time, chunk.message_end_time) != (min(times), max(times)):
+            raise Damage("the head of a chunk does not fit its messages")
+
+    def _take_index(self, place: Place, index: MessageIndex) -> None:
+        chunk = self._found.chunk
+        if chunk is None:
+            return
+        chunk.message_index_offsets[index.channel_id] = place.offset
+        chunk.message_index_length += HEAD.size + place.length
+        if sorted(index.records) != sorted(self._found.indexes.get(index.channel_id, ())):
+            raise Damage("an index does not fit the messages of its chunk")
+
+    def _count(self, record: Any) -> None:
+        found = self._found
+        match record:
+            case Schema():
+                found.schemas[record.id] = record
+            case Channel():
+                found.channels[record.id] = record
+            case Message():
+                channel = found.channels.get(record.channel_id)
+                if channel is None:
+                    raise Damage(f"a message belongs to the unknown channel {record.channel_id}")
+                found.counts[channel.id] = found.counts.get(channel.id, 0) + 1
+                found.extent.add(channel.topic, record.log_time)
+
+    def _read_end(self, place: Place) -> None:
+        """What is behind the data; faults there lose none."""
+        found = self._found
+        try:
+            if place.opcode != Opcode.DATA_END:
+                self._note(Fault(place.offset, "the end of its data is damaged"))
+                return
+            end: DataEnd = parse(DataEnd, self._source.contents(place))
+            if end.data_section_crc not in (0, found.crc) and self._is_gapless:
+                text = "the checksum of its data is wrong"
+                if not any(fault.lost for fault in found.faults):
+                    found.faults.append(Fault(place.offset, text))
+            self._check_summary()
+        except Damage as damage:
+            found.faults.append(Fault(found.end, str(damage), lost=False))
+
+    def _check_summary(self) -> None:
+        footer = self._footer()
+        if footer.summary_start == 0:
+            self._found.finished = False
+            raise Damage("it has no summary")
+        summary = read_summary(self._stream)
+        if summary is not None and not self._found.faults:
+            _compare(self._found, summary)
+        self._found.finished = True
+
+    def _footer(self) -> Footer:
+        source = self._source
+        while True:
+            place = source.head()
+            if place.opcode == Opcode.FOOTER:
+                break
+            source.skip(place)
+        footer = footer_at(self._stream, place.offset)
+        if self._stream.read(len(MAGIC)) != MAGIC:
+            raise Damage("its last bytes are missing")
+        if place.end + len(MAGIC) != source.size:
+            raise Damage("there are bytes behind its end")
+        if footer.summary_start:
+            check_footer(self._stream, place.offset, footer)
+        return footer
 
 
-def _take(found: Scan, offset: int, opcode: int, contents: bytes) -> None:
-    match opcode:
-        case Opcode.HEADER:
-            found.header = _parse(Header, contents)
-        case Opcode.SCHEMA | Opcode.CHANNEL | Opcode.MESSAGE:
-            found.loose += opcode == Opcode.MESSAGE
-            kind = {Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel}.get(Opcode(opcode), Message)
-            _count(found, _parse(kind, contents))
-        case Opcode.CHUNK:
-            _take_chunk(found, offset, _parse(Chunk, contents), len(contents))
-        case Opcode.MESSAGE_INDEX:
-            if (chunk := found.chunk) is not None:
-                index = _parse(MessageIndex, contents)
-                chunk.message_index_offsets[index.channel_id] = offset
-                chunk.message_index_length += _HEAD.size + len(contents)
-        case Opcode.METADATA:
-            one = _parse(Metadata, contents)
-            length = _HEAD.size + len(contents)
-            found.metadata.append(MetadataIndex(offset=offset, length=length, name=one.name))
-            found.custom[one.name] = one.metadata
+def _chunks_of(summary: Summary | None) -> list[ChunkIndex]:
+    return [] if summary is None else summary.chunk_indexes
+
+
+def _starts(stream: IO[bytes], summary: Summary | None) -> Iterator[int]:
+    """Where records of the data begin, as the summary says."""
+    if summary is None:
+        return
+    yield from (one.chunk_start_offset for one in summary.chunk_indexes)
+    yield from (one.offset for one in summary.metadata_indexes)
+    yield from (one.offset for one in summary.attachment_indexes)
+    footer = footer_at(stream, footer_offset(stream))
+    yield footer.summary_start - HEAD.size - _DATA_END_BYTES
+
+
+def _compare(found: Scan, summary: Summary) -> None:
+    """Damage if a summary says something else than the data."""
+    told = summary.statistics
+    if told is not None:
+        if told.message_count != found.extent.total:
+            text = f"its summary counts {told.message_count} messages, it has {found.extent.total}"
+            raise Damage(text)
+        counts = {one: count for one, count in told.channel_message_counts.items() if count}
+        times = (told.message_start_time, told.message_end_time)
+        own_times = (found.extent.start_ns, found.extent.end_ns)
+        if counts != found.counts or (found.extent.total and times != own_times):
+            raise Damage("its summary does not fit its messages")
+    for name, indexes, own in (
+        ("a chunk", summary.chunk_indexes, found.chunks),
+        ("metadata", summary.metadata_indexes, found.metadata),
+        ("an attachment", summary.attachment_indexes, found.attachments),
+    ):
+        if indexes and _by_offset(indexes) != _by_offset(own):
+            raise Damage(f"its summary does not fit {name}")
+
+
+def _by_offset(records: Iterable[Any]) -> list[Any]:
+    return sorted(records, key=lambda one: getattr(one, "chunk_start_offset", None) or one.offset)
+
+
+def message_indexes(records: Iterable[tuple[int, Any]]) -> dict[int, list[tuple[int, int]]]:
+    """(time, offset) of the messages in a chunk, by their channels."""
+    found: dict[int, list[tuple[int, int]]] = {}
+    for offset, record in records:
+        if isinstance(record, Message):
+            found.setdefault(record.channel_id, []).append((record.log_time, offset))
+    return found
 
 
 def index_times(block: bytes) -> Iterator[tuple[int, array[int]]]:
-    """(channel, times) of the message indexes behind a chunk; struct.error, ValueError."""
+    """(channel, times) of the message indexes behind a chunk; Damage."""
     offset = 0
-    while offset < len(block):
-        opcode, length = _HEAD.unpack_from(block, offset)
-        offset += _HEAD.size
-        if opcode == Opcode.MESSAGE_INDEX:
-            channel_id, size = _INDEX.unpack_from(block, offset)
-            start = offset + _INDEX.size
-            pairs = array("q")  # of a time and a place in the chunk
-            pairs.frombytes(block[start : start + size])
-            if sys.byteorder == "big":
-                pairs.byteswap()
-            yield channel_id, pairs[::2]
-        offset += length
-
-
-def records_of(chunk: Chunk) -> list[Any]:
-    """What is in a chunk; ValueError if it is damaged."""
     try:
-        return list(breakup_chunk(chunk, validate_crc=True))
-    except Exception as error:  # of the decompressor, of the checksum, of a record
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(reason) from None
-
-
-def chunk_of(record: bytes) -> Any:
-    """The chunk of a whole record."""
-    return _parse(Chunk, record[_HEAD.size :])
-
-
-def _take_chunk(found: Scan, offset: int, chunk: Chunk, length: int) -> None:
-    found.chunk = None
-    try:
-        records = records_of(chunk)
-    except ValueError as error:
-        raise _Damage(f"a chunk is damaged ({error})") from None
-    for record in records:
-        _count(found, record)
-    found.chunk = ChunkIndex(
-        chunk_length=_HEAD.size + length,
-        chunk_start_offset=offset,
-        compression=chunk.compression,
-        compressed_size=len(chunk.data),
-        message_end_time=chunk.message_end_time,
-        message_index_length=0,
-        message_index_offsets={},
-        message_start_time=chunk.message_start_time,
-        uncompressed_size=chunk.uncompressed_size,
-    )
-    found.chunks.append(found.chunk)
-
-
-def _count(found: Scan, record: Any) -> None:
-    match record:
-        case Schema():
-            found.schemas[record.id] = record
-        case Channel():
-            found.channels[record.id] = record
-        case Message():
-            channel = found.channels.get(record.channel_id)
-            if channel is None:
-                raise _Damage(f"a message belongs to the unknown channel {record.channel_id}")
-            found.counts[channel.id] = found.counts.get(channel.id, 0) + 1
-            found.extent.add(channel.topic, record.log_time)
-
-
-def _read_summary(stream: IO[bytes], size: int, found: Scan) -> None:
-    for offset, opcode, contents in _records(stream, size):
-        if opcode == Opcode.STATISTICS:
-            found.statistics = _parse(Statistics, contents)
-        if opcode == Opcode.FOOTER:
-            _check_end(stream, offset, _parse(Footer, contents), found)
-            return
-
-
-def _check_end(stream: IO[bytes], offset: int, footer: Footer, found: Scan) -> None:
-    if stream.read(len(MAGIC)) != MAGIC:
-        raise _Damage("its last bytes are missing")
-    if footer.summary_start and footer.summary_crc:
-        stream.seek(footer.summary_start)
-        covered = stream.read(offset + _HEAD.size + 16 - footer.summary_start)
-        if zlib.crc32(covered) != footer.summary_crc:
-            raise _Damage("its summary is damaged")
-    told = found.statistics
-    if told and not found.faults and told.message_count != found.extent.total:
-        text = f"its summary counts {told.message_count} messages, it has {found.extent.total}"
-        raise _Damage(text)
-    found.finished = footer.summary_start != 0
-    if not found.finished:
-        raise _Damage("it has no summary")
+        while offset < len(block):
+            opcode, length = HEAD.unpack_from(block, offset)
+            offset += HEAD.size
+            if opcode == Opcode.MESSAGE_INDEX:
+                channel_id, size = _INDEX.unpack_from(block, offset)
+                start = offset + _INDEX.size
+                pairs = array("q", block[start : start + size])
+                if sys.byteorder == "big":
+                    pairs.byteswap()
+                yield channel_id, pairs[::2]
+            offset += length
+    except (struct.error, ValueError):
+        raise Damage("an index is damaged") from None

@@ -9,8 +9,9 @@ from typing import Any
 
 import yaml
 
+from launcher import git_lfs, yaml_bounds
 from launcher.bag.errors import BagError
-from launcher.bag.model import CDR, Extent, Qos, Topic
+from launcher.bag.model import CDR, LAST_NS, Extent, Qos, Topic
 from launcher.text import typed_error
 from launcher.yaml_dumper import Dumper
 
@@ -59,21 +60,59 @@ class Metadata:
 
 
 def qos_from(value: Any) -> tuple[Qos, ...]:
-    """The profiles of an entry `offered_qos_profiles`: a list, or a YAML text of one."""
+    """The profiles of an entry `offered_qos_profiles`: a list, or a YAML text of one.
+
+    ValueError if it is something else.
+    """
     if isinstance(value, str):
-        value = yaml.safe_load(value) if value.strip() else []
-    return tuple(_with_words(profile) for profile in value or ())
+        try:
+            value = yaml_bounds.load(value)
+        except yaml.YAMLError as error:
+            raise ValueError(_one_line(error)) from None
+    if value is None or value == "":
+        return ()
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        raise ValueError("they are no list of mappings")
+    return tuple(_with_words(profile) for profile in value)
 
 
-def _with_words(profile: Mapping[str, Any]) -> dict[str, Any]:
+def known_qos(topic: str, value: Any, notes: list[str]) -> tuple[Qos, ...]:
+    """The profiles as a storage file has them; none, and a note, if they cannot be read."""
+    try:
+        return qos_from(value)
+    except ValueError as error:
+        notes.append(f"{topic}: its QoS profiles cannot be read: {error}")
+        return ()
+
+
+def _with_words(profile: Mapping[Any, Any]) -> dict[str, Any]:
     known: dict[str, Any] = {}
     for name, value in profile.items():
         words = _WORDS.get(name)
-        if words is not None and isinstance(value, int):
+        if name in TIMES:
+            known[name] = _duration(name, value)
+        elif not isinstance(name, str) or not isinstance(value, str | int | float | None):
+            raise ValueError(f"the policy {str(name)[:40]!r} has no simple value")
+        elif words is not None and isinstance(value, int):
             known[name] = words[value] if 0 <= value < len(words) else "unknown"
+        elif name == "depth" and (type(value) is not int or not 0 <= value <= LAST_NS):
+            raise ValueError("a depth is no number")
         else:
             known[name] = value
     return known
+
+
+def _duration(name: str, value: Any) -> dict[str, int]:
+    if not isinstance(value, dict) or not all(
+        type(value.get(unit, 0)) is int and 0 <= value.get(unit, 0) <= LAST_NS
+        for unit in ("sec", "nsec")
+    ):
+        raise ValueError(f"{name} is no time of sec and nsec")
+    return {unit: value.get(unit, 0) for unit in ("sec", "nsec")}
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def qos_text(profiles: Sequence[Qos]) -> str:
@@ -141,24 +180,47 @@ def write(folder: str, metadata: Metadata) -> None:
 def read(folder: str) -> Metadata | None:
     """What a folder's `metadata.yaml` says; None without one. BagError if it is not valid."""
     path = os.path.join(folder, FILE)
+    hint = _REPAIR.format(folder)
     try:
         with open(path, encoding="utf-8") as file:
-            document = yaml.safe_load(file)
+            text = file.read(yaml_bounds.MAX_CHARACTERS + 1)
     except FileNotFoundError:
         return None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = " ".join(str(error).split())
-        raise BagError(f"cannot read {path}: {reason}", hint=_REPAIR.format(folder)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BagError(f"cannot read {path}: {_one_line(error)}", hint=hint) from None
+    if git_lfs.is_pointer(text):
+        raise BagError(git_lfs.sentence(path), hint=git_lfs.HINT)
+    try:
+        document = yaml_bounds.load(text)
+    except yaml.YAMLError as error:
+        raise BagError(f"cannot read {path}: {_one_line(error)}", hint=hint) from None
     try:
         return _from(document[_ROOT])
-    except (KeyError, TypeError, ValueError, AttributeError, yaml.YAMLError) as error:
-        reason = typed_error(error)
-        raise BagError(
-            f"{path} is not the metadata of a bag ({reason})", hint=_REPAIR.format(folder)
-        ) from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        reason = typed_error(error)[:300]
+        raise BagError(f"{path} is not the metadata of a bag ({reason})", hint=hint) from None
 
 
 _REPAIR = "to write it anew: bag check --repair {}"
+
+
+def _text(value: Any, name: str) -> str:
+    if not isinstance(value, str | int | float):
+        raise ValueError(f"{name} is no text")
+    text = str(value)
+    text.encode()  # ValueError for what YAML's escapes can make, and UTF-8 lacks
+    return text
+
+
+def _optional(value: Any, name: str) -> str:
+    return "" if value is None else _text(value, name)
+
+
+def _number(value: Any, name: str) -> int:
+    """At most what 63 bits have, as times and counts of ROS."""
+    if type(value) is not int or not 0 <= value <= LAST_NS:
+        raise ValueError(f"{name} is not a number from 0 to 2^63 - 1")
+    return value
 
 
 def _from(info: Mapping[str, Any]) -> Metadata:
@@ -166,42 +228,55 @@ def _from(info: Mapping[str, Any]) -> Metadata:
     whole = Extent({}, *_times(info))
     for topic, count in counted:  # there may be several entries of a name, with other QoS each
         whole.counts[topic.name] = whole.counts.get(topic.name, 0) + count
+    mode = _optional(info.get("compression_mode"), "compression_mode")
+    custom = info.get("custom_data") or {}
     return Metadata(
-        version=int(info["version"]),
-        storage=str(info["storage_identifier"]),
+        version=_number(info["version"], "version"),
+        storage=_text(info["storage_identifier"], "storage_identifier"),
         topics=[topic for topic, _ in counted],
         files=list(_files(info, whole)),
         extent=whole,
-        compression_format=str(info.get("compression_format") or ""),
-        compression_mode=str(info.get("compression_mode") or "").lower().replace("none", ""),
-        ros_distro=str(info.get("ros_distro") or ""),
-        custom_data={str(k): str(v) for k, v in (info.get("custom_data") or {}).items()},
+        compression_format=_optional(info.get("compression_format"), "compression_format"),
+        compression_mode=mode.lower().replace("none", ""),
+        ros_distro=_optional(info.get("ros_distro"), "ros_distro"),
+        custom_data={
+            _text(name, "a name of custom_data"): _optional(value, f"custom_data: {name}")
+            for name, value in custom.items()
+        },
     )
 
 
 def _counted_topics(info: Mapping[str, Any]) -> Iterator[tuple[Topic, int]]:
     for entry in info["topics_with_message_count"] or ():
         data = entry["topic_metadata"]
+        name = _text(data["name"], "the name of a topic")
         topic = Topic(
-            name=str(data["name"]),
-            type=str(data["type"]),
-            serialization=str(data.get("serialization_format", CDR)),
+            name=name,
+            type=_text(data["type"], f"the type of {name}"),
+            serialization=_text(data.get("serialization_format", CDR), "serialization_format"),
             qos=qos_from(data.get("offered_qos_profiles")),
-            type_hash=str(data.get("type_description_hash") or ""),
+            type_hash=_optional(data.get("type_description_hash"), "type_description_hash"),
         )
-        yield topic, int(entry["message_count"])
+        yield topic, _number(entry["message_count"], f"the count of {name}")
 
 
 def _times(entry: Mapping[str, Any]) -> tuple[int, int]:
-    start = int(entry["starting_time"]["nanoseconds_since_epoch"])
-    return start, start + int(entry["duration"]["nanoseconds"])
+    start = _number(entry["starting_time"]["nanoseconds_since_epoch"], "starting_time")
+    duration = _number(entry["duration"]["nanoseconds"], "duration")
+    return start, _number(start + duration, "the end")
 
 
 def _files(info: Mapping[str, Any], whole: Extent) -> Iterator[File]:
     """The files; versions before 5 name only their paths, and some of them with the folder."""
-    details = {entry["path"]: entry for entry in info.get("files") or ()}
-    for path in info["relative_file_paths"]:
+    details = {
+        _text(entry["path"], "the path of a file"): entry for entry in info.get("files") or ()
+    }
+    for value in info["relative_file_paths"]:
+        path = _text(value, "the path of a file")
+        if "\0" in path:
+            raise ValueError("the path of a file has a zero byte")
         if entry := details.get(path):
-            yield File(path=path, extent=Extent({"": int(entry["message_count"])}, *_times(entry)))
+            number = _number(entry["message_count"], f"the count of {path}")
+            yield File(path=path, extent=Extent({"": number}, *_times(entry)))
         else:
             yield File(path=path, extent=Extent({}, whole.start_ns, whole.end_ns))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 CDR = "cdr"
 ROS2_MSG = "ros2msg"
+LAST_NS = 2**63 - 1  # the last time that ROS has room for, in the year 2262
 
 # A QoS profile as in `metadata.yaml`: policies in lower case, times as {"sec": .., "nsec": ..}.
 Qos = Mapping[str, Any]
@@ -39,22 +40,24 @@ class Topic:
 
 def distinct(profiles: Iterable[Qos]) -> list[Qos]:
     """Each profile once, in the order of their first occurrence."""
-    found: list[Qos] = []
+    found: dict[str, Qos] = {}
     for profile in profiles:
-        if profile not in found:
-            found.append(profile)
-    return found
+        found.setdefault(repr(sorted(profile.items())), profile)
+    return list(found.values())
 
 
 def merged(topics: Iterable[Topic]) -> list[Topic]:
     """One of each name, with the profiles of all: those of several channels may differ."""
-    found: dict[str, Topic] = {}
+    found: dict[str, list[Topic]] = {}
     for topic in topics:
-        known = found.get(topic.name)
-        if known is not None:
-            topic = replace(known, qos=(*distinct((*known.qos, *topic.qos)),))
-        found[topic.name] = topic
-    return list(found.values())
+        found.setdefault(topic.name, []).append(topic)
+    return [_one_of(same) for same in found.values()]
+
+
+def _one_of(same: Sequence[Topic]) -> Topic:
+    if len(same) == 1:
+        return same[0]
+    return replace(same[0], qos=(*distinct(qos for topic in same for qos in topic.qos),))
 
 
 class Message(NamedTuple):
@@ -114,15 +117,26 @@ class Span(NamedTuple):
     end_ns: int | None = None
 
 
+def never() -> bool:
+    return False
+
+
 class Messages(Protocol):
-    """A storage file that is open for reading."""
+    """A storage file that is open for reading. `notes` are about its topics."""
 
     topics: list[Topic]
     extent: Extent
     unfinished: str | None
+    notes: list[str]
 
-    def messages(self, topics: frozenset[str] | None, span: Span) -> Any:
-        """An iterator of messages of these topics (None: all) in the order of their times."""
+    def messages(
+        self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
+    ) -> Iterator[Message]:
+        """The messages of these topics (None: all) in the order of their times.
+
+        They end early if `stopped`, which is asked now and then, says so.
+        """
+        ...
 
     def times(self) -> Times: ...
 

@@ -8,13 +8,15 @@ import heapq
 import itertools
 import os
 import re
-from collections.abc import Iterable, Iterator
+import stat
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+from launcher import git_lfs
 from launcher.bag import compression, metadata
 from launcher.bag.definitions import normalized
 from launcher.bag.errors import BagError
-from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged
+from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged, never
 
 _ENDINGS = (".mcap", ".db3")
 _SUFFIX = ".zstd"
@@ -119,6 +121,7 @@ class Bag:
         if path not in self._known:
             with self._opened(path) as file:
                 self._known[path] = file.topics, file.extent
+                self.notes += [f"{os.path.basename(path)}: {note}" for note in file.notes]
                 if file.unfinished:
                     self.notes.append(
                         f"{os.path.basename(path)}: {file.unfinished} "
@@ -138,14 +141,20 @@ class Bag:
             file.close()
 
     def messages(
-        self, topics: Iterable[str] | None = None, span: Span = _EVERYTHING
+        self,
+        topics: Iterable[str] | None = None,
+        span: Span = _EVERYTHING,
+        stopped: Callable[[], bool] = never,
     ) -> Iterator[Message]:
-        """The messages of these topics (None: of all) in the order of their times. BagError."""
+        """The messages of these topics (None: of all) in the order of their times. BagError.
+
+        They end early if `stopped`, which is asked now and then, says so.
+        """
         chosen = None if topics is None else frozenset(topics)
         parts = [(self.summary_of(path)[1], path) for path in self.files]
         parts = [part for part in parts if part[0].counts and _overlaps(part[0], span)]
         parts.sort(key=lambda part: part[0].start_ns)
-        streams = [self._of_file(path, chosen, span) for _, path in parts]
+        streams = [self._of_file(path, chosen, span, stopped) for _, path in parts]
         if any(a[0].end_ns > b[0].start_ns for a, b in itertools.pairwise(parts)):
             yield from heapq.merge(*streams, key=lambda message: message.log_ns)
             return
@@ -166,13 +175,19 @@ class Bag:
             times_ns.sort()
         return found
 
-    def _of_file(self, path: str, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
+    def _of_file(
+        self,
+        path: str,
+        topics: frozenset[str] | None,
+        span: Span,
+        stopped: Callable[[], bool],
+    ) -> Iterator[Message]:
         with self._opened(path) as file:
             if not self.compresses_messages:
-                yield from file.messages(topics, span)
+                yield from file.messages(topics, span, stopped)
                 return
             decompress = compression.message_decompressor()
-            for message in file.messages(topics, span):
+            for message in file.messages(topics, span, stopped):
                 try:
                     yield message._replace(data=decompress(message.data))
                 except ValueError as error:
@@ -181,6 +196,7 @@ class Bag:
 
 def open_storage(path: str) -> Messages:
     """A storage file, decompressed if it has to be. BagError, OSError."""
+    check_storage(path)
     name = os.path.basename(path)
     is_compressed = name.endswith(_SUFFIX)
     with contextlib.ExitStack() as stack:
@@ -197,6 +213,15 @@ def open_storage(path: str) -> Messages:
         file = McapFile(stream, path)
         stack.pop_all()
     return file
+
+
+def check_storage(path: str) -> None:
+    """BagError for what cannot be a storage file, whatever its name says; OSError."""
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise BagError(f"{path} is not a file")
+    with open(path, "rb") as file:
+        if git_lfs.is_pointer(file.read(len(git_lfs.POINTER))):
+            raise BagError(git_lfs.sentence(path), hint=git_lfs.HINT)
 
 
 def _storage_file(path: str) -> str:

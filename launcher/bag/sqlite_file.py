@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import sqlite3
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 from urllib.parse import quote
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic
+from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic, never
+
+_TABLES = ("topics", "messages", "message_definitions")
+_STEPS = 10_000  # of SQLite, between looks at Ctrl-C: less than a millisecond
+_GENERATED = (2, 3)  # columns, in PRAGMA table_xinfo
+_ABORTED = "interrupted"  # SQLite's message where the progress handler ends a query
 
 
 class SqliteFile:
@@ -20,16 +26,62 @@ class SqliteFile:
 
     def __init__(self, path: str, name: str) -> None:
         self._name = name
+        self._stopped: Callable[[], bool] = never
+        self.notes: list[str] = []
         try:
             self._database = sqlite3.connect(f"file:{quote(path)}?mode=ro", uri=True)
-            self._columns = {row[1] for row in self._rows("PRAGMA table_info(topics)")}
-            rows = self._rows("SELECT id, name FROM topics ORDER BY id")
-            self._ids = {number: str(topic) for number, topic in rows}
-            definitions = self._definitions()
-            self.topics = [self._topic(row, definitions) for row in self._topic_rows()]
-            self.extent = self._extent()
         except sqlite3.Error as error:
             raise BagError(f"cannot read {name}: {error}") from None
+        try:
+            with self._guarded("cannot read {}: {}"):
+                self._read_head()
+        except BaseException:
+            self._database.close()
+            raise
+
+    def _read_head(self) -> None:
+        # Called while a query runs: Python raises KeyboardInterrupt only in Python code.
+        self._database.set_progress_handler(lambda: self._stopped(), _STEPS)
+        self._refuse_programs()
+        self._columns = {row[1] for row in self._rows("PRAGMA table_info(topics)")}
+        rows = self._rows("SELECT id, name FROM topics ORDER BY id")
+        self._ids = {number: str(topic) for number, topic in rows}
+        definitions = self._definitions()
+        self.topics = [self._topic(row, definitions) for row in self._topic_rows()]
+        self.extent = self._extent()
+
+    @contextlib.contextmanager
+    def _guarded(self, sentence: str) -> Iterator[None]:
+        """BagError for errors of SQLite; KeyboardInterrupt where it was interrupted."""
+        try:
+            yield
+        except sqlite3.OperationalError as error:
+            if str(error) == _ABORTED:
+                if self._stopped():
+                    return
+                raise KeyboardInterrupt from None
+            raise BagError(sentence.format(self._name, error), hint=self._hint) from None
+        except (sqlite3.Error, MemoryError, OverflowError, ValueError) as error:
+            raise BagError(sentence.format(self._name, error), hint=self._hint) from None
+
+    @property
+    def _hint(self) -> str:
+        return f"what sqlite3 can read of it: sqlite3 {self._name} .recover | sqlite3 NEW.db3"
+
+    def _refuse_programs(self) -> None:
+        """A view, a virtual table or a generated column computes what it has, perhaps for ever."""
+        query = (
+            "SELECT name, sql FROM sqlite_master WHERE type != 'index' AND name COLLATE NOCASE "
+            f"IN ({', '.join('?' * len(_TABLES))})"
+        )
+        for name, sql in self._rows(query, _TABLES):
+            if not str(sql).startswith("CREATE TABLE"):
+                kind = " ".join(str(sql).split()[1:2]).lower() or "nothing"
+                raise BagError(f"{self._name} is no bag: {name} is a {kind}, not a table")
+        for table in _TABLES:
+            for row in self._rows(f"PRAGMA table_xinfo({table})"):
+                if row[6] in _GENERATED:
+                    raise BagError(f"{self._name} is no bag: {table}.{row[1]} is computed")
 
     def _rows(self, query: str, values: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         return iter(self._database.execute(query, values))
@@ -54,12 +106,13 @@ class SqliteFile:
         return list(self._rows(query))
 
     def _topic(self, row: tuple[Any, ...], definitions: dict[str, Definition]) -> Topic:
-        name, type_name, serialization, qos, type_hash = map(str, row)
+        texts = ("" if value is None else str(value) for value in row)
+        name, type_name, serialization, qos, type_hash = texts
         return Topic(
             name=name,
             type=type_name,
             serialization=serialization,
-            qos=metadata.qos_from(qos),
+            qos=metadata.known_qos(name, qos, self.notes),
             type_hash=type_hash,
             definition=definitions.get(type_name),
         )
@@ -71,34 +124,53 @@ class SqliteFile:
             "GROUP BY topic_id"
         )
         for topic_id, count, start, end in rows:
-            name = self._ids[topic_id]
-            found.merge(Extent({name: count}, start, end))
+            name = self._topic_of(topic_id)
+            found.merge(Extent({name: count}, _time(start), _time(end)))
         return found
 
-    def messages(self, topics: frozenset[str] | None, span: Span) -> Iterator[Message]:
+    def _topic_of(self, topic_id: Any) -> str:
+        """ValueError if there is no such topic."""
+        if topic_id not in self._ids:
+            raise ValueError(f"a message belongs to the unknown topic {topic_id!r:.40}")
+        return self._ids[topic_id]
+
+    def messages(
+        self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
+    ) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged page."""
         chosen = [one for one, name in self._ids.items() if topics is None or name in topics]
+        limits = [(">=", span.start_ns), ("<", span.end_ns)]
+        times = "".join(f"timestamp {sign} ? AND " for sign, ns in limits if ns is not None)
         query = (
-            "SELECT topic_id, timestamp, data FROM messages WHERE timestamp >= ? AND timestamp < ? "
-            f"AND topic_id IN ({', '.join('?' * len(chosen))}) ORDER BY timestamp, id"
+            f"SELECT topic_id, timestamp, data FROM messages WHERE {times}"
+            f"topic_id IN ({', '.join('?' * len(chosen))}) ORDER BY timestamp, id"
         )
-        start = -(2**63) if span.start_ns is None else span.start_ns
-        end = 2**63 - 1 if span.end_ns is None else span.end_ns
-        try:
-            for topic_id, time_ns, data in self._rows(query, (start, end, *chosen)):
-                yield Message(self._ids[topic_id], time_ns, time_ns, 0, data)
-        except sqlite3.Error as error:
-            raise BagError(f"{self._name} is damaged: {error}") from None
+        values = (*(ns for _, ns in limits if ns is not None), *chosen)
+        self._stopped = stopped
+        with self._damage():
+            for topic_id, time_ns, data in self._rows(query, values):
+                if not isinstance(data, bytes):
+                    raise ValueError("a message has no bytes")
+                time_ns = _time(time_ns)
+                yield Message(self._topic_of(topic_id), time_ns, time_ns, 0, data)
+
+    def _damage(self) -> contextlib.AbstractContextManager[None]:
+        return self._guarded("{} is damaged: {}")
 
     def times(self) -> Times:
         """BagError at a damaged page."""
         found: Times = {}
-        try:
+        with self._damage():
             for topic_id, time_ns in self._rows("SELECT topic_id, timestamp FROM messages"):
-                found.setdefault(self._ids[topic_id], array("q")).append(time_ns)
-        except sqlite3.Error as error:
-            raise BagError(f"{self._name} is damaged: {error}") from None
+                found.setdefault(self._topic_of(topic_id), array("q")).append(_time(time_ns))
         return found
 
     def close(self) -> None:
         self._database.close()
+
+
+def _time(value: Any) -> int:
+    """ValueError if a row has something else; columns of SQLite have any type."""
+    if type(value) is not int:
+        raise ValueError("a message has no time")
+    return value

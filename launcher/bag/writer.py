@@ -207,6 +207,7 @@ class McapOutput:
             chunk_size=chunk_bytes,
             compression=compressions[storage.chunk_compression],
             index_types=IndexType.ALL,
+            enable_data_crcs=True,
         )
         self._writer.start(profile=PROFILE, library=LIBRARY)
         self._stream.flush()  # from now on it can be read

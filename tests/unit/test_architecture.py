@@ -21,7 +21,9 @@ GROUND = {
     "stdio",
     "interface_sources",
     "xml_tree",
+    "yaml_bounds",
     "yaml_dumper",
+    "git_lfs",
 }
 
 # Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
@@ -34,7 +36,9 @@ MAY_IMPORT = {
     "stdio": set(),
     "interface_sources": set(),
     "xml_tree": set(),
+    "yaml_bounds": set(),
     "yaml_dumper": set(),
+    "git_lfs": set(),
     "errors": set(),
     "socket_directory": {"errors"},
     "log_folder": {"socket_directory"},

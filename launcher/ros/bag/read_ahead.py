@@ -33,7 +33,8 @@ class ReadAhead:
 
     def _messages(self, span: Span) -> Iterator[Message]:
         streams = [
-            bag.messages(topics, span) for bag, topics in zip(self._bags, self._topics, strict=True)
+            bag.messages(topics, span, lambda: self._closed)
+            for bag, topics in zip(self._bags, self._topics, strict=True)
         ]
         if len(streams) == 1:
             return streams[0]

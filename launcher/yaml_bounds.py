@@ -1,0 +1,81 @@
+"""YAML of files that others have written: bounds on size, depth, and what aliases repeat.
+
+The C library reads nested entries recursively, and crashes if they are too deep; the other reader
+ends in a RecursionError.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import yaml
+
+MAX_CHARACTERS = 16 * 1024 * 1024
+MAX_DEPTH = 100
+MAX_VALUES = 1_000_000  # with all aliases expanded
+MAX_NUMBER = 1000  # characters; numbers to base 60 take quadratic time
+
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_NUMBER = re.compile(r"[-+.]?[0-9][-+.:_0-9a-fA-FxX]*")
+# raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
+_TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
+
+
+def load(text: str, loader: Any = None) -> Any:
+    """The value of a YAML text, None if it is empty; raises yaml.YAMLError only."""
+    try:
+        check(text, loader)
+        return yaml.load(text, Loader=loader or LOADER)
+    except ValueError as error:  # an invalid date, `!!int x`
+        raise yaml.YAMLError(str(error)) from error
+    except _TAG_ERRORS as error:
+        raise yaml.YAMLError("a value does not fit its tag (!!)") from error
+
+
+def check(text: str, loader: Any = None) -> None:
+    """Raise yaml.YAMLError if the text is not YAML, or beyond the bounds."""
+    if len(text) > MAX_CHARACTERS:
+        raise yaml.YAMLError(f"it has more than {MAX_CHARACTERS >> 20} MiB")
+    bounds = _Bounds()
+    for event in yaml.parse(text, Loader=loader or LOADER):
+        problem = bounds.problem(event)
+        if problem is not None:
+            mark: Any = event.start_mark
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
+
+
+class _Bounds:
+    """Counts values; an alias counts as all that it stands for."""
+
+    def __init__(self) -> None:
+        self._total = 0
+        self._open: list[tuple[str | None, int]] = []  # (anchor, values before it)
+        self._sizes: dict[str, int] = {}
+
+    def problem(self, event: Any) -> str | None:
+        """What is wrong with the next event of the text; None if nothing is."""
+        if isinstance(event, yaml.AliasEvent):
+            if any(anchor == event.anchor for anchor, _ in self._open):
+                return "an entry contains itself"
+            self._total += self._sizes.get(event.anchor or "", 1)
+        elif isinstance(event, yaml.CollectionStartEvent):
+            self._open.append((event.anchor, self._total))
+            self._total += 1
+            if len(self._open) > MAX_DEPTH:
+                return f"more than {MAX_DEPTH} levels"
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = self._open.pop()
+            if anchor is not None:
+                self._sizes[anchor] = self._total - before
+        elif isinstance(event, yaml.ScalarEvent):
+            self._total += 1
+            if event.anchor is not None:
+                self._sizes[event.anchor] = 1
+            if len(event.value) > MAX_NUMBER and _is_number(event):
+                return f"a number of more than {MAX_NUMBER} characters"
+        return f"more than {MAX_VALUES} values" if self._total > MAX_VALUES else None
+
+
+def _is_number(event: yaml.ScalarEvent) -> bool:
+    return event.implicit[0] and _NUMBER.fullmatch(event.value) is not None
