@@ -268,10 +268,10 @@ def test_what_cannot_be_played_is_named_and_the_rest_is_played(domain, tmp_path:
     bag = bag_of(tmp_path / "bag", [*REFUSED, string_topic("/chatter")])
     with listening(domain, f"/chatter={STRING}") as listener:
         answer = launcher(domain, "bag", "play", bag)
+        notes = [f"{topic.name} is not played: {reason}\n" for topic, reason in REFUSED.items()]
+        assert answer.err == "".join([*notes, "playing 1 topic\n", "played 5 messages\n"])
+        assert answer.code == 0
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
-    notes = [f"{topic.name} is not played: {reason}\n" for topic, reason in REFUSED.items()]
-    assert answer.err == "".join([*notes, "playing 1 topic\n", "played 5 messages\n"])
-    assert answer.code == 0
 
 
 def test_nothing_that_can_be_played_is_an_error(domain, tmp_path: Path):
@@ -303,6 +303,7 @@ def test_a_topic_has_one_type_in_all_bags_that_are_played(domain, tmp_path: Path
     json_bag = bag_of(tmp_path / "json", [replace(string_topic("/b"), serialization="json")])
     with listening(domain, f"/chatter={STRING}") as listener:
         answer = launcher(domain, "bag", "play", json_bag, first, second)
+        assert answer.code == 0, answer
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
     assert "/chatter is not played: it is std_msgs/msg/Int32 in this bag" in answer.err
     assert "/b is not played: its messages are in 'json'" in answer.err
