@@ -51,6 +51,7 @@ def exit_code_table(codes: Iterable[ExitCode] = ExitCode) -> list[str]:
     return ["exit codes:", *(f"  {code.value:<8} {code.meaning}" for code in codes)]
 
 
+_LONGEST_LINE = 200  # of a source file, in a message
 OF_SMOKE = (ExitCode.NOT_MET, ExitCode.NOT_READY)
 
 
@@ -84,12 +85,20 @@ class LauncherError(Exception):
         head = f"{self.where}: {self.message}" if self.where else self.message
         lines = [f"error: {head}"]
         if self.source_line is not None:
-            lines.append(f"    {self.source_line}")
-            if self.column is not None:
-                lines.append("    " + " " * (self.column - 1) + "^")
+            lines += _pointed_at(self.source_line, self.column)
         if self.hint:
             lines.append(f"hint: {self.hint}")
         return escape("\n".join(lines))
+
+
+def _pointed_at(line: str, column: int | None) -> list[str]:
+    """The line, or what is around the column of a very long one, with a mark below it."""
+    start = 0
+    if len(line) > _LONGEST_LINE:
+        start = max(0, (column or 1) - 1 - _LONGEST_LINE // 2)
+        line = line[start : start + _LONGEST_LINE]
+    shown = [f"    {line}"]
+    return shown if column is None else [*shown, "    " + " " * (column - 1 - start) + "^"]
 
 
 class SeveralErrors(LauncherError):

@@ -17,7 +17,7 @@ MAX_VALUES = 1_000_000  # with all aliases expanded
 MAX_NUMBER = 1000  # characters; numbers to base 60 take quadratic time
 
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_NUMBER = re.compile(r"[-+.]?[0-9][-+.:_0-9a-fA-FxX]*")
+_NUMBER = re.compile(r"[-+]?[0-9][0-9_.]*(:[0-9_.:]*)?")  # not 0x1f, which takes linear time
 # raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
 _TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
 
@@ -25,12 +25,19 @@ _TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
 def load(text: str, loader: Any = None) -> Any:
     """The value of a YAML text, None if it is empty; raises yaml.YAMLError only."""
     try:
-        check(text, loader)
+        if len(text) > MAX_DEPTH:  # a shorter one is within all bounds
+            check(text, loader)
         return yaml.load(text, Loader=loader or LOADER)
     except ValueError as error:  # an invalid date, `!!int x`
         raise yaml.YAMLError(str(error)) from error
     except _TAG_ERRORS as error:
         raise yaml.YAMLError("a value does not fit its tag (!!)") from error
+
+
+def compose(text: str, loader: Any = None) -> Any:
+    """The tree of nodes, None if the text is empty; raises yaml.YAMLError."""
+    check(text, loader)
+    return yaml.compose(text, Loader=loader or LOADER)
 
 
 def check(text: str, loader: Any = None) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from launcher import git_lfs, yaml_bounds
 from launcher.document.fields import Field, FieldType, near
 from launcher.document.source_location import KeyPath, SourceMap, entries_of
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors
@@ -15,7 +16,6 @@ from launcher.text import suggest
 
 QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
 BAD: Any = object()  # what `parsed` returns instead of an invalid value
-_MAX_DEPTH = 100
 _NEWLINE = b"\n"
 # What no YAML may contain: control characters and half characters.
 _UNPRINTABLE = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -42,7 +42,7 @@ def text_of(path: str, what: str) -> str:
     """The text of a file; LaunchFileError if it cannot be read. `what`: `the expectations`."""
     try:
         with open(path, encoding="utf-8") as file:
-            return file.read()
+            text = file.read()
     except OSError as error:
         raise LaunchFileError(f"cannot read {what}: {error.strerror}", where=path) from None
     except UnicodeDecodeError as error:
@@ -54,6 +54,9 @@ def text_of(path: str, what: str) -> str:
         ) from None
     except ValueError as error:  # a path with a NUL
         raise LaunchFileError(f"cannot read {what}: {error}") from None
+    if git_lfs.is_pointer(text):
+        raise LaunchFileError(git_lfs.sentence("it"), hint=git_lfs.HINT, where=path)
+    return text
 
 
 def together(errors: Sequence[LauncherError]) -> LauncherError:
@@ -89,7 +92,7 @@ class DocumentReader:
         """
         self._refuse_controls()
         try:
-            self._refuse_depth()
+            yaml_bounds.check(self.text, self._loader)
             loader = self._loader(self.text)
         except (yaml.YAMLError, ValueError) as error:
             raise self._yaml_error(error) from None
@@ -123,17 +126,6 @@ class DocumentReader:
             source_line=before[-1] + rest,
             column=len(before[-1]) + 1,
         )
-
-    def _refuse_depth(self) -> None:
-        """The C library reads nested entries recursively, and crashes if they are too deep."""
-        depth = 0
-        for event in yaml.parse(self.text, self._loader):
-            depth += isinstance(event, yaml.CollectionStartEvent)
-            depth -= isinstance(event, yaml.CollectionEndEvent)
-            if depth > _MAX_DEPTH:
-                mark: Any = event.start_mark
-                problem = "entries are nested too deeply"
-                raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
 
     def _yaml_error(self, error: Exception) -> LauncherError:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from launcher import git_lfs
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
@@ -196,9 +197,10 @@ def read_text(file: Any) -> SourceText:
     path = str(getattr(file, "name", file))
     try:
         if hasattr(file, "read"):
-            return SourceText(path, file.read())
-        with open(file, encoding="utf-8") as stream:
-            return SourceText(path, stream.read())
+            text = file.read()
+        else:
+            with open(file, encoding="utf-8") as stream:
+                text = stream.read()
     except UnicodeDecodeError as problem:
         wrong = problem.object[problem.start]
         raise FrontendError(
@@ -210,6 +212,9 @@ def read_text(file: Any) -> SourceText:
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
+    if git_lfs.is_pointer(text):
+        raise FrontendError(git_lfs.sentence("it"), place=Place(path, 1), hint=git_lfs.HINT)
+    return SourceText(path, text)
 
 
 def __getattr__(name: str) -> Any:

@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Callable, Mapping
 
+from launcher import git_lfs
 from launcher.model.parameter_sections import PARAMETERS, Section, sections
 from launcher.model.ros_arguments import PARAMETER_FILE, full_node_name, ros_options
 from launcher.model.spec import ProcessSpec
@@ -82,9 +83,14 @@ class ParameterFiles:
             return None  # a pipe, perhaps, which only the node may read
         try:
             with open(path, encoding="utf-8") as file:
-                return _File(name, origin, text=file.read())
+                text = file.read()
         except (OSError, ValueError):
             return None  # the node will report it
+        if git_lfs.is_pointer(text):
+            what = git_lfs.sentence(f"the parameter file {shown_path(name)}")
+            self._warn(f"{what}; hint: {git_lfs.HINT}", origin)
+            return None
+        return _File(name, origin, text=text)
 
     @property
     def has_unused(self) -> bool:
@@ -124,9 +130,11 @@ class _File:
     def _parsed(self) -> list[Section]:
         import yaml
 
+        from launcher import yaml_bounds
+
         try:
             if self._text:
-                node = yaml.compose(self._text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+                node = yaml_bounds.compose(self._text)
                 self._tree = node if getattr(node, "id", "") == "mapping" else None
             return list(sections(self._tree))
         except (yaml.YAMLError, ValueError, RecursionError):

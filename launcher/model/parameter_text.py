@@ -77,16 +77,16 @@ def rule(name: str, value: Any) -> str:
 
 def value_of(text: str) -> Any:
     """The value of a text of the launch file by YAML's rules; raises yaml.YAMLError."""
-    import yaml
+    from launcher import yaml_bounds
 
-    return yaml.load(text, Loader=_loaders()[0])
+    return yaml_bounds.load(text, _loaders()[0])
 
 
 def read(text: str) -> Any:
     """The content of a parameter file, with the types that rcl reads; raises yaml.YAMLError."""
-    import yaml
+    from launcher import yaml_bounds
 
-    return yaml.load(text, Loader=rcl_loader())
+    return yaml_bounds.load(text, rcl_loader())
 
 
 def rcl_loader() -> Any:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
-from launcher import dispositions
+from launcher import dispositions, yaml_bounds
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.stdio import keep_for_messages
@@ -114,7 +114,7 @@ def file_parameters(path: str, node: str) -> Iterator[tuple[str, int]]:
     """(parameter, line) of a parameter file for the node with this full name."""
     try:
         with open(path, encoding="utf-8") as file:
-            root = yaml.compose(file)
+            root = yaml_bounds.compose(file.read(), yaml.SafeLoader)
     except (OSError, ValueError, yaml.YAMLError):
         return  # the node has reported it
     for section in sections(root):

@@ -17,6 +17,7 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 
+from launcher import git_lfs
 from launcher.model.parameter_sections import PARAMETERS, parameters_for, sections
 from launcher.model.parameter_text import rcl_loader, word_value
 from launcher.ros.errors import VerbError, did_you_mean
@@ -403,11 +404,14 @@ def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict
 
 def _read(path: str, loader: Any) -> dict[str, Any]:
     try:
-        document = value_of(Path(path).read_text(encoding="utf-8"), loader)
+        text = Path(path).read_text(encoding="utf-8")
+        document = value_of(text, loader)
     except (OSError, UnicodeDecodeError) as error:
         raise VerbError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     except yaml.YAMLError as error:
         raise VerbError(f"{path} is not YAML: {error}") from None
+    if git_lfs.is_pointer(text):
+        raise VerbError(git_lfs.sentence(path), hint=git_lfs.HINT)
     if not isinstance(document, dict):
         raise VerbError(f"{path}: expected names of nodes at the top")
     return document

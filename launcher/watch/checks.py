@@ -6,6 +6,7 @@ import os
 import warnings
 from collections.abc import Iterator
 
+from launcher import yaml_bounds
 from launcher.errors import LauncherError
 from launcher.model.parameter_sections import PARAMETERS
 from launcher.text import error_text
@@ -49,7 +50,7 @@ def _of_parameters(path: str, content: bytes) -> LauncherError | None:
     import yaml
 
     try:
-        root = yaml.compose(content, Loader=yaml.SafeLoader)
+        root = yaml_bounds.compose(content.decode(), yaml.SafeLoader)
         yaml.safe_load(content)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark

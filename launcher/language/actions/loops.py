@@ -56,10 +56,10 @@ class ForEach(Action):
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
         """Yield what the function returns for each set."""
-        import yaml
+        from launcher import yaml_bounds
 
         text = perform_substitutions(context, self._input_values)
-        field_sets = [yaml.safe_load(part) for part in text.split(self.SEPARATOR) if part.strip()]
+        field_sets = [yaml_bounds.load(part) for part in text.split(self.SEPARATOR) if part.strip()]
         if self._function is None:
             return None
         return [entity for fields in field_sets for entity in self._entities(fields)]

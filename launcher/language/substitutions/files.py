@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable
 
+from launcher import git_lfs
 from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
@@ -212,13 +213,16 @@ class FileContent(Substitution):
         path = perform_substitutions(context, self.path)
         try:
             with open(path) as file:
-                return file.read()
+                text = file.read()
         except FileNotFoundError:
             raise SubstitutionFailure(f"File not found: {path}") from None
         except PermissionError:
             raise SubstitutionFailure(f"Permission denied: {path}") from None
         except Exception as error:
             raise SubstitutionFailure(f"Error reading file: {path}: {error}") from error
+        if git_lfs.is_pointer(text):
+            raise SubstitutionFailure(f"{git_lfs.sentence(path)} ({git_lfs.HINT})")
+        return text
 
 
 @public("launch.substitutions.launch_log_dir")

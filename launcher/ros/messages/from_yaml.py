@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 from rosidl_parser import definition
 
+from launcher import yaml_bounds
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import class_of
 from launcher.text import did_you_mean
@@ -206,10 +207,6 @@ def _named(value: Any) -> str:
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 TEXTS: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
-# deeper than any message; far deeper text would overflow the parser's C stack
-_DEPTH = 100
-# raised by PyYAML for `!!bool x`, `!!timestamp x` and so on
-_TAG_ERRORS = (LookupError, AttributeError, TypeError, OverflowError)
 
 
 def value_of(text: str, loader: Any = None) -> Any:
@@ -217,26 +214,7 @@ def value_of(text: str, loader: Any = None) -> Any:
 
     `loader`: TEXTS takes every word for a text.
     """
-    try:
-        if len(text) > _DEPTH:
-            _refuse_depth(text)
-        return yaml.load(text, Loader=loader or _LOADER)
-    except ValueError as error:  # an invalid date, `!!int x`
-        raise yaml.YAMLError(str(error)) from error
-    except _TAG_ERRORS as error:
-        raise yaml.YAMLError("a value does not fit its tag (!!)") from error
-
-
-def _refuse_depth(text: str) -> None:
-    depth = 0
-    for event in yaml.parse(text, Loader=_LOADER):
-        if isinstance(event, yaml.CollectionStartEvent):
-            depth += 1
-            if depth > _DEPTH:
-                mark: Any = event.start_mark
-                raise yaml.MarkedYAMLError(problem=f"more than {_DEPTH} levels", problem_mark=mark)
-        elif isinstance(event, yaml.CollectionEndEvent):
-            depth -= 1
+    return yaml_bounds.load(text, loader)
 
 
 def shown(value: Any, most: int = 60) -> str:

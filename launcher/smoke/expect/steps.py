@@ -10,6 +10,7 @@ from typing import Any
 
 import yaml
 
+from launcher import yaml_bounds
 from launcher.document.fields import FieldError, FieldType, near
 from launcher.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.document.source_location import Origin
@@ -107,7 +108,7 @@ def _parse_command(value: object) -> Command:
     if verb == "kill":
         words["signal"] = _signal(words.get("signal", "SIGKILL"))
     if "value" in words:
-        words["value"] = _value(words["value"], read if verb == "set" else yaml.safe_load)
+        words["value"] = _value(words["value"], read if verb == "set" else yaml_bounds.load)
     return Command(verb=verb, text=value.strip(), words=words)
 
 

@@ -146,3 +146,11 @@ def test_the_same_mistake_is_reported_once():
 def test_the_number_of_reported_mistakes_is_bounded(count):
     told = mistakes.together([UsageError(f"number {n}") for n in range(count)]).render()
     assert told.count("error: ") == min(count, mistakes.MAX_MISTAKES)
+
+
+@pytest.mark.parametrize("column", [1, 150, 25_000, 50_000])
+def test_of_a_long_line_the_part_around_the_column_is_shown(column: int):
+    line = "".join(str(n % 10) for n in range(50_000))
+    _, shown, mark = UsageError("wrong", source_line=line, column=column).render().split("\n")
+    assert len(shown) <= 4 + 200
+    assert shown[mark.index("^")] == line[column - 1]

@@ -108,8 +108,10 @@ def _typed(value: object, depth: int) -> object:
     if isinstance(value, str):
         import yaml
 
+        from launcher import yaml_bounds
+
         try:
-            return yaml.safe_load(value) if value else value
+            return yaml_bounds.load(value) if value else value
         except yaml.YAMLError:
             return value
     return value

@@ -63,7 +63,19 @@ def receive_content(file: Source) -> Iterator[bytes]:
     """The blocks of a content; Closed."""
     while length := _length(file):
         block = _exactly(file, length & ~_COMPRESSED)
-        yield zlib.decompress(block) if length & _COMPRESSED else block
+        yield _unpacked(block) if length & _COMPRESSED else block
+
+
+def _unpacked(block: bytes) -> bytes:
+    """Closed for what no sender packs."""
+    unpacking = zlib.decompressobj()
+    try:
+        found = unpacking.decompress(block, MAX_MESSAGE_BYTES)
+    except zlib.error:
+        raise Closed("what was received is no content") from None
+    if not unpacking.eof:
+        raise Closed("what was received is no content")
+    return found
 
 
 def _gets_smaller(block: bytes) -> bool:
