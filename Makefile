@@ -19,7 +19,7 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
         -c requirements/build.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types unit coverage browser smoke overflow picture drill \
+.PHONY: help run test check lint types unit coverage browser fuzz smoke overflow picture drill \
         picker env dev lock clean
 
 ## help: print this list
@@ -67,6 +67,10 @@ types: $(VENV)/.dev
 ## browser: tests of the pages in a real Chromium (3 minutes)
 browser: $(VENV)/.dev
 	$(PY) -m pytest -m browser
+
+## fuzz: 3000 damaged bags through all verbs of bag (5 minutes); ARGS="--first 3000" for others
+fuzz: $(VENV)/.dev
+	$(PY) -m tests.fuzz.bags $(ARGS)
 
 ## smoke: test the running fleet: a normal run, and a robot that is killed and restarted (70 s)
 smoke: $(VENV)/.run

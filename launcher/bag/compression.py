@@ -119,7 +119,7 @@ def _read(pieces: Iterator[bytes], most: int) -> bytes:
     for piece in pieces:
         size += len(piece)
         if size > most:
-            raise ValueError(f"it has more than the {most} bytes that it may have")
+            raise ValueError(f"it has more than {most} bytes")
         found.append(piece)
     return found[0] if len(found) == 1 else b"".join(found)
 

@@ -182,7 +182,11 @@ class McapFile:
         place = source.head()
         if place.opcode != Opcode.CHUNK:
             raise Damage("its summary says that a chunk is where none is")
-        for offset, record in records_in(chunk_contents(parse(Chunk, source.contents(place)))):
+        try:
+            data = chunk_contents(parse(Chunk, source.contents(place)))
+        except Damage as damage:
+            raise Damage(f"a chunk is damaged ({damage})") from None
+        for offset, record in records_in(data):
             if isinstance(record, Record):
                 channel = self._channels.get(record.channel_id)
                 if channel is None:

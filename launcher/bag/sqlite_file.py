@@ -173,4 +173,6 @@ def _time(value: Any) -> int:
     """ValueError if a row has something else; columns of SQLite have any type."""
     if type(value) is not int:
         raise ValueError("a message has no time")
+    if value < 0:
+        raise ValueError("a message has an impossible time")
     return value

@@ -107,7 +107,11 @@ class Publishers:
     def _profile(self, topic: Topic) -> Any:
         from rclpy.qos import DurabilityPolicy
 
-        profile = bag_qos.to_play(topic.qos)
+        try:
+            profile = bag_qos.to_play(topic.qos)
+        except ValueError as error:  # a word that this version of ROS does not know
+            self._notes(f"{topic.name} is played with the default QoS: {error}")
+            profile = bag_qos.to_play(())
         if profile.durability == DurabilityPolicy.VOLATILE:
             profile.depth = max(profile.depth, _DEPTH)
         override = self._overrides.get(topic.name)

@@ -280,7 +280,7 @@ def compress(data: bytes, name: str) -> bytes:
 def test_decompression_stops_at_the_declared_size(name: str):
     bomb = compress(bytes(300 << 20), name)
     tracemalloc.start()
-    with pytest.raises(ValueError, match="more than the 1000 bytes"):
+    with pytest.raises(ValueError, match="more than 1000 bytes"):
         compression.exactly(bomb, 1000, name)
     with pytest.raises(ValueError, match=r"it would have|it has"):
         compression.exactly(bomb[:1000], 2**62, name)
@@ -303,7 +303,7 @@ def test_a_chunk_that_is_larger_than_it_says(tmp_path: Path):
         chunk.uncompressed_size -= 1
 
     path = foreign_file(tmp_path / "a.mcap", edits)
-    with pytest.raises(BagError, match="is damaged: it has more than the"):
+    with pytest.raises(BagError, match=r"is damaged: a chunk is damaged \(it has more than"):
         texts(path)
     assert "a chunk is damaged" in check.check(str(path)).files[0].faults[0].text
 
@@ -431,6 +431,7 @@ def test_tables_that_compute_what_they_have(database: Path, statements: tuple[st
     [
         ("UPDATE messages SET data = 'text'", "a message has no bytes"),
         ("UPDATE messages SET timestamp = 'soon'", "a message has no time"),
+        ("UPDATE messages SET timestamp = -5", "a message has an impossible time"),
         ("UPDATE messages SET topic_id = 77", "a message belongs to the unknown topic 77"),
         ("UPDATE messages SET topic_id = x'00'", "a message belongs to the unknown topic"),
     ],
