@@ -1,4 +1,8 @@
-"""Single expectations as options of the command line; each is an entry of a file."""
+"""Single expectations as options of the command line, named like the entries of a file.
+
+`--expect-KIND` is a kind with its subject and perhaps one entry, `--expect-KIND-ENTRY` one with
+another entry.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +44,11 @@ def _log(text: str) -> Entry:
     return {"log": text} if match is None else {"log": match[2], "process": match[1]}
 
 
+def _log_count(text: str) -> Entry:
+    pattern, _, number = text.rpartition("=")
+    return {**_log(pattern), "count": _number(number.strip())}
+
+
 def _parameter(text: str) -> Entry:
     from launcher.model.parameter_text import read
 
@@ -66,17 +75,17 @@ EXPECTATIONS = (
     _expectation("--expect-node NAME[=WITHIN]", "a node exists", _keys("node", "within")),
     _expectation("--expect-topic TOPIC[=TYPE]", "a topic exists", _keys("topic", "type")),
     _expectation(
-        "--expect-publishers TOPIC=COUNT",
+        "--expect-topic-publishers TOPIC=COUNT",
         "number of publishers",
         _keys("topic", "publishers", _number),
     ),
     _expectation(
-        "--expect-subscriptions TOPIC=COUNT",
+        "--expect-topic-subscriptions TOPIC=COUNT",
         "number of subscriptions",
         _keys("topic", "subscriptions", _number),
     ),
     _expectation(
-        "--expect-qos TOPIC=POLICY:VALUE,...",
+        "--expect-qos-publishers TOPIC=POLICY:VALUE,...",
         "QoS of all publishers",
         _keys("qos", "publishers", _policies),
     ),
@@ -84,36 +93,45 @@ EXPECTATIONS = (
         "--expect-rate TOPIC=RATE", "as in '/fleet/tasks=1 Hz ± 20 %'", _keys("rate", "is")
     ),
     _expectation(
-        "--expect-message TOPIC[=EXPRESSION]", "true for one message", _keys("message", "where")
+        "--expect-message TOPIC[=WHERE]", "true for one message", _keys("message", "where")
     ),
     _expectation(
-        "--expect-all TOPIC=EXPRESSION",
+        "--expect-message-all TOPIC=WHERE",
         "true for all messages",
         _keys("message", "where", all=True),
     ),
-    _expectation("--expect-log [PROCESS:] REGEX", "as in 'monitor: Fleet report'", _log),
+    _expectation("--expect-log REGEX", "a line matches, as in 'monitor: Fleet report'", _log),
     _expectation(
-        "--forbid-log [PROCESS:] REGEX", "no line matches", lambda s: {**_log(s), "count": 0}
+        "--expect-log-count REGEX=COUNT",
+        "number of lines that match, as in 'monitor: Traceback=0'",
+        _log_count,
     ),
     _expectation(
-        "--expect-alive PROCESS", "it runs until the end", lambda s: {"process": s, "alive": True}
+        "--expect-process PROCESS[=EXITS]",
+        "it runs until the end, or exits with this code or signal",
+        _keys("process", "exits", _number),
     ),
     _expectation(
-        "--expect-exit PROCESS=CODE", "exit code or signal", _keys("process", "exits", _number)
+        "--expect-process-restarts PROCESS=COUNT",
+        "number of restarts",
+        _keys("process", "restarts", _number),
     ),
-    _expectation("--expect-parameter NODE:NAME=VALUE", "value of a parameter", _parameter),
+    _expectation("--expect-ready PROCESS[=WITHIN]", "it is ready", _keys("ready", "within")),
+    _expectation("--expect-parameter NODE:PARAMETER=VALUE", "value of a parameter", _parameter),
     _expectation("--expect-service SERVICE[=TYPE]", "a service exists", _keys("service", "type")),
-    _expectation("--max-cpu PROCESS=PERCENT", "highest average CPU", _keys("cpu", "below")),
-    _expectation("--max-memory PROCESS=SIZE", "highest memory", _keys("memory", "below")),
-    _expectation("--max-start-up S", "time until all is ready", lambda s: {"start_up": s}),
-    _expectation("--max-shutdown S", "time to stop", lambda s: {"clean_shutdown": s}),
+    _expectation("--expect-cpu PROCESS=BELOW", "average CPU, in percent", _keys("cpu", "below")),
+    _expectation("--expect-memory PROCESS=BELOW", "as in '200 MB'", _keys("memory", "below")),
+    _expectation("--expect-start-up S", "time until all is ready", lambda s: {"start_up": s}),
+    _expectation("--expect-clean-shutdown S", "time to stop", lambda s: {"clean_shutdown": s}),
     _expectation(
-        "--no-errors[=PROCESS]", "no ERROR or FATAL line", lambda s: {"no_errors": s or "*"}
+        "--expect-no-errors[=PROCESS]", "no ERROR or FATAL line", lambda s: {"no_errors": s or "*"}
     ),
     _expectation(
-        "--no-tracebacks[=PROCESS]", "no traceback", lambda s: {"no_tracebacks": s or "*"}
+        "--expect-no-tracebacks[=PROCESS]", "no traceback", lambda s: {"no_tracebacks": s or "*"}
     ),
     _expectation(
-        "--clean-shared-memory", "nothing is left in /dev/shm", lambda _: {"shared_memory": "clean"}
+        "--expect-shared-memory",
+        "nothing is left in /dev/shm",
+        lambda _: {"shared_memory": "clean"},
     ),
 )

@@ -62,7 +62,7 @@ def test_lines_processes_and_the_run(bench: Bench):
 def test_errors_and_tracebacks(bench: Bench):
     bench.write(PATIENT, ERRORS)
     bench.expect("{expect: [{name: all is printed, log: KeyError, within: 60 s}]}")
-    bench.smoke("--no-errors", "--no-errors=patient", "--no-tracebacks")
+    bench.smoke("--expect-no-errors", "--expect-no-errors=patient", "--expect-no-tracebacks")
     assert bench.judged("no errors *")["seen"].endswith("[ERROR] [broken]: no dock")
     assert bench.outcomes()["no errors patient"] == "met"
     assert bench.judged("no tracebacks *")["seen"].endswith("KeyError: 'dock'")
@@ -73,10 +73,10 @@ def test_use_of_resources(bench: Bench):
     bench.write(PATIENT, BUSY, LARGE)
     bench.smoke(
         "--for=10",  # the first look comes late on a busy machine
-        "--max-cpu=busy=2%",
-        "--max-cpu=patient=20%",
-        "--max-memory=large=100MB",
-        "--max-memory=patient=100MB",
+        "--expect-cpu=busy=2%",
+        "--expect-cpu=patient=20%",
+        "--expect-memory=large=100MB",
+        "--expect-memory=patient=100MB",
     )
     assert bench.outcomes() == {
         "cpu busy": "violated",
@@ -116,7 +116,7 @@ def test_what_is_left_in_shared_memory(bench: Bench, tmp_path: Path):
     bench.write(f'py("untidy", "{script}"),')
     bench.expect("{expect: [{log: mapped, within: 60 s}]}")
     try:
-        done = bench.smoke("--clean-shared-memory")
+        done = bench.smoke("--expect-shared-memory")
     finally:
         Path("/dev/shm", name).unlink(missing_ok=True)
     assert done.returncode == 3

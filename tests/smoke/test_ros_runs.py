@@ -72,7 +72,7 @@ def test_the_graph_is_drawn_even_if_nothing_of_it_is_expected(tmp_path: Path):
     bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
     bench.expect("{expect: [{log: Fleet report, process: monitor, within: 60 s}]}")
     file = bench.folder / "tested.expect.yaml"
-    done = bench.smoke(f"--expect={file}", "--clean-shared-memory")
+    done = bench.smoke(f"--expect={file}", "--expect-shared-memory")
     assert done.returncode == 0, done.stdout
     assert '"/monitor"' in (bench.evidence / "graph.json").read_text("utf-8")
     assert is_drawn(bench.evidence / "graph.svg", "/fleet/status")

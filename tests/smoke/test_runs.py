@@ -21,7 +21,7 @@ UNTIL_DEAF = "{expect: [{log: deaf, within: 60 s}]}"
 
 def test_a_run_with_all_expectations_met_exits_with_0_and_leaves_nothing(bench: Bench):
     bench.write(PATIENT)
-    done = bench.smoke("--for=1", "--expect-alive=patient", "--max-shutdown=60")
+    done = bench.smoke("--for=1", "--expect-process=patient", "--expect-clean-shutdown=60")
     assert done.returncode == 0, done.stdout
     assert ": 3 expectations with the implied 'no unexpected exits', observed for" in done.stdout
     assert "smoke: 3 of 3 expectations met" in done.stdout
@@ -59,14 +59,14 @@ def test_an_unexpected_exit_exits_with_1(bench: Bench):
 @pytest.mark.thorough
 def test_an_expected_exit_is_no_failure(bench: Bench):
     bench.write(DONE, SHORT)
-    done = bench.smoke("--for=60", "--expect-exit=short=3")
+    done = bench.smoke("--for=60", "--expect-process=short=3")
     assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.thorough
 def test_a_system_that_fails_at_once(bench: Bench):
     bench.write(SHORT)
-    done = bench.smoke("--for=60", "--expect-log=short: last words", "--expect-alive=short")
+    done = bench.smoke("--for=60", "--expect-log=short: last words", "--expect-process=short")
     assert done.returncode == 3
     assert bench.outcomes()["log last words"] == "met"
     assert "ended at" in bench.judged("process short")["seen"]
@@ -74,7 +74,7 @@ def test_a_system_that_fails_at_once(bench: Bench):
 
 def test_a_system_that_ends_well_before_its_time(bench: Bench):
     bench.write(DONE)
-    done = bench.smoke("--for=60", "--expect-exit=done=0")
+    done = bench.smoke("--for=60", "--expect-process=done=0")
     assert done.returncode == 0, done.stdout
 
 
@@ -105,7 +105,7 @@ def test_a_node_that_a_timer_may_still_start_is_waited_for(bench: Bench):
 
 def test_a_system_that_is_ready_late_is_watched_as_long_as_any_other(bench: Bench):
     bench.write(f"TimerAction(period=2.0, actions=[{PATIENT}]),")
-    done = bench.smoke("--for=0.5", "--expect-alive=patient", "--ready-within=60")
+    done = bench.smoke("--for=0.5", "--expect-process=patient", "--ready-within=60")
     assert done.returncode == 0, done.stdout
     steps = bench.report()["steps"]
     assert steps["ready"] >= 2.0 and steps["stop"] >= steps["ready"] + 0.5
@@ -141,7 +141,7 @@ def test_a_launch_file_that_hangs_and_ignores_signals(bench: Bench):
 def test_a_system_that_hangs_on_shutdown(bench: Bench):
     bench.write(DEAF)
     bench.expect(UNTIL_DEAF)
-    done = bench.smoke("--max-shutdown=60", *IMPATIENT)
+    done = bench.smoke("--expect-clean-shutdown=60", *IMPATIENT)
     assert done.returncode == 3
     assert "deaf-1 needed SIGKILL" in bench.judged("clean shutdown 60 s")["seen"]
 
@@ -179,7 +179,7 @@ def test_an_artifacts_folder_that_cannot_be_created_exits_with_2(bench: Bench, t
 
 def test_an_interrupted_run_takes_its_system_along(bench: Bench):
     bench.write(PATIENT)
-    run = bench.start("--for=60", "--expect-alive=patient")
+    run = bench.start("--for=60", "--expect-process=patient")
     assert run.stdout is not None
     told = ""
     while "ready" not in told:
@@ -193,7 +193,7 @@ def test_an_interrupted_run_takes_its_system_along(bench: Bench):
 
 def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     bench.write(PATIENT)
-    run = bench.start("--for=60", "--expect-alive=patient")
+    run = bench.start("--for=60", "--expect-process=patient")
     wait_until(lambda: list(bench.evidence.glob("log/*-*/patient-1.log")), "the system is up")
     launcher = int(next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2])
     run.kill()

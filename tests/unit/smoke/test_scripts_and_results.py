@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
+from launcher.command_line import Command
 from launcher.document import quantities
 from launcher.document.fields import FieldType
 from launcher.errors import ExitCode, LauncherError, UsageError
 from launcher.smoke.expect.conditions import Conditions, Expression, fits
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.observe.facts import Ending, Facts
-from launcher.smoke.preflight.loader import parse
+from launcher.smoke.options import EXPECTATIONS
+from launcher.smoke.preflight.loader import parse, parse_entry
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.reports.result import Judged, Result, worst
@@ -134,6 +140,8 @@ def test_conditions_look_into_lists_and_into_json():
 
 # ---- flags
 
+TWO = quantities.COUNT.parse(2)
+
 
 @pytest.mark.parametrize(
     ("flag", "text", "kind", "values"),
@@ -143,22 +151,59 @@ def test_conditions_look_into_lists_and_into_json():
         ("--expect-log", "monitor: Fleet report", "log", {"process": "monitor"}),
         ("--expect-log", "robot_[12]: a: b", "log", {"process": "robot_[12]"}),
         ("--expect-log", "nothing else", "log", {}),
-        ("--expect-exit", "a=SIGTERM", "process", {"exits": -15}),
+        (
+            "--expect-log-count",
+            "m: a=b=2",
+            "log",
+            {"process": "m", "count": quantities.COUNT.parse(2)},
+        ),
+        ("--expect-process", "a", "process", {}),
+        ("--expect-process", "a=SIGTERM", "process", {"exits": -15}),
         ("--expect-parameter", "/a:speed=1.5", "parameter", {"node": "/a", "is": 1.5}),
         ("--expect-parameter", "/a:b=[1e-9, .5]", "parameter", {"node": "/a", "is": [1e-9, 0.5]}),
         (
-            "--expect-qos",
+            "--expect-qos-publishers",
             "/a=reliability:reliable",
             "qos",
             {"publishers": {"reliability": "reliable"}},
         ),
-        ("--max-memory", "a=1 MB", "memory", {"below": 1024**2}),
-        ("--no-errors", "", "no_errors", {}),
+        ("--expect-memory", "a=1 MB", "memory", {"below": 1024**2}),
+        ("--expect-no-errors", "", "no_errors", {}),
     ],
 )
 def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[str, Any]):
     found = expectation_of(flag, text)
     assert (found.kind, dict(found.values)) == (kind, values)
+
+
+PAGE = (Path(__file__).parents[3] / "docs" / "smoke.md").read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| (`--expect-.*`) \| `(.*)` \|$", PAGE, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("flags", "entry"), ROWS)
+def test_a_flag_is_what_the_page_says(flags: str, entry: str):
+    """The entry is that of the first flag of its row."""
+    line = shlex.split(flags.split("`")[1])
+    (found,) = Command("", "", options=EXPECTATIONS).parse(line).expectations
+    wanted = parse_entry(yaml.safe_load(f"{{{entry}}}"), "")
+    assert (found.kind, found.subject, found.values) == (
+        wanted.kind,
+        wanted.subject,
+        wanted.values,
+    )
+
+
+def test_every_flag_is_on_the_page():
+    assert set(re.findall(r"`(--expect-[a-z-]+)", "".join(flags for flags, _ in ROWS))) == {
+        one.flags[0] for one in EXPECTATIONS
+    }
+
+
+@pytest.mark.parametrize("flag", [one.flags[0] for one in EXPECTATIONS])
+def test_flags_are_named_like_the_entries_of_a_file(flag: str):
+    words = flag.removeprefix("--expect-").replace("-", "_")
+    entries = {f"{kind.name}_{field.name}" for kind in KINDS for field in kind.fields}
+    assert words in {kind.name for kind in KINDS} | entries
 
 
 @pytest.mark.parametrize(
@@ -167,7 +212,7 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
         ("--expect-rate", "/a", "'/a' is not TOPIC=RATE"),
         ("--expect-rate", "/a=fast", "invalid rate"),
         ("--expect-node", "/a=soon", "invalid time"),
-        ("--expect-qos", "/a=reliabilty:reliable", "reliability"),
+        ("--expect-qos-publishers", "/a=reliabilty:reliable", "reliability"),
         ("--expect-log", "(", "not a regular expression"),
     ],
 )
