@@ -159,6 +159,8 @@ def _environment_of_the_worker() -> Iterator[None]:
     ):
         patch.setenv("ROS_DOMAIN_ID", str(domain_id))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
+            patch.delenv(name, raising=False)  # tests do not report to the workflow
         for name in ("XDG_RUNTIME_DIR", "XDG_STATE_HOME", "ROS_LOG_DIR"):
             path = Path(folder, name.lower())
             path.mkdir(mode=0o700)

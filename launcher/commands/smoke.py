@@ -25,6 +25,7 @@ from launcher.document.reader import together
 from launcher.engine.logs.run_directory import provide_log_root
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.github import add_summary, is_on
 from launcher.packages import extras
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
@@ -73,7 +74,12 @@ OPTIONS = (
         "write the run as one page for a browser: processes, log, graph, plan, expectations",
         _path,
     ),
-    option("--github", "print annotations for GitHub workflows"),
+    option(
+        "--github",
+        "print annotations for GitHub Actions, and add to the summary of the step; default where "
+        "GITHUB_ACTIONS is true",
+    ),
+    option("--no-github", "do not, there either"),
     option(
         "--repeat N", "run N times (once), and report what is flaky", lambda word: count(word, 1)
     ),
@@ -116,6 +122,7 @@ what is left behind. Expectations are described in docs/smoke.md.
         ("options about the launch file", READING_OPTIONS),
         ("options about the run", _RUN_OPTIONS),
     ),
+    exclusive=(("github", "no_github"),),
     epilog="""\
 exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
@@ -174,7 +181,7 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         html=parsed.html,
         artifacts=parsed.artifacts,
-        github=parsed.github,
+        github=_is_on_github(parsed),
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
@@ -233,8 +240,14 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     if parsed.junit is not None:
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
-    if parsed.github:
+    if _is_on_github(parsed):
         print("\n".join(github.refusal(error)))
+        if problem := add_summary(os.environ, github.refusal_summary(error, name)):
+            print(f"smoke: warning: {problem}", file=sys.stderr)
+
+
+def _is_on_github(parsed: Parsed) -> bool:
+    return bool(parsed.github) or (is_on(os.environ) and not parsed.no_github)
 
 
 def _check(script: Script) -> None:

@@ -55,6 +55,64 @@ def test_annotations_lead_to_the_line_of_the_expectation(bench: Bench):
     assert "%0A    seen:     no such line among 1" in line
 
 
+def test_a_workflow_gets_annotations_and_a_summary_by_itself(bench: Bench):
+    bench.write(BRIEF)
+    bench.expect(MIXED)
+    path = bench.folder / "summary.md"
+    path.write_text("before\n", encoding="utf-8")
+    bench.environment.update(GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(path))
+    done = bench.smoke()
+    assert [line for line in done.stdout.splitlines() if line.startswith("::error file=")]
+    before, title, _, head, _, *rows = path.read_text(encoding="utf-8").splitlines()
+    assert (before, title, head) == (
+        "before",
+        "### smoke: tested.launch.py",
+        "|  | expectation | expected | seen |",
+    )
+    assert any(re.match(r"\| met \| heard \| [^|]*here[^|]* \| [^|]+ \|$", row) for row in rows)
+    unmet = "| NOT MET | not &#60;heard&#62; &#38; &#92;x1b&#91;1m |"
+    assert any(row.startswith(unmet) for row in rows)
+    assert "smoke&#58; 2 of 3 expectations met, exit code 3" in rows
+
+
+@pytest.mark.thorough
+def test_a_summary_of_several_runs_says_how_often_expectations_were_met(bench: Bench):
+    bench.write(BRIEF)
+    bench.expect(MIXED)
+    path = bench.folder / "summary.md"
+    bench.environment.update(GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(path))
+    bench.smoke("--repeat=2")
+    rows = path.read_text(encoding="utf-8").splitlines()
+    assert any(row.startswith("| always | 2 of 2 | heard |") for row in rows)
+    assert "smoke&#58; 0 of 2 runs without a failure" in rows
+
+
+@pytest.mark.thorough
+def test_a_summary_that_cannot_be_written_is_a_warning(bench: Bench):
+    bench.write(BRIEF)
+    bench.environment.update(GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(bench.folder))
+    done = bench.smoke("--no-file", "--expect-log=here")
+    assert done.returncode == 0
+    assert "smoke: warning: cannot write GITHUB_STEP_SUMMARY" in done.stderr
+
+
+@pytest.mark.thorough
+def test_a_workflow_may_go_without_them(bench: Bench):
+    bench.write(BRIEF)
+    path = bench.folder / "summary.md"
+    bench.environment.update(GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(path))
+    done = bench.smoke("--no-file", "--no-github", "--expect-log=there")
+    assert (done.returncode, "::error" in done.stdout, path.exists()) == (3, False, False)
+
+
+def test_a_refused_launch_file_is_in_the_summary(bench: Bench):
+    path = bench.folder / "summary.md"
+    bench.environment.update(GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(path))
+    done = bench.smoke()
+    assert (done.returncode, "::error title=smoke::" in done.stdout) == (2, True)
+    assert "not found" in path.read_text(encoding="utf-8")
+
+
 def test_the_evidence_is_complete(bench: Bench):
     bench.write(PATIENT)
     bench.expect("{expect: [{name: heard, log: here, within: 60 s}]}")

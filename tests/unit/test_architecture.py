@@ -39,6 +39,7 @@ MAY_IMPORT = {
     "yaml_bounds": set(),
     "yaml_dumper": set(),
     "git_lfs": set(),
+    "github": set(),
     "errors": set(),
     "socket_directory": {"errors"},
     "log_folder": {"socket_directory"},
@@ -103,6 +104,7 @@ MAY_IMPORT = {
     "smoke": {
         "bag",
         "errors",
+        "github",
         "command_line",
         "document",
         "model",
@@ -114,7 +116,7 @@ MAY_IMPORT = {
         "socket_directory",
         "web",
     },
-    "testing": {"errors", "build", "domain_lease", "engine"},
+    "testing": {"errors", "build", "domain_lease", "engine", "github"},
     "pytest_plugin": {"errors", "model", "smoke", "workspace"},
     "render": {"errors", "packages", "model", "interpreter", "language", "planner", "hosts"},
     "export": {
@@ -130,6 +132,7 @@ MAY_IMPORT = {
     "commands": {
         "bag",
         "errors",
+        "github",
         "export",
         "build",
         "command_line",

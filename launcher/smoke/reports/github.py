@@ -1,51 +1,71 @@
-"""Annotations of a GitHub workflow at the lines of the expectations."""
+"""A smoke run on GitHub: annotations at the lines of the expectations, and a summary."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 from launcher.errors import LauncherError
+from launcher.github import annotation, plain, table
+from launcher.smoke.reports import text_report
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Result
 
 
 def commands(result: Result) -> Iterator[str]:
     for one in result.failures:
-        message = _data("\n".join(describe(one, result.facts)[1:]))
-        yield f"::error {_properties(one)}::{message}"
+        origin = one.expectation.origin
+        yield annotation(
+            "\n".join(describe(one, result.facts)[1:]),
+            title=f"not met: {one.expectation.name}",
+            place=f"{origin.text}:{origin.line}" if origin.line else "",
+        )
     if result.trouble:
-        yield f"::error title=smoke::{_data(result.trouble)}"
+        yield annotation(result.trouble, title="smoke")
+
+
+def summary(results: Sequence[Result], target: str) -> Iterator[str]:
+    """The expectations, what was expected and seen; of several runs, how often they were met."""
+    yield f"### smoke: {plain(target)}\n"
+    if len(results) > 1:
+        yield from _of_several(results)
+        return
+    (result,) = results
+    rows = text_report.shown_rows(result)
+    if rows:
+        yield from table(
+            ("", "expectation", "expected", "seen"),
+            (
+                (
+                    "met" if one.is_met else "NOT MET",
+                    one.expectation.name,
+                    one.verdict.expected,
+                    one.verdict.seen or "nothing",
+                )
+                for one in rows
+            ),
+        )
+    if len(rows) < len(result.judged):
+        yield f"\n{plain(text_report.left_out(result, rows))}"
+    yield f"\n{plain(text_report.summary(result))}"
+
+
+def _of_several(results: Sequence[Result]) -> Iterator[str]:
+    rows = text_report.flake_rows(results)[: text_report.ROWS]
+    head = ("", "met", "expectation", "min / median / max")
+    yield from table(
+        head, ((row.verdict, f"{row.met} of {row.runs}", row.name, row.spread) for row in rows)
+    )
+    yield f"\n{plain(text_report.flake_summary(results))}"
 
 
 def refusal(error: LauncherError) -> Iterator[str]:
-    """The same for errors before anything was run."""
+    """Annotations for errors before anything was run."""
     for one in getattr(error, "errors", (error,)):
-        path, _, line = (one.where or "").rpartition(":")
-        place = f"file={_property(_relative(path))},line={line}," if line.isdigit() else ""
-        text = one.message + (f" ({one.hint})" if one.hint else "")
-        yield f"::error {place}title=smoke::{_data(text)}"
+        hint = f" ({one.hint})" if one.hint else ""
+        yield annotation(f"{one.message}{hint}", title="smoke", place=one.where or "")
 
 
-def _properties(one: Judged) -> str:
-    properties = {"title": f"not met: {one.expectation.name}"}
-    origin = one.expectation.origin
-    if origin.line:
-        properties = {"file": _relative(origin.text), "line": str(origin.line), **properties}
-    return ",".join(f"{name}={_property(value)}" for name, value in properties.items())
-
-
-def _relative(path: str) -> str:
-    """Relative to the root of the repository, where workflows run."""
-    try:
-        return str(Path(path).absolute().relative_to(Path.cwd()))
-    except ValueError:
-        return path
-
-
-def _data(text: str) -> str:
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+def refusal_summary(error: LauncherError, target: str) -> Iterator[str]:
+    yield f"### smoke: {plain(target)}\n"
+    for line in error.render().splitlines():
+        yield f"{plain(line)}\n"

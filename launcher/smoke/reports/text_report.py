@@ -34,15 +34,14 @@ def console_for(stream: IO[str], *, colour: bool) -> Console:
 
 
 def show(console: Console, result: Result) -> None:
-    rows = result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
+    rows = shown_rows(result)
     if rows:
         table = _table("", "expectation", "seen")
         for one in rows:
             table.add_row(_mark(one), _shown(one.expectation.name), _shown(one.verdict.seen))
         console.print(table)
     if len(rows) < len(result.judged):
-        met = len(result.judged) - len(result.failures)
-        console.print(Text(f"... and {_others(met, len(result.failures) - len(rows))}"))
+        console.print(Text(left_out(result, rows)))
     described: dict[str, str] = {}
     for one in result.failures[:ROWS]:
         console.print()
@@ -61,10 +60,17 @@ def _table(*heads: str) -> Table:
     return table
 
 
-def _others(met: int, unmet: int) -> str:
+def shown_rows(result: Result) -> tuple[Judged, ...]:
+    return result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
+
+
+def left_out(result: Result, rows: Sequence[Judged]) -> str:
+    """`... and 300 met: smoke.log and report.json list all`, for those without a row."""
+    met = len(result.judged) - len(result.failures)
+    unmet = len(result.failures) - len(rows)
     parts = [f"{met} met"] if met else []
     parts += [f"{unmet} not met"] if unmet > 0 else []
-    return f"{' and '.join(parts)}: smoke.log and report.json list all"
+    return f"... and {' and '.join(parts)}: smoke.log and report.json list all"
 
 
 def _shown(text: str) -> Text:
@@ -101,8 +107,12 @@ def show_flakes(console: Console, results: Sequence[Result]) -> None:
             Text(row.spread),
         )
     console.print(table)
+    console.print(Text(flake_summary(results)))
+
+
+def flake_summary(results: Sequence[Result]) -> str:
     good = sum(not result.exit_code for result in results)
-    console.print(Text(f"smoke: {good} of {len(results)} runs without a failure"))
+    return f"smoke: {good} of {len(results)} runs without a failure"
 
 
 @dataclass(frozen=True, slots=True)

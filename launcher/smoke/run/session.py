@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import faulthandler
 import json
+import os
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
@@ -14,6 +15,7 @@ from typing import IO, cast
 
 from launcher.document.reader import together
 from launcher.errors import ExitCode, LauncherError
+from launcher.github import add_summary
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe import recording
 from launcher.smoke.preflight import forecast
@@ -240,6 +242,9 @@ class Session:
             for result in results:
                 for command in github.commands(result):
                     print(command)
+            problem = add_summary(os.environ, github.summary(results, self._options.target))
+            if problem is not None:
+                print(f"smoke: warning: {problem}", file=sys.stderr)
 
     def _write_page(self, path: Path, results: Sequence[Result]) -> None:
         from launcher.smoke.reports import html_report

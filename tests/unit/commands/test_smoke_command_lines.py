@@ -110,6 +110,21 @@ def test_expectations_of_smoke(smoked, line, kinds):
     assert [one.kind for one in smoked(f"{F} {line}")[0].expectations] == kinds
 
 
+@pytest.mark.parametrize(
+    ("line", "workflow", "on"),
+    [
+        ("", "", False),
+        ("", "true", True),
+        ("--github", "", True),
+        ("--no-github", "true", False),
+        ("", "false", False),
+    ],
+)
+def test_github_is_on_by_itself_in_a_workflow(smoked, monkeypatch, line, workflow, on):
+    monkeypatch.setenv("GITHUB_ACTIONS", workflow)
+    assert smoked(f"{F} {line}")[1].github is on
+
+
 def test_chaos_of_smoke(smoked):
     chaos = smoked(f"{F} --chaos 'kill one of x every 5 s' --seed 7")[0].chaos
     assert (chaos.seed, chaos.every_s) == (7, 5.0)
@@ -130,6 +145,7 @@ def test_chaos_of_smoke(smoked):
         "--junit=",
         "--expect-node",
         "--expect-log",
+        "--github --no-github",
         "--chaos x",
         "--expect-rate /a",
         "--json",
