@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launcher.command_line import Command, Option, Parsed, count, option
-from launcher.commands import VERBS
+from launcher.commands import VERBS, github_options
 from launcher.commands.launch.options import RECORDING, RUN_OPTIONS, run_options
 from launcher.commands.launch.target import (
     ABOUT_TARGET,
@@ -25,7 +25,7 @@ from launcher.document.reader import together
 from launcher.engine.logs.run_directory import provide_log_root
 from launcher.engine.output.stdout import wants_colour
 from launcher.errors import ExitCode, LauncherError, UsageError
-from launcher.github import add_summary, is_on
+from launcher.github import add_summary
 from launcher.packages import extras
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
@@ -74,12 +74,7 @@ OPTIONS = (
         "write the run as one page for a browser: processes, log, graph, plan, expectations",
         _path,
     ),
-    option(
-        "--github",
-        "print annotations for GitHub Actions, and add to the summary of the step; default where "
-        "GITHUB_ACTIONS is true",
-    ),
-    option("--no-github", "do not, there either"),
+    *github_options.OPTIONS,
     option(
         "--repeat N", "run N times (once), and report what is flaky", lambda word: count(word, 1)
     ),
@@ -122,7 +117,7 @@ what is left behind. Expectations are described in docs/smoke.md.
         ("options about the launch file", READING_OPTIONS),
         ("options about the run", _RUN_OPTIONS),
     ),
-    exclusive=(("github", "no_github"),),
+    exclusive=(github_options.EXCLUSIVE,),
     epilog="""\
 exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
@@ -181,7 +176,7 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         html=parsed.html,
         artifacts=parsed.artifacts,
-        github=_is_on_github(parsed),
+        github=github_options.is_wanted(parsed),
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
@@ -240,14 +235,10 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     if parsed.junit is not None:
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
-    if _is_on_github(parsed):
+    if github_options.is_wanted(parsed):
         print("\n".join(github.refusal(error)))
         if problem := add_summary(os.environ, github.refusal_summary(error, name)):
             print(f"smoke: warning: {problem}", file=sys.stderr)
-
-
-def _is_on_github(parsed: Parsed) -> bool:
-    return bool(parsed.github) or (is_on(os.environ) and not parsed.no_github)
 
 
 def _check(script: Script) -> None:

@@ -16,9 +16,10 @@ from launcher.command_line import (
     positive_seconds,
     split_at_dashes,
 )
-from launcher.commands import VERBS
+from launcher.commands import VERBS, github_options
 from launcher.engine.logs.run_directory import provide_log_root
 from launcher.errors import ExitCode
+from launcher.github import add_summary
 from launcher.program import program
 from launcher.text import escape
 from launcher.workspace import Workspace, is_install
@@ -27,6 +28,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.build.place import Place
     from launcher.build.sources import Package
+    from launcher.testing.report import Report
 
 
 def _at_least_one(text: str) -> int:
@@ -50,8 +52,10 @@ terminal, so that `-- --pdb` works. To test a launch file against expectations: 
             _at_least_one,
         ),
         option("-v, --verbose", "print the output of packages that passed as well"),
+        *github_options.OPTIONS,
         DEBUG,
     ),
+    exclusive=(github_options.EXCLUSIVE,),
     epilog="exit codes: 0 a test ran and all passed, 1 a test or package failed or no test ran, "
     "2 bad command line or bad package, 130 interrupted by Ctrl-C, 143 by SIGTERM",
 )
@@ -85,10 +89,21 @@ def main(words: Sequence[str]) -> int:
         )
         outcomes = running.run()
     code = shown.summarize(outcomes, missing)
+    if github_options.is_wanted(options):
+        _report_to_github(shown)
     if running.signum is None:
         return code
     is_ctrl_c = running.signum == signal.SIGINT
     return ExitCode.INTERRUPTED if is_ctrl_c else ExitCode.TERMINATED
+
+
+def _report_to_github(shown: Report) -> None:
+    from launcher.testing import github
+
+    for command in github.commands(shown.judged):
+        print(command)
+    if problem := add_summary(os.environ, github.summary(shown.judged, shown.total())):
+        _warn(problem)
 
 
 def _options(words: Sequence[str]) -> Parsed:

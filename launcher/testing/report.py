@@ -80,12 +80,16 @@ class Report(Listener):
                 print(f"{name}: {escape(problem)}")
         for hint in sorted({*filter(None, map(_hint, failures))}):
             print(f"hint: {hint}")
-        print(results.total([found for found, _ in self.judged.values()], self._incomplete))
+        print(self.total())
         has_passed = any(found.passed for found, _ in self.judged.values())
         has_problem = any(problem for _, problem in self.judged.values())
         if not has_passed and not has_problem:
             print("no test ran", file=sys.stderr)
         return ExitCode.OK if has_passed and not has_problem else ExitCode.PROCESS_FAILED
+
+    def total(self) -> str:
+        """The counts of all packages, in a line."""
+        return results.total([found for found, _ in self.judged.values()], self._incomplete)
 
     def _leave_out(self, package: str, why: str) -> None:
         self.judged[package] = (Results(), why)

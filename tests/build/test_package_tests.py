@@ -164,6 +164,20 @@ def test_failures_are_told_with_their_places_and_outputs_do_not_mix(workspace):
 
 
 @pytest.mark.thorough
+def test_a_workflow_gets_annotations_and_a_summary(workspace, tmp_path):
+    give(workspace, "first", "def test_bad(): assert False\n")
+    path = tmp_path / "summary.md"
+    variables = {"GITHUB_ACTIONS": "true", "GITHUB_STEP_SUMMARY": str(path)}
+
+    answer = launcher(workspace, "test", "first", **variables)
+
+    place = "file=src/first/test/test_it.py,line=1"
+    assert f"::error {place},title=first%3A test_bad::assert False" in answer.lines
+    assert "| FAILED | first | 1 failed |" in path.read_text(encoding="utf-8").splitlines()
+    assert "::error" not in launcher(workspace, "test", "first", "--no-github", **variables).out
+
+
+@pytest.mark.thorough
 def test_of_a_long_output_the_end_is_printed_and_the_file_named(workspace):
     give(workspace, "first", FAILING.replace("100", "5000"))
     give(workspace, "second", "def test_good(): pass\n")
