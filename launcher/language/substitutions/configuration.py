@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from launcher.dispositions import Endable
 from launcher.language.class_tools import ensure_argument_type, is_iterable
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -89,7 +90,8 @@ class LocalSubstitution(Substitution):
         if key is not None:  # the common form, faster than eval
             value: str = getattr(context.locals, key["name"])[key["key"]]
             return value
-        return str(eval("context.locals." + self.expression, {"context": context}))
+        with Endable():
+            return str(eval("context.locals." + self.expression, {"context": context}))
 
 
 _KEYED = r"(?P<name>\w+)\['(?P<key>\w+)'\]"
