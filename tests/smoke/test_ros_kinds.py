@@ -7,7 +7,7 @@ import pytest
 from tests.smoke.bench import Bench, talking
 from tests.support.drawing import is_drawn
 
-EXPECTATIONS = """
+EXPECTATIONS = r"""
     for: 10 s
     scenario:
       - {after: ready, do: 'publish /orders std_msgs/msg/String {data: go on}', name: order}
@@ -36,6 +36,12 @@ EXPECTATIONS = """
       - {name: good order, message: /steady, fields: {switched: true}, after: switched}
       - {name: good every, message: /steady, all: true, where: json.count > 0}
       - {name: bad every, message: /steady, all: true, where: json.speed < 2}
+      - {name: good unique, unique: /steady, key: count}
+      - {name: bad unique, unique: /steady, key: speed}
+      - {name: good refers, refers: /drifting, key: data, to: /drifting}
+      - {name: bad refers, refers: /steady, key: data, to: /drifting}
+      - {name: good tally, tally: /drifting, key: data, in: /drifting, number: 'data": (1)'}
+      - {name: bad tally, tally: /drifting, key: data, in: /steady, number: 'count": (\d+)'}
       - {name: bad reliable, message: /drifting, qos: {reliability: reliable}}
       - {name: good log, log: 'ordered: go on', level: WARN, process: talker, after: ready}
       - {name: good parameter, parameter: speed, node: /talker, is: 2.5, after: ready,

@@ -65,12 +65,12 @@ def _limited(
 ) -> list[tuple[bool, str | None]]:
     signal.setitimer(signal.ITIMER_PROF, CPU_S)
     try:
-        return [_judged(conditions, content) for content in contents]
+        return [judged(conditions, content) for content in contents]
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def _judged(conditions: Iterable[Condition], content: Any) -> tuple[bool, str | None]:
+def judged(conditions: Iterable[Condition], content: Any) -> tuple[bool, str | None]:
     """Whether all hold, and why not."""
     for condition in conditions:
         fits, why = condition.holds(content)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from launcher.document.quantities import INFINITY
@@ -23,12 +23,20 @@ class _NoKeyError(Exception):
     """A message lacks a field; the text has both."""
 
 
-def _values(expectation: Expectation, message: Message) -> str:
-    """The values of the key as text; _NoKeyError."""
+def _found(expectation: Expectation, message: Message) -> list[Any]:
+    """The values of the key; _NoKeyError."""
     try:
-        values = values_at(message.content, expectation.get("key"))
+        return values_at(message.content, expectation.get("key"))
     except LookupError as error:
         raise _NoKeyError(f"{error.args[0]}: {short(message)}") from None
+
+
+def _values(expectation: Expectation, message: Message) -> str:
+    """The values of the key as text; _NoKeyError."""
+    return _text_of(_found(expectation, message))
+
+
+def _text_of(values: Iterable[Any]) -> str:
     return ", ".join(json.dumps(value, sort_keys=True, default=_plain) for value in values)
 
 
@@ -158,7 +166,10 @@ def _new_times(expectation: Expectation, facts: Facts) -> list[float]:
     first_s: dict[str, float] = {}
     known = facts.received(expectation.subject, expectation.get("watch"))
     for message in sorted(fitting(expectation, known), key=sent_s):
-        first_s.setdefault(_values(expectation, message), sent_s(message))
+        found = _found(expectation, message)
+        is_list = len(found) == 1 and isinstance(found[0], list)
+        for values in [[one] for one in found[0]] if is_list else [found]:
+            first_s.setdefault(_text_of(values), sent_s(message))
     return list(first_s.values())
 
 

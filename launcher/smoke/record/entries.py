@@ -10,6 +10,7 @@ from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.judges.run import clean_shutdown
 from launcher.smoke.record import lines, topics
+from launcher.smoke.record.identities import identities
 from launcher.smoke.record.names import is_pattern
 from launcher.smoke.record.runs import Entry, Runs, after_text, note, rounded_up_s, within
 from launcher.smoke.record.seen import SEND_GOAL, Seen
@@ -207,6 +208,7 @@ _SECTIONS: Mapping[str, Callable[[Runs], Iterator[Entry]]] = {
     "topics": topics.topics,
     "quality of service": topics.qualities,
     "rates": topics.rates,
+    "ids that do not repeat": identities,
     "services": _services,
     "the first line that says that a process is ready": _lines,
     "memory": _memory,

@@ -298,6 +298,24 @@ CASES = {
         {"messages": (*texts("/t", {"id": 1}), *texts("/report", "n: 0", at_s=6))},
         "0 instead of 1",
     ),
+    "tally of lists": Case(
+        "tally: /t, in: /report, number: 'n: (\\d+)', key: done, after: kill",
+        {
+            "messages": (
+                *texts("/t", {"done": []}, {"done": [1, 2]}),
+                *texts("/report", "n: 2", at_s=6),
+            )
+        }
+        | STEPS,
+        {
+            "messages": (
+                *texts("/t", {"done": [1]}, {"done": [1]}),
+                *texts("/report", "n: 2", at_s=6),
+            )
+        }
+        | STEPS,
+        "2 instead of 1",
+    ),
     "tally without a number": Case(
         "tally: /t, in: /report, number: 'n: (\\d+)', key: id",
         {"messages": (*texts("/t", {"id": 1}), *texts("/report", "n: 1", at_s=4))},

@@ -29,6 +29,7 @@ from tests.unit.smoke.facts import (
     seen,
     started,
     subscription,
+    texts,
     ticks,
 )
 from tests.unit.smoke.facts import lines as lines_of
@@ -207,6 +208,17 @@ def test_a_recorded_file_says_what_all_runs_have_in_common():
     assert "left out: /private_*: another name in each run" in text
     assert "42 MB at most" in text and "robot_1, below: 90 MB" in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+def test_ids_that_do_not_repeat_are_recorded():
+    def told(*ids: int) -> Any:
+        return texts("/beat", *({"task_id": f"a-{n}", "robot_id": 1, "n": n} for n in ids))
+
+    recording = recorded(run(messages=told(*range(9))), run(messages=told(*range(9))))
+    unique = [e for e in parse(recording, "x.yaml").expectations if e.kind == "unique"]
+    assert [(one.subject, one.get("key")) for one in unique] == [("/beat", ("task_id",))]
+    for repeated in (told(*range(8), 0), ()):
+        assert "unique" not in recorded(run(messages=told(*range(9))), run(messages=repeated))
 
 
 def test_what_differs_between_runs_is_wide_or_left_out_with_the_reason():
