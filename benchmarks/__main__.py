@@ -17,6 +17,8 @@ from benchmarks.faults.matrix import faults
 from benchmarks.footprint import footprint
 from benchmarks.harness import NotHereError, Row
 from benchmarks.latency import latency
+from benchmarks.mutants import mutants
+from benchmarks.mutants.mutations import MUTANTS
 from benchmarks.own_types import own_types
 from benchmarks.plan import plan
 from benchmarks.restarts import first_restart, respawn
@@ -71,8 +73,10 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "hosts-scale": hosts.scale,
     "hosts-units": hosts.units,
     "faults": faults,
+    "mutants": mutants,
 }
-ON_REQUEST = {"faults"}  # half an hour
+ON_REQUEST = {"faults", "mutants"}  # half an hour
+ALWAYS_CHECKED = {"mutants"}  # no figure depends on the machine
 GROUPS = {
     group: [name for name in BENCHMARKS if name.startswith(f"{group}-")]
     for group in ("bag", "hosts", "warm", "web")
@@ -82,29 +86,36 @@ HEAD = ("what", "measured", "limit", "", "details")
 
 
 def main(words: Sequence[str]) -> int:
-    """Run the named benchmarks, or all; 1 if a limit is exceeded and `--check` was given."""
+    """Run the named benchmarks, or all; 1 if a limit is exceeded and checked."""
     options = _parser().parse_args(words)
     unknown = set(options.names) - BENCHMARKS.keys() - GROUPS.keys()
     if unknown:
         _parser().error(f"no benchmark {', '.join(sorted(unknown))}")
     names = [one for name in options.names for one in GROUPS.get(name, [name])]
+    if options.only and names != ["mutants"]:
+        _parser().error("--only needs mutants")
+    if unfit := set(options.only or ()) - {mutant.name for mutant in MUTANTS}:
+        _parser().error(f"no mutant {', '.join(sorted(unfit))}")
     print(_machine(), flush=True)
     # `command &` in a shell script ignores SIGINT, which every process below would inherit.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     rows: list[Row] = []
+    code = 0
     for name in names or [one for one in BENCHMARKS if one not in ON_REQUEST]:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
-        for row in _measured(name, options.runs):
+        for row in _measured(name, options.runs, options.only):
             print(*row.cells(), sep="  ", file=sys.stderr, flush=True)
             rows.append(row)
+            if (options.check or name in ALWAYS_CHECKED) and not row.is_met:
+                code = 1
     print(_table(rows))
     print(_machine())
-    return int(options.check and not all(row.is_met for row in rows))
+    return code
 
 
-def _measured(name: str, runs: int) -> list[Row]:
+def _measured(name: str, runs: int, only: Sequence[str]) -> list[Row]:
     try:
-        return BENCHMARKS[name](runs)
+        return mutants(runs, only) if only else BENCHMARKS[name](runs)
     except NotHereError as error:
         print(f"not measured: {error}", file=sys.stderr, flush=True)
         return []
@@ -114,6 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join((*BENCHMARKS, *GROUPS)))
     parser.add_argument("--runs", type=int, default=7, help="measurements of each (7)")
+    parser.add_argument("--only", action="append", metavar="NAME", help="of the mutants, this one")
     parser.add_argument("--check", action="store_true", help="exit with 1 if a limit is exceeded")
     return parser
 
