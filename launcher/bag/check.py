@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.errors import BagError
@@ -19,12 +19,16 @@ MCAP, COMPRESSED = ".mcap", ".zstd"
 
 @dataclass(slots=True)
 class FileReport:
-    """What a storage file has, and what is wrong with it. A topic may have several channels."""
+    """What a storage file has, and what is wrong with it. A topic may have several channels.
+
+    `notes` are about topics, of whole bytes.
+    """
 
     path: str
     topics: list[Topic]
     extent: Extent
     faults: list[Fault]
+    notes: list[str] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -84,15 +88,14 @@ def _check_file(path: str) -> FileReport:
             found = scan(stream)
         notes: list[str] = []
         topics = topics_of(found.channels, found.schemas, notes)
-        faults = [*found.faults, *(Fault(0, note) for note in notes)]
-        return FileReport(path, topics, found.extent, faults)
+        return FileReport(path, topics, found.extent, found.faults, notes)
     try:
         file = open_storage(path)
     except BagError as error:
         return FileReport(path, [], Extent(), [Fault(0, error.message)])
     try:
         faults = [Fault(0, file.unfinished, lost=False)] if file.unfinished else []
-        return FileReport(path, file.topics, file.extent, faults)
+        return FileReport(path, file.topics, file.extent, faults, file.notes)
     finally:
         file.close()
 

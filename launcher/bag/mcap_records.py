@@ -79,6 +79,9 @@ class Source:
         return self._stream.tell()
 
     def seek(self, offset: int) -> None:
+        """Damage if the file has no such place."""
+        if not 0 <= offset <= self.size:
+            raise Damage(f"it says that a record is at {offset}, and has {self.size} bytes")
         self._stream.seek(offset)
 
     def head(self) -> Place:

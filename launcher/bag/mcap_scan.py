@@ -41,6 +41,7 @@ from launcher.bag.mcap_records import (
     Place,
     Source,
     attachment_index,
+    check_chunk_length,
     chunk_contents,
     parse,
     records_in,
@@ -139,8 +140,9 @@ class _Reader:
         self._was_finished = was_finished
         self._is_gapless = True  # no record was skipped, so that the checksum counts
         self._chunks = frozenset(one.chunk_start_offset for one in _chunks_of(summary))
-        self._starts = sorted(_starts(stream, summary))
+        starts = sorted(_starts(stream, summary))
         self._source = Source(stream)
+        self._starts = [one for one in starts if one < self._source.size]
         self._source.read(len(MAGIC))
 
     def read(self) -> None:
@@ -182,10 +184,20 @@ class _Reader:
         following = self._next_start(place.offset)
         if place.offset in self._chunks and place.opcode != Opcode.CHUNK:
             raise Damage("a chunk is damaged (its head)")
-        if following is not None and place.end > following:
+        if following is not None and place.end > following and not self._is_chunk(place):
             raise Damage(f"a {place.name} is damaged (its length)")
         if place.opcode in _OF_SUMMARY:
             raise Damage("the end of its data is damaged")
+
+    def _is_chunk(self, place: Place) -> bool:
+        """Whether a record is a chunk of this length, whatever the summary says of it."""
+        if place.opcode != Opcode.CHUNK:
+            return False
+        try:
+            check_chunk_length(self._source.peek(place, 128), place.length)
+        except Damage:
+            return False
+        return True
 
     def _go_on(self, offset: int, place: Place | None) -> bool:
         """Behind a damaged record: at its end, or else at the next one; whether there is one."""

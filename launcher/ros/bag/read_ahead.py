@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 
 from launcher.bag.model import Message, Span
 from launcher.bag.reader import Bag
-from launcher.errors import LauncherError
 
 
 class ReadAhead:
@@ -25,7 +24,7 @@ class ReadAhead:
         self._topics = topics
         self._limit = limit
         self._queue: deque[Message] = deque()
-        self._error: LauncherError | None = None
+        self._error: Exception | None = None
         self._changed = threading.Condition()
         self._done = self._closed = False
         self._thread = threading.Thread(target=self._read, args=(span,), daemon=True)
@@ -50,7 +49,7 @@ class ReadAhead:
                         return
                     self._queue.append(message)
                     self._changed.notify()
-        except LauncherError as error:
+        except Exception as error:  # the thread that plays tells it
             self._error = error
         finally:
             with self._changed:

@@ -42,6 +42,8 @@ def _lines(reports: list[Report]) -> Iterator[str]:
             told = count(file.extent.total, "message")
             if file.is_whole:
                 yield f"{file.name}: whole, {told}"
+            for note in file.notes:
+                yield f"{file.name}: {note}"
             for fault in file.faults:
                 yield f"{file.name}: {fault.text} (readable: {told})"
         yield from report.problems
@@ -56,6 +58,7 @@ def _document(report: Report) -> dict[str, Any]:
             {
                 "name": file.name,
                 "messages": file.extent.total,
+                "notes": file.notes,
                 "faults": [
                     {"offset": fault.offset, "text": fault.text, "lost": fault.lost}
                     for fault in file.faults
