@@ -254,6 +254,7 @@ def test_calls_again_and_again(env):
     with going_on(env, *words) as program:
         assert program.stdout is not None
         assert [json.loads(program.stdout.readline())["message"] for _ in range(3)] == ["off"] * 3
+    assert program.returncode == 0
 
 
 def test_a_rate_of_calls_is_above_zero(verb):
