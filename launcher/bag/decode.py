@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from launcher import strict_json
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, ROS2_MSG, Definition, Topic
 
@@ -111,7 +111,7 @@ def cell(value: Any) -> str:
         return value
     if isinstance(value, float):
         return repr(value)
-    return json.dumps(plain(value), ensure_ascii=False)
+    return strict_json.dumps(plain(value), ensure_ascii=False)
 
 
 def field_of(message: Any, path: str) -> Any:

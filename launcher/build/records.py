@@ -14,12 +14,12 @@ and completed after a successful one. It has
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from launcher import strict_json
 from launcher.build.place import Place
 from launcher.build.sources import Package
 
@@ -69,7 +69,7 @@ def read(place: Place, name: str) -> dict[str, Any] | None:
     """The record of a package; None if it was not built, or by another version."""
     try:
         with open(path_of(place, name), encoding="utf-8") as file:
-            record = json.load(file)
+            record = strict_json.loads(file.read())
     except (OSError, ValueError):
         return None
     is_known = isinstance(record, dict) and record.get("version") == _VERSION
@@ -101,7 +101,7 @@ def make(
     }
     content = {name: entry[2] for name, entry in files.items()}
     parts = [package.name, record["setting"], record["dependencies"], content]
-    record["digest"] = _digest(json.dumps(parts, sort_keys=True).encode())
+    record["digest"] = _digest(strict_json.packed(parts, sort_keys=True).encode())
     return record
 
 
@@ -110,7 +110,7 @@ def store(place: Place, record: dict[str, Any]) -> None:
     path = path_of(place, record["package"])
     os.makedirs(os.path.dirname(path), exist_ok=True)
     with open(f"{path}.new", "w", encoding="utf-8") as file:
-        json.dump(record, file)
+        file.write(strict_json.packed(record))
     os.replace(f"{path}.new", path)
 
 

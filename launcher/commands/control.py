@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from launcher import strict_json
 from launcher.command_help import sentence
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.control import verbs
@@ -84,7 +84,7 @@ def _warn(text: str) -> None:
 
 
 def _print_json(document: Mapping[str, Any]) -> None:
-    print(json.dumps(document), flush=True)
+    print(strict_json.dumps(document), flush=True)
 
 
 def _runs(options: Parsed) -> int:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 
+from launcher import strict_json
 from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
 from launcher.doctor.checks import check_all
@@ -91,4 +91,4 @@ def as_json(findings: Sequence[Finding], done: Sequence[str]) -> str:
         for finding in findings
     ]
     well = all(finding.level is not Level.PROBLEM for finding in findings)
-    return json.dumps({"well": well, "done": list(done), "findings": entries}, indent=2)
+    return strict_json.dumps({"well": well, "done": list(done), "findings": entries}, indent=2)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
+from launcher import strict_json
 from launcher.command_line import DEBUG, Command, option
 from launcher.commands import VERBS
 from launcher.errors import ExitCode
@@ -60,7 +60,7 @@ def main(words: Sequence[str]) -> int:
     hooks = Hooks() if workspace is None else read(workspace)
     values = variables(workspace, hooks, os.environ)
     if options.json:
-        print_text(json.dumps(values, indent=1))
+        print_text(strict_json.dumps(values, indent=1))
     else:
         in_shell = _SHELLS[options.shell]
         lines = (in_shell(name, value) for name, value in values.items())

@@ -109,11 +109,10 @@ def main(words: Sequence[str]) -> int:
 
 
 def _show_schema() -> int:
-    import json
-
+    from launcher import strict_json
     from launcher.commands.launch.supervise.schema import json_schema
 
-    print_text(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    print_text(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK
 
 
@@ -217,9 +216,9 @@ def _show_running(parsed: Parsed) -> int:
     with run.connect() as connection:
         reply = connection.ask("plan")
     if parsed.json:
-        import json
+        from launcher import strict_json
 
-        print_text(json.dumps(reply.result, indent=1))
+        print_text(strict_json.dumps(reply.result, indent=1))
     else:
         print_text("\n".join(reply.text))
     return ExitCode.OK
@@ -246,9 +245,9 @@ def _show_diff(parsed: Parsed) -> int:
     with find_run(which, read_only=True).connect() as connection:
         reply = connection.ask("reload", dry_run=True)
     if parsed.json:
-        import json
+        from launcher import strict_json
 
-        print_text(json.dumps(reply.result, indent=1))
+        print_text(strict_json.dumps(reply.result, indent=1))
     else:
         print_text("\n".join(reply.text))
     return ExitCode.OK
@@ -303,8 +302,7 @@ def _show_document(
     remarks: Sequence[str] = (),
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
-    import json
-
+    from launcher import strict_json
     from launcher.render.plan_json import document
 
     placed = () if placing is None else placing.placed
@@ -313,7 +311,7 @@ def _show_document(
         from launcher.render.hosts import discovery_document
 
         found["discovery"] = discovery_document(file.discovery)
-    print_text(json.dumps(found, indent=1))
+    print_text(strict_json.dumps(found, indent=1))
     for line in [*_warnings(plan, placing, file), *remarks, *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 

@@ -251,11 +251,10 @@ def _check(script: Script) -> None:
 
 
 def _print_schema() -> int:
-    import json
-
+    from launcher import strict_json
     from launcher.smoke.expect.grammar import json_schema
 
-    print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    print(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import os
 import socket
 import time
@@ -12,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.control.protocol import Request
 from launcher.errors import ExitCode
 from launcher.model.record import Record
@@ -184,7 +184,7 @@ class Connection:
             self._buffer += chunk
         line, _, self._buffer = self._buffer.partition(b"\n")
         try:
-            found = json.loads(line)
+            found = strict_json.loads(line)
         except ValueError:
             found = None
         if not isinstance(found, dict):

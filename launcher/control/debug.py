@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-
+from launcher import strict_json
 from launcher.control.peer import Exchange
 from launcher.control.results import sentence
 from launcher.control.verbs import BadCallError, Call
@@ -77,7 +76,7 @@ class DebugRequest:
         does = "waits for" if debugger.waits else "runs, and accepts"
         state = f"{does} a debugger at {debugger.address}"
         self._control.log.log("INFO", process.name, f"process {state}")
-        entry = json.dumps(debugger.configuration)
+        entry = strict_json.dumps(debugger.configuration)
         text = [
             f"{process.name} {state} (pid {process.child.pid})",
             "VS Code: an entry for `configurations` in .vscode/launch.json:",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 
+from launcher import strict_json
 from launcher.model.event_entries import entry_of, line_of
 from launcher.text import count, escape, shown_path
 
@@ -39,7 +39,7 @@ def event_line(item: Mapping[str, Any]) -> str:
     if "dropped" in item:
         return f"({item['dropped']} events were not read in time)"
     entry = entry_of(item)
-    return json.dumps(item) if entry is None else escape(line_of(entry), keep="")
+    return strict_json.dumps(item) if entry is None else escape(line_of(entry), keep="")
 
 
 def filters(row: Mapping[str, Any]) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 
+from launcher import strict_json
 from launcher.control.verbs import BadCallError
 from launcher.model.record import Record
 
@@ -41,7 +41,7 @@ class Request(Record):
         """As it is sent."""
         document = {"protocol": VERSION, "id": self.id, "verb": self.verb}
         document |= {"names": list(self.names), "options": dict(self.options)}
-        return json.dumps(document).encode() + b"\n"
+        return strict_json.packed(document).encode() + b"\n"
 
 
 class RequestError(Exception):
@@ -56,8 +56,8 @@ class RequestError(Exception):
 def parse_request(line: bytes) -> Request:
     """Raises RequestError."""
     try:
-        document = json.loads(line.decode(), parse_constant=_no_constant)
-    except (ValueError, RecursionError):
+        document = strict_json.loads(line)
+    except ValueError:
         raise _bad("a request is one JSON object on a line, in UTF-8") from None
     if not isinstance(document, dict):
         raise _bad("a request is a JSON object")
@@ -68,7 +68,7 @@ def parse_request(line: bytes) -> Request:
     if isinstance(version, bool) or version != VERSION:
         cause = BadCallError(
             "version",
-            f"unsupported protocol {json.dumps(version)[:20]}: this run uses {VERSION}",
+            f"unsupported protocol {strict_json.dumps(version)[:20]}: this run uses {VERSION}",
             "use the launcher that started the run; its version is in the first line it sends",
         )
         raise RequestError(cause, request_id)
@@ -92,10 +92,6 @@ def _bad(message: str, request_id: Any = None) -> RequestError:
     return RequestError(BadCallError("bad-request", message), request_id)
 
 
-def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is not JSON")
-
-
 # ---- answers
 
 
@@ -104,7 +100,7 @@ def encode(document: Mapping[str, Any]) -> bytes:
 
 
 def to_json(document: Mapping[str, Any]) -> str:
-    return json.dumps(document, separators=(",", ":"), default=str)
+    return strict_json.dumps(document, separators=(",", ":"), default=str)
 
 
 def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
@@ -114,14 +110,14 @@ def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> by
 
 def raw_item(request_id: Any, text: str) -> bytes:
     """An item of a stream that is JSON already."""
-    return f'{{"id":{json.dumps(request_id)},"item":{text}}}\n'.encode()
+    return f'{{"id":{strict_json.dumps(request_id)},"item":{text}}}\n'.encode()
 
 
 def raw_reply(request_id: Any, name: str, values: Sequence[str]) -> bytes:
     """Values that are JSON already, as the result and as the text."""
-    listed, text = ",".join(values), json.dumps(list(values))
-    result = f'{{"{name}":[{listed}]}}'
-    return f'{{"id":{json.dumps(request_id)},"ok":true,"result":{result},"text":{text}}}\n'.encode()
+    number, text = strict_json.dumps(request_id), strict_json.dumps(list(values))
+    result = f'{{"{name}":[{",".join(values)}]}}'
+    return f'{{"id":{number},"ok":true,"result":{result},"text":{text}}}\n'.encode()
 
 
 def failure(request_id: Any, problem: BadCallError) -> bytes:

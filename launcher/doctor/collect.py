@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import resource
@@ -14,7 +13,7 @@ from importlib import metadata
 from pathlib import Path
 
 import launcher
-from launcher import log_folder, proc
+from launcher import log_folder, proc, strict_json
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.doctor.network import collect_network
 from launcher.doctor.settings import collect_settings
@@ -123,7 +122,7 @@ def import_errors(env: Mapping[str, str]) -> dict[str, str]:
             timeout=PROBE_TIMEOUT_S,
             check=True,
         )
-        errors: dict[str, str] = json.loads(probe.stdout)
+        errors: dict[str, str] = strict_json.unpacked(probe.stdout)
     except subprocess.TimeoutExpired:
         return {"rclpy": f"not imported within {PROBE_TIMEOUT_S:.0f} s"}
     except subprocess.CalledProcessError as error:

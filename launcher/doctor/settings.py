@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher import xml_tree
+from launcher import strict_json, xml_tree
 from launcher.doctor.facts import SettingsFacts
 from launcher.errors import UsageError
 from launcher.hosts.crowd import PROFILES
@@ -54,7 +53,7 @@ def _faults(values: Mapping[str, str]) -> Iterator[tuple[str, str]]:
         if name in values and (fault := _file_fault(values[name], _xml("dds", "profiles"))):
             yield name, fault
     if FASTDDS_ENVIRONMENT in values:
-        fault = _file_fault(values[FASTDDS_ENVIRONMENT], json.loads)
+        fault = _file_fault(values[FASTDDS_ENVIRONMENT], strict_json.loads)
         if fault:
             yield FASTDDS_ENVIRONMENT, fault
     for part in values.get(CYCLONE, "").split(","):

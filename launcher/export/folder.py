@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 from collections.abc import Mapping
 from typing import Any
 
+from launcher import strict_json
 from launcher.errors import LauncherError, UsageError
 
 LIST = ".launcher-export.json"  # what was written last, with digests
@@ -75,7 +75,7 @@ class Folder:
         """Digests by name; None if there was no export."""
         try:
             with open(self._full(LIST), encoding="utf-8") as file:
-                data: Any = json.load(file)
+                data: Any = strict_json.loads(file.read())
         except (OSError, ValueError):
             return None
         files = data.get("files") if isinstance(data, dict) else None
@@ -108,7 +108,7 @@ def _list_of(files: Mapping[str, str]) -> bytes:
     digests = {
         name: _digest(text.encode(errors="surrogateescape")) for name, text in sorted(files.items())
     }
-    return (json.dumps({"files": digests}, indent=1) + "\n").encode()
+    return (strict_json.packed({"files": digests}, indent=1) + "\n").encode()
 
 
 def _digest(content: bytes) -> str:

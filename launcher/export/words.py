@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 
+from launcher import strict_json
 from launcher.errors import PackageNotFoundError
 from launcher.export.environment import looks_secret
 from launcher.export.model import FileOf, Interpreter, Part, Scratch, Word
@@ -70,7 +70,7 @@ class Command:
         # The environment is in the exported files, or private.
         written = {k: v for k, v in self._order.variables.items() if not looks_secret(k)}
         data = order_json.encode(replace(self._order, environment={}, variables=written))
-        self.files = {name: json.dumps(data, sort_keys=True, indent=1).encode() + b"\n"}
+        self.files = {name: strict_json.packed(data, sort_keys=True, indent=1).encode() + b"\n"}
         run = ("-m",), ("launcher.hosts.run_order",)
         return ((Interpreter(),), *run, (FileOf(name),), (Scratch(),))
 

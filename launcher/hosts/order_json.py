@@ -31,7 +31,7 @@ _NAMES = {kind: name for name, kind in _KINDS.items()}
 
 
 def encode(order: Order) -> dict[str, Any]:
-    """What `json.dumps` takes; values of variables and contents of files are in it."""
+    """What JSON takes; values of variables and contents of files are in it."""
     return {
         "name": order.name,
         "label": order.label,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
 
+from launcher import strict_json
 from launcher.hosts import order_json
 from launcher.hosts.model import DEFAULT_PYTHON
 from launcher.hosts.order import Order
@@ -92,7 +92,7 @@ def files_of(order: Order) -> Mapping[str, bytes]:
     """The files that `as_words` needs in its folder, by name."""
     if is_plain(order) or is_simple(order):
         return order.files
-    return {ORDER_FILE: json.dumps(order_json.encode(order)).encode()}
+    return {ORDER_FILE: strict_json.packed(order_json.encode(order)).encode()}
 
 
 # ---- for users

@@ -6,10 +6,10 @@ written to FOLDER, or else beside FILE.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 
+from launcher import strict_json
 from launcher.dispositions import for_exec
 from launcher.errors import ExitCode, LauncherError
 from launcher.hosts import order_json
@@ -25,7 +25,7 @@ def main(path: str, folder: str | None = None) -> NoReturn:
     """Replace this process; SystemExit after an error."""
     try:
         with open(path, encoding="utf-8") as file:
-            order = order_json.decode(json.load(file))
+            order = order_json.decode(strict_json.unpacked(file.read()))
         enter_workspace()
         found = resolve(order, folder or os.path.dirname(os.path.abspath(path)), os.environ)
         if found.cwd is not None:

@@ -47,12 +47,12 @@ def entry_of(item: object) -> Entry | None:
 
 def entry_in(line: str | bytes) -> Entry | None:
     """The entry that a line of `events.jsonl` holds; None if it is none, such as one cut short."""
-    import json
+    from launcher import strict_json
 
     try:
         text = line.decode() if isinstance(line, bytes) else line
-        return entry_of(json.loads(text))
-    except (ValueError, RecursionError):
+        return entry_of(strict_json.unpacked(text))
+    except ValueError:
         return None
 
 
@@ -203,6 +203,6 @@ def _details(event: RunEvent) -> list[str]:
 
 
 def _raw(value: object) -> str:
-    import json
+    from launcher import strict_json
 
-    return value if isinstance(value, str) else json.dumps(value, default=str)
+    return value if isinstance(value, str) else strict_json.dumps(value, default=str)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import json
 import os
 import shlex
 import sys
@@ -12,6 +11,7 @@ from importlib import metadata
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from launcher import strict_json
 from launcher.errors import UsageError
 
 DISTRIBUTION = "group_gp1"
@@ -46,7 +46,7 @@ def _direct_url() -> dict[str, object]:
     except metadata.PackageNotFoundError:
         text = None
     if text is not None:
-        found: dict[str, object] = json.loads(text)
+        found: dict[str, object] = strict_json.loads(text)
         return found
     editable = os.path.isfile(os.path.join(_CHECKOUT, "setup.py"))
     return {"url": Path(_CHECKOUT).as_uri(), "dir_info": {"editable": True}} if editable else {}

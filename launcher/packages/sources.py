@@ -66,11 +66,12 @@ def _folder_of(distribution: Distribution) -> str | None:
     text = distribution.read_text("direct_url.json")
     if text is None:
         return _folder_of_egg(distribution)
-    import json
     from urllib.parse import unquote, urlsplit
 
+    from launcher import strict_json
+
     try:
-        found = json.loads(text)
+        found = strict_json.loads(text)
         url = urlsplit(found["url"])
         is_editable = found.get("dir_info", {}).get("editable", False)
     except (ValueError, TypeError, KeyError, AttributeError):

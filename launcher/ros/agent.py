@@ -21,7 +21,6 @@ A request waits for its service as long as it takes, as in ROS 2; after a while 
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import threading
@@ -38,7 +37,7 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.interface_sources import INSTRUCTIONS, clone_commands
 from launcher.program import program
 from launcher.ros.clean_up import limited_clean_up
@@ -232,7 +231,7 @@ def reason(error: BaseException) -> str:
 
 
 def _write_line(answer: Answer) -> None:
-    sys.stdout.write(json.dumps(answer) + "\n")
+    sys.stdout.write(strict_json.packed(answer) + "\n")
     sys.stdout.flush()
 
 
@@ -243,7 +242,7 @@ def _decoded(value: dict[str, Any]) -> Any:
 
 def _read_requests(agent: Agent) -> None:
     for line in sys.stdin:
-        agent.submit(json.loads(line, object_hook=_decoded))
+        agent.submit(strict_json.unpacked(line, object_hook=_decoded))
     rclpy.try_shutdown()
 
 

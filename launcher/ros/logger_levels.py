@@ -7,14 +7,13 @@ answer, after a time limit, or with its input.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import threading
 import time
 from typing import TYPE_CHECKING, Any
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.stdio import keep_for_messages
 
 if TYPE_CHECKING:
@@ -138,14 +137,14 @@ def _get(caller: ServiceCaller, node: str, logger: str) -> tuple[str, str]:
 def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
-    questions = json.loads(sys.stdin.readline())
+    questions = strict_json.unpacked(sys.stdin.readline())
     threading.Thread(target=_await_end_of_input, daemon=True).start()
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.services import ServiceCaller
 
     with Observer() as observer, ServiceCaller(observer) as caller:
         caller.answer_s = ANSWER_S
-        print(json.dumps(answers(caller, questions)), flush=True)
+        print(strict_json.packed(answers(caller, questions)), flush=True)
 
 
 def _await_end_of_input() -> None:

@@ -8,7 +8,6 @@ have been compared, after a time limit, or with its input.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sys
 import threading
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
-from launcher import dispositions, yaml_bounds
+from launcher import dispositions, strict_json, yaml_bounds
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.stdio import keep_for_messages
@@ -240,7 +239,7 @@ def _same(one: Setting, other: Setting) -> bool:
 def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
-    request = json.loads(sys.stdin.readline())
+    request = strict_json.unpacked(sys.stdin.readline())
     try:
         from launcher.ros.discovery.observer import Observer
         from launcher.ros.services import ServiceCaller
@@ -260,7 +259,7 @@ def _await_end_of_input(over: threading.Event) -> None:
 
 
 def _print(text: str) -> None:
-    sys.stdout.write(json.dumps(text) + "\n")
+    sys.stdout.write(strict_json.packed(text) + "\n")
     sys.stdout.flush()
 
 

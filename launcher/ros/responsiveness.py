@@ -12,14 +12,13 @@ of waking up for each answer.
 
 from __future__ import annotations
 
-import json
 import os
 import select
 import sys
 import time
 from typing import Any
 
-from launcher import dispositions, proc
+from launcher import dispositions, proc, strict_json
 from launcher.stdio import keep_for_messages
 
 PERIOD_S = 1.0
@@ -163,13 +162,13 @@ def serve(questions: Questions, lines: Input) -> None:
     while not lines.has_ended:
         line = lines.last_line(last_s + PERIOD_S - time.monotonic())
         if line is not None:
-            questions.watch(json.loads(line))
+            questions.watch(strict_json.unpacked(line))
         elapsed_s = time.monotonic() - last_s
         if elapsed_s < PERIOD_S:
             continue
         last_s += elapsed_s
         for report in questions.round(elapsed_s):
-            print(json.dumps(report), flush=True)
+            print(strict_json.packed(report), flush=True)
 
 
 def main() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
 import signal
@@ -11,7 +10,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from launcher import command_line
+from launcher import command_line, strict_json
 from launcher.command_line import DEBUG, Command, Option, Parsed, option
 from launcher.dispositions import heeded
 from launcher.errors import ExitCode, UsageError
@@ -270,12 +269,12 @@ def to_json_plain(value: Any) -> Any:
 
 
 def print_json(document: Any) -> None:
-    print(json_text(to_json_plain(document), indent=2, allow_nan=False))
+    print(json_text(to_json_plain(document), indent=2))
 
 
 def json_text(value: Any, **style: Any) -> str:
     """As JSON, with escapes where the output lacks characters: they would be replaced."""
-    return json.dumps(value, ensure_ascii=not can_print(_BEYOND_LATIN), **style)
+    return strict_json.dumps(value, ensure_ascii=not can_print(_BEYOND_LATIN), **style)
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:

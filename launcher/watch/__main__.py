@@ -13,7 +13,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import queue
 import sys
@@ -22,7 +21,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.errors import LauncherError
 from launcher.watch.folders import Folders
 from launcher.watch.programs import Program
@@ -71,7 +70,7 @@ class Watcher:
             line = self._requests.get()
             if line is None:
                 return False
-            self._request(json.loads(line))
+            self._request(strict_json.unpacked(line))
         return True
 
     def _request(self, request: Mapping[str, Any]) -> None:
@@ -141,7 +140,7 @@ def _as_json(report: Report) -> dict[str, Any]:
 
 
 def tell(message: Mapping[str, Any]) -> None:
-    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.write(strict_json.packed(message) + "\n")
     sys.stdout.flush()
 
 

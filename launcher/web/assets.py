@@ -6,12 +6,12 @@ NiceGUI itself is not imported: only its files are used, which are found without
 from __future__ import annotations
 
 import importlib.util
-import json
 import mimetypes
 import re
 from functools import cache
 from pathlib import Path
 
+from launcher import strict_json
 from launcher.errors import LauncherError
 
 PAGE = Path(__file__).with_name("page")
@@ -79,7 +79,7 @@ def own_files() -> dict[str, Path]:
 
 def import_map() -> str:
     """What the browser resolves the bare names of modules with."""
-    return json.dumps({"imports": MODULES}, sort_keys=True)
+    return strict_json.dumps({"imports": MODULES}, sort_keys=True)
 
 
 def index(feed_key: str) -> str:

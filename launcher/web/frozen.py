@@ -9,14 +9,13 @@ from __future__ import annotations
 import base64
 import gzip
 import html
-import json
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.web import assets
 
 _TEMPLATE = assets.PAGE / "frozen.html"
@@ -61,11 +60,11 @@ def freeze(runs: Sequence[FrozenRun], *, title: str, chosen: int = 0) -> str:
         f'<script type="text/plain" id="frozen-{i}">{_packed(_json(run.messages))}</script>'
         for i, run in enumerate(runs)
     ]
-    labels = json.dumps({"labels": [run.label for run in runs], "chosen": chosen})
+    labels = strict_json.dumps({"labels": [run.label for run in runs], "chosen": chosen})
     parts = {
         "POLICY": _POLICY,
         "TITLE": html.escape(title.encode(errors="replace").decode()),
-        "FILES": _packed(json.dumps(_files())),
+        "FILES": _packed(strict_json.dumps(_files())),
         "RUNS": labels.replace("<", "\\u003c"),
         "DATA": "\n    ".join(data),
     }
@@ -79,22 +78,7 @@ def _packed(text: str) -> str:
 
 
 def _json(messages: Sequence[Message]) -> str:
-    """JSON in ASCII: a log may have bytes that are no characters."""
-    try:
-        return json.dumps(messages, separators=(",", ":"), default=str, allow_nan=False)
-    except ValueError:
-        return json.dumps(_finite(messages), separators=(",", ":"), default=str)
-
-
-def _finite(value: Any) -> Any:
-    """With null for the numbers that JSON does not have."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(key): _finite(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(one) for one in value]
-    return value
+    return strict_json.dumps(messages, separators=(",", ":"), default=str)
 
 
 # ---- the files of the page

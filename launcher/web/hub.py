@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import re
 from collections import deque
 from collections.abc import Callable
 from typing import Any
+
+from launcher import strict_json
 
 QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page
 
@@ -30,7 +31,7 @@ def encode(message: Message) -> str:
 
 
 def _dumps(value: Any) -> str:
-    return json.dumps(value, separators=(",", ":"), ensure_ascii=False, default=str)
+    return strict_json.dumps(value, separators=(",", ":"), ensure_ascii=False, default=str)
 
 
 def _exact(value: Any) -> Any:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections import deque
 from typing import Any
+
+from launcher import strict_json
 
 KEEP_POINTS = 20_000
 KEEP_S = 600.0
@@ -37,7 +38,7 @@ def _opened(value: Any) -> Any:
     """What a string of JSON holds, or the value itself."""
     if isinstance(value, str):
         try:
-            return json.loads(value)
+            return strict_json.unpacked(value)
         except ValueError:
             return value
     return value

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import time
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -12,6 +11,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from launcher import strict_json
 from launcher.control.verbs import READ_ONLY
 from launcher.socket_directory import ControlError
 from launcher.text import typed_error
@@ -105,7 +105,7 @@ class PageSession:
 
     def _take(self, text: str) -> None:
         try:
-            request = json.loads(text)
+            request = strict_json.loads(text)
         except ValueError:
             request = None
         if not isinstance(request, dict):

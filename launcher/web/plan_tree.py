@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import os
 import signal
 import sys
@@ -12,6 +11,7 @@ from collections import defaultdict, deque
 from collections.abc import Sequence
 from typing import Any
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 
 EVALUATION_S = 20.0
@@ -36,7 +36,7 @@ async def read_tree(target: str, arguments: Sequence[str]) -> Tree | None:
         return None
     try:
         output, _ = await asyncio.wait_for(process.communicate(), EVALUATION_S)
-        tree: Tree = json.loads(output)
+        tree: Tree = strict_json.unpacked(output)
     except (TimeoutError, asyncio.TimeoutError, ValueError):
         return None
     finally:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
-import json
 import os
 import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 
 _LINE_LIMIT = 64 * 1024 * 1024
@@ -82,7 +82,7 @@ class ProbeClient:
         if process is None or process.stdin is None or process.returncode is not None:
             self._fail_all()
             return
-        line = json.dumps({"id": 0, **request}).encode() + b"\n"
+        line = strict_json.packed({"id": 0, **request}).encode() + b"\n"
         process.stdin.write(line)
 
     async def _read(self, process: asyncio.subprocess.Process) -> None:
@@ -90,7 +90,7 @@ class ProbeClient:
         errors = asyncio.create_task(_last_bytes(process.stderr))
         with contextlib.suppress(OSError, ValueError):
             while line := await process.stdout.readline():
-                self._take(json.loads(line))
+                self._take(strict_json.unpacked(line))
         code = await process.wait()
         self._fail_all()
         if not self._is_closing:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.control.protocol import Request
 from launcher.socket_directory import ControlError
 
@@ -44,7 +44,7 @@ class RunClient:
             raise ControlError(f"{path}: the run does not answer") from None
         except OSError as error:
             raise ControlError(f"{path}: {error.strerror or error}") from None
-        self.hello = json.loads(line) if line.strip() else {}
+        self.hello = strict_json.loads(line) if line.strip() else {}
         if "run" not in self.hello:
             refusal = self.hello.get("error") or {}
             raise ControlError(f"{path}: {refusal.get('message', 'the run has ended')}")
@@ -76,7 +76,7 @@ class RunClient:
     async def _read(self, reader: asyncio.StreamReader) -> None:
         try:
             while line := await reader.readline():
-                self._take(json.loads(line))
+                self._take(strict_json.loads(line))
         except (OSError, ValueError):
             pass  # it was killed in the middle of a line
         for future in self._waiting.values():

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.control.format import event_line
 from launcher.model.event_entries import entry_of
 from launcher.model.run_events import Ended, Reloaded, Started
@@ -194,7 +194,7 @@ class RunFeed:
             changed = path.stat().st_mtime_ns
             if changed == self._expectations_read:
                 return
-            items = json.loads(path.read_text(encoding="utf-8"))["items"]
+            items = strict_json.loads(path.read_text(encoding="utf-8"))["items"]
         except (OSError, ValueError, KeyError, TypeError):
             return  # of most runs there are none
         self._expectations_read = changed

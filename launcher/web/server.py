@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import json
 import socket
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -16,7 +15,7 @@ from urllib.parse import quote, unquote, urlsplit
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.errors import LauncherError
 from launcher.web.access import Access, is_loopback, new_token, token_in
 from launcher.web.graph_feed import GraphFeed
@@ -192,7 +191,7 @@ def main() -> None:
     try:
         asyncio.run(_serve_for_launcher(settings))
     except LauncherError as error:
-        print(json.dumps({"error": error.message}), flush=True)
+        print(strict_json.packed({"error": error.message}), flush=True)
         sys.exit(error.message)
 
 
@@ -200,7 +199,7 @@ async def _serve_for_launcher(settings: Settings) -> None:
     server = WebServer(settings)
     reader = asyncio.create_task(_watch_input(server))
     if warning := risk(settings):
-        print(json.dumps({"warning": warning}), flush=True)
+        print(strict_json.packed({"warning": warning}), flush=True)
     await server.serve(_tell)
     reader.cancel()
 
@@ -209,7 +208,7 @@ def _tell(link: str) -> None:
     """With what the launcher gives a server that replaces this one."""
     parts = urlsplit(link)
     token = unquote(parts.query.removeprefix("token="))
-    print(json.dumps({"link": link, "port": parts.port, "token": token}), flush=True)
+    print(strict_json.packed({"link": link, "port": parts.port, "token": token}), flush=True)
 
 
 async def _watch_input(server: WebServer) -> None:

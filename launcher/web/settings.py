@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import Any
+
+from launcher import strict_json
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8770
@@ -26,5 +27,5 @@ class Settings:
 
     @classmethod
     def from_json(cls, text: str) -> Settings:
-        values: dict[str, Any] = json.loads(text)
+        values: dict[str, Any] = strict_json.unpacked(text)
         return cls(**values)

@@ -209,6 +209,34 @@ def test_mistakes_of_clients_are_told(client: FoxgloveClient):
     client.wait(lambda: received.messages, "a message")
 
 
+def test_odd_texts_are_answered_and_the_client_is_still_served(client: FoxgloveClient):
+    as_json = client.advertise("/odd", "std_msgs/msg/String", "json")
+    for text in (
+        "[" * 100_000,
+        '{"op": "subscribe", "subscriptions": [{"id": 1e999}]}',
+        '{"op": NaN}',
+        '{"op": ' + "1" * 5000 + "}",
+        '{"op": "\\udcff"}',
+    ):
+        client.socket.send(text)
+    client.advertise("/\udcff", "std_msgs/msg/String")
+    client.publish(as_json, b'{"data": "\\udcff"}')
+    client.publish(as_json, b"[" * 100_000)
+    client.wait(lambda: len(client.statuses) >= 8, "an answer to each")
+    for text in (
+        "objects and lists are more than 200 deep",
+        "1e999 is too large",
+        "NaN is not JSON",
+        "11111111111111111111... is too large",
+        "unknown op '\ufffd'",
+        "not UTF-8",
+        "/odd: Failed to populate field: 'data' takes a string",
+        "/odd: no String: objects and lists",
+    ):
+        assert text in texts(client)
+    assert "/talker.speed" in client.get_parameters("/talker.speed", "\udcff")
+
+
 def test_another_type_for_a_topic_is_refused(client: FoxgloveClient):
     received = client.subscribe("/chatter")
     client.wait(lambda: received.messages, "a message")

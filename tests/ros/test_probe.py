@@ -188,6 +188,24 @@ def test_what_is_no_request_is_refused_without_an_id(probe):
     assert probe.answer(None)["error"]["message"] == "a request is a JSON object"
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("[" * 100_000, "deep"),
+        ('{"id": 7, "do": "listen", "period_s": 1e999}', "1e999 is too large"),
+        ('{"id": NaN, "do": "clock"}', "NaN is not JSON"),
+        ('{"id": ' + "1" * 5000 + "}", "is too large"),
+        ('{"do": "explain", "topic": "/\\udcff"}', "not UTF-8"),
+        ('{"do": "form", "type": "\\udcff"}', "\ufffd"),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_what_is_no_json_is_refused_and_the_next_request_is_answered(probe, line, message):
+    probe.send_line(line)
+    probe.wait_for(lambda said: message in str(said.get("error")), message)
+    assert probe.ask("clock")["wall"] > 0
+
+
 def test_parameters_are_read_and_set(probe):
     asked = probe.ask("get_parameters", node="/talker", names=["speed", "tags", "nothing"])
     assert asked == {

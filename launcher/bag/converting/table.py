@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, TextIO
 
+from launcher import strict_json
 from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
 from launcher.bag.errors import BagError
@@ -65,7 +65,7 @@ class JsonLines:
             "publish_ns": message.publish_ns,
             "message": self._contents(decoded),
         }
-        self._stream.write(json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
+        self._stream.write(strict_json.dumps(document, ensure_ascii=False) + "\n")
 
     def _contents(self, decoded: Any) -> Any:
         if not self._fields:

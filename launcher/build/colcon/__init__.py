@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import select
 import subprocess
@@ -11,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import IO, Any
 
 import launcher
-from launcher import proc
+from launcher import proc, strict_json
 from launcher.build.colcon import descendants, signals
 from launcher.build.place import Place
 
@@ -90,7 +89,7 @@ class Colcon:
             if not data:
                 return
             *lines, rest = (rest + data).split(b"\n")
-            yield from map(json.loads, lines)
+            yield from map(strict_json.unpacked, lines)
 
     def wait(self) -> int:
         """The exit code, after the last event."""

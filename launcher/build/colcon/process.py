@@ -7,13 +7,13 @@ launcher has ended, and all descendants are killed.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import threading
 from collections.abc import Callable
 from typing import Any
 
+from launcher import strict_json
 from launcher.build.colcon import descendants
 
 
@@ -72,4 +72,4 @@ class _Observer:
             return
         if kind.startswith("Job"):
             entry["package"] = data.identifier
-        self._write(json.dumps(entry) + "\n")
+        self._write(strict_json.packed(entry) + "\n")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import string
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from xml.sax.saxutils import escape
+
+from launcher import strict_json
 
 _OF_NODES = ("rclpy", "rcl_interfaces")  # what the example nodes import besides their types
 _OF_INTERFACES = ("builtin_interfaces",)
@@ -121,4 +122,4 @@ def _lines(lines: Iterable[str], indent: int = 0) -> str:
 
 def _quoted(value: str | list[str]) -> str:
     """As a literal of Python, with the quotes that its formatters prefer."""
-    return json.dumps(value, ensure_ascii=False)
+    return strict_json.dumps(value, ensure_ascii=False)

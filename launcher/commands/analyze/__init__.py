@@ -32,9 +32,9 @@ def main(words: Sequence[str]) -> int:
     if not found.processes:
         raise UsageError(f"no process has been started so far: {folder}")
     if parsed.json:
-        import json
+        from launcher import strict_json
 
-        print_text(json.dumps(report.document(found), indent=1))
+        print_text(strict_json.dumps(report.document(found), indent=1))
     else:
         columns = _columns()
         print_text("\n".join(report.lines(found, columns)))

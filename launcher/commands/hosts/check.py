@@ -34,9 +34,9 @@ def _check(parsed: Parsed) -> int:
         timeout_s=parsed.timeout,
     )
     if parsed.json:
-        import json
+        from launcher import strict_json
 
-        print_text(json.dumps(as_document(result), indent=1))
+        print_text(strict_json.dumps(as_document(result), indent=1))
     else:
         print_text(as_text(result))
     return ExitCode.OK if result.is_well else ExitCode.PROCESS_FAILED

@@ -8,11 +8,10 @@ from launcher.stdio import print_text
 
 
 def _print(parsed: Parsed) -> int:
-    import json
-
+    from launcher import strict_json
     from launcher.hosts.schema import json_schema
 
-    print_text(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    print_text(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK
 
 

@@ -6,10 +6,10 @@ evaluated, a line of JSON is written to it, and the run begins only after an ans
 
 from __future__ import annotations
 
-import json
 import os
 import socket
 
+from launcher import strict_json
 from launcher.control.selection import ProcessNames
 from launcher.interpreter.unvisited import EventTime
 from launcher.model.events import LoadRequest
@@ -27,7 +27,7 @@ def is_accepted(descriptor: int, core: LaunchCore) -> bool:
     """Tell what the launch file will start; whether the run may begin."""
     with socket.socket(fileno=descriptor) as judge:
         try:
-            judge.sendall(json.dumps(document(core)).encode() + b"\n")
+            judge.sendall(strict_json.packed(document(core)).encode() + b"\n")
             return bool(judge.recv(1))
         except OSError:
             return False  # it has gone

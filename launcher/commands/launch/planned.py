@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 
+from launcher import strict_json
 from launcher.commands import launch
 from launcher.commands import plan as planning
 from launcher.commands.launch.target import LaunchRequest
@@ -27,5 +27,5 @@ def print_planned(words: Sequence[str], document: Callable[[Plan], Any]) -> int:
         return error.exit_code
     if plan.error is not None:
         return ExitCode.USAGE
-    print(json.dumps(document(plan)))
+    print(strict_json.packed(document(plan)))
     return ExitCode.OK

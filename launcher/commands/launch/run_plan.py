@@ -44,7 +44,7 @@ Adapt = Callable[[ProcessSpec], ProcessSpec]  # by options of the run
 def run_document(
     interpreter: Interpreter, path: str, steps: Sequence[RunStep], adapt: Adapt
 ) -> dict[str, Any]:
-    """The document of the steps so far, ready for `json.dumps`."""
+    """The document of the steps so far, ready for JSON."""
     return document(run_plan(interpreter, path, steps, adapt))
 
 

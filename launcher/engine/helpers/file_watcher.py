@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Mapping
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line, start_module
 from launcher.engine.posix import spawn
@@ -81,7 +81,7 @@ class FileWatcher:
         if self._process is None:
             return  # it will be told everything
         is_first = not self._unsent
-        self._unsent += json.dumps(message).encode() + b"\n"
+        self._unsent += strict_json.packed(message).encode() + b"\n"
         if is_first and self._flush():
             self._reactor.add_writer(self._in, self._writable)
 
@@ -106,7 +106,7 @@ class FileWatcher:
             return
         *lines, self._partial = (self._partial + chunk).split(b"\n")
         for line in lines:
-            self._on_message(json.loads(line))
+            self._on_message(strict_json.unpacked(line))
             if self._process is None:
                 return  # closed meanwhile
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Callable, Mapping
 
+from launcher import strict_json
 from launcher.engine.helpers.client_process import ClientProcess
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.housekeeping import Housekeeper
@@ -39,7 +39,7 @@ class FlightRecorder:
         self._ids = itertools.count(1)
         self._process = ClientProcess(
             reactor,
-            (MODULE, json.dumps(settings)),
+            (MODULE, strict_json.packed(settings)),
             env,
             log.warn,
             housekeeper,
@@ -61,14 +61,14 @@ class FlightRecorder:
     def snapshot(self, reason: str, done: Done) -> None:
         """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`."""
         number = next(self._ids)
-        if self._process.send(json.dumps({"snapshot": reason, "id": number}).encode()):
+        if self._process.send(strict_json.packed({"snapshot": reason, "id": number}).encode()):
             self._waiting[number] = done
         else:
             done({"error": "the flight recorder is not running"})
 
     def _heard(self, line: bytes) -> None:
         try:
-            answer = json.loads(line)
+            answer = strict_json.unpacked(line)
         except ValueError:
             return  # what a library prints
         if "note" in answer:
@@ -92,6 +92,6 @@ class FlightRecorder:
 
     def close(self) -> None:
         """Let it write what it is about to write, and wait for its exit."""
-        self._process.send(json.dumps({"end": True}).encode())
+        self._process.send(strict_json.packed({"end": True}).encode())
         self._process.close()
         self._fail("the run has ended")

@@ -6,11 +6,11 @@ a while.
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Mapping
 
+from launcher import strict_json
 from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor, Timer
@@ -129,7 +129,7 @@ class _Helper:
         if self._process is None:
             return
         is_first = not self._unsent
-        self._unsent += json.dumps(message).encode() + b"\n"
+        self._unsent += strict_json.packed(message).encode() + b"\n"
         if is_first and self._flush():
             self._reactor.add_writer(self._in, self._writable)
 
@@ -158,7 +158,7 @@ class _Helper:
         for line in lines:
             if not line.startswith(b"{"):
                 continue  # Fast DDS prints some of its warnings to standard output
-            seen = json.loads(line)
+            seen = strict_json.unpacked(line)
             if seen["watch"] in self._requests:
                 self._requests[seen["watch"]][1](seen["holds"], seen["text"])
 

@@ -5,11 +5,11 @@ One for each request and domain; it ends with its answer, with its time limit, o
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Sequence
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import start_module
 from launcher.engine.posix import spawn
@@ -75,7 +75,8 @@ class LoggerLevels:
         )
         spawn.started.add(helper.pid)
         assert helper.stdin is not None and helper.stdout is not None
-        helper.stdin.write(json.dumps([_as_json(one) for one in questions]).encode() + b"\n")
+        request = strict_json.packed([_as_json(one) for one in questions])
+        helper.stdin.write(request.encode() + b"\n")
         fd = helper.stdout.fileno()
         self._helpers[fd] = helper
         received = b""
@@ -121,7 +122,7 @@ def _as_json(one: Question) -> dict[str, Any]:
 
 def _answers(text: bytes, questions: Sequence[Question]) -> Answers:
     try:
-        found: Answers = json.loads(text)
+        found: Answers = strict_json.unpacked(text)
     except ValueError:
         error = "cannot be asked: rclpy cannot be used in its environment"
         return [

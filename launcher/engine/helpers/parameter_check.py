@@ -7,11 +7,11 @@ is freed as that of nodes.
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Iterable, Mapping
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import start_module
 from launcher.engine.posix import spawn
@@ -95,14 +95,14 @@ class ParameterCheck:
         spawn.started.add(helper.pid)
         assert helper.stdin is not None and helper.stdout is not None
         self._helpers.append(helper)
-        request = json.dumps({"nodes": nodes})
+        request = strict_json.packed({"nodes": nodes})
         os.set_blocking(helper.stdout.fileno(), False)
         self._reactor.add_reader(helper.stdout.fileno(), _Lines(self, helper).read)
         os.set_blocking(helper.stdin.fileno(), False)
         _Writer(self._reactor, helper.stdin.fileno(), request.encode() + b"\n").write()
 
     def line(self, line: bytes) -> None:
-        self._warn(str(json.loads(line)))
+        self._warn(str(strict_json.unpacked(line)))
 
     def ended(self, helper: subprocess.Popen[bytes]) -> None:
         """Its output has ended, or the run."""

@@ -5,11 +5,11 @@ It is launcher.ros.responsiveness; it ends with its input.
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
 
+from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
 from launcher.engine.helpers.popen import last_line, start_module, wait_or_kill
 from launcher.engine.posix import spawn
@@ -72,7 +72,7 @@ class ResponsivenessHelper:
             for node, one in nodes.items()
             if one.child is not None
         ]
-        line = json.dumps(entries).encode() + b"\n"
+        line = strict_json.packed(entries).encode() + b"\n"
         if line != self._sent and not self._unsent:
             self._sent = self._unsent = line
         if self._unsent:
@@ -106,7 +106,7 @@ def _decoded(reports: list[bytes]) -> Iterator[dict[str, Any]]:
     """The reports among its lines; Fast DDS may print others."""
     for line in reports:
         try:
-            found = json.loads(line)
+            found = strict_json.unpacked(line)
         except ValueError:
             continue
         if isinstance(found, dict):

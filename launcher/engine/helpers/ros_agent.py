@@ -5,11 +5,11 @@ With the first request, since most launch files have none and importing rclpy is
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Callable, Mapping
 
+from launcher import strict_json
 from launcher.engine.helpers.popen import start_module, wait_or_kill
 from launcher.engine.posix import spawn
 from launcher.engine.posix.reactor import Reactor
@@ -116,7 +116,7 @@ class RosAgent:
     def _write(self, message: dict[str, object]) -> None:
         # Without waiting: an agent that hangs must not suspend the run.
         is_first = not self._unsent
-        self._unsent += json.dumps(message, default=_bytes_as_json).encode() + b"\n"
+        self._unsent += strict_json.packed(message, default=_bytes_as_json).encode() + b"\n"
         if is_first and self._flush():
             self._reactor.add_writer(self._in, self._writable)
 
@@ -143,7 +143,7 @@ class RosAgent:
             return
         *lines, self._partial = (self._partial + chunk).split(b"\n")
         for line in lines:
-            self._answered(json.loads(line))
+            self._answered(strict_json.unpacked(line))
 
     def _answered(self, answer: dict[str, Any]) -> None:
         match answer:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 
+from launcher import strict_json
 from launcher.engine.helpers.client_process import ClientProcess
 from launcher.engine.logs.run_log import RunLog
 from launcher.engine.monitor.housekeeping import Housekeeper
@@ -54,7 +54,7 @@ class WebPage:
             goodbye_s=GOODBYE_S,
             on_line=self._heard,
             on_exit=self._died,
-            greeting=json.dumps(self._settings).encode(),
+            greeting=strict_json.packed(self._settings).encode(),
         )
 
     @property
@@ -74,7 +74,7 @@ class WebPage:
             self._waiting.append(done)
 
     def _heard(self, line: bytes) -> None:
-        answer = json.loads(line)
+        answer = strict_json.unpacked(line)
         if "warning" in answer:
             self._show(f"warning: {answer['warning']}")
             return
@@ -83,7 +83,7 @@ class WebPage:
                 self._show(f"page: {answer['link']}")
             self._link = answer["link"]
             self._settings |= {"port": answer["port"], "token": answer["token"]}
-            self._process.greeting = json.dumps(self._settings).encode()
+            self._process.greeting = strict_json.packed(self._settings).encode()
         else:
             self._process.give_up()  # it would fail again
         self._answer(answer)

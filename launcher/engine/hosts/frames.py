@@ -10,10 +10,10 @@ The others are numbered by what their sender has received: they acknowledge.
 from __future__ import annotations
 
 import enum
-import json
 import struct
 from collections.abc import Iterator, Mapping
 
+from launcher import strict_json
 from launcher.hosts.identity import PROTOCOL as PROTOCOL
 
 TYPE_CHECKING = False
@@ -77,8 +77,8 @@ class Frame:
     def content(self) -> Mapping[str, Any]:
         """The object in the payload; FrameError."""
         try:
-            value = json.loads(self.payload)
-        except (ValueError, RecursionError):
+            value = strict_json.unpacked(self.payload)
+        except ValueError:
             raise FrameError(f"the payload of a frame of kind {self.kind} is no JSON") from None
         if not isinstance(value, dict):
             raise FrameError(f"the payload of a frame of kind {self.kind} is no object")
@@ -103,7 +103,7 @@ def encode(kind: int, sequence: int, time_s: float, payload: bytes = b"") -> byt
 
 def pack(content: Mapping[str, Any]) -> bytes:
     """An object as a payload."""
-    return json.dumps(content, separators=(",", ":")).encode()
+    return strict_json.packed(content, separators=(",", ":")).encode()
 
 
 class Decoder:

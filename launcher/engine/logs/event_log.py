@@ -46,12 +46,12 @@ class EventLog:
     def flush(self) -> None:
         if not self._entries:
             return
-        import json  # here: not before the first process has started
+        from launcher import strict_json  # here: not before the first process has started
 
         entries, self._entries = self._entries, []
         lines = []
         for entry in entries:
-            line = json.dumps(entry.item, default=as_dict)
+            line = strict_json.dumps(entry.item, default=as_dict)
             lines.append(line + "\n")
             if isinstance(entry.event, Resources):
                 self._resources = line

@@ -209,11 +209,11 @@ class RunDirectory:
         self.keep_up()
         if self.path is None or self._broken:
             return
-        import json
+        from launcher import strict_json
 
         try:
             with open(f"{self.path}/{PLAN}", "w", encoding="utf-8") as file:
-                file.write(json.dumps(plan(), indent=1))
+                file.write(strict_json.dumps(plan(), indent=1))
         except OSError as error:
             self._give_up(error)
 

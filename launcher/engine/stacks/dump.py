@@ -53,7 +53,7 @@ class Dump(Record):
 
 
 def document(dump: Dump) -> dict[str, object]:
-    """Ready for `json.dumps`."""
+    """Ready for JSON."""
     threads = [
         {
             **as_dict(thread),

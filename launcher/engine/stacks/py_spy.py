@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
 import shutil
 import sys
 
-from launcher import proc
+from launcher import proc, strict_json
 from launcher.engine.stacks.command import Completed
 from launcher.engine.stacks.dump import Dump, Frame, Thread, command_of
 
@@ -72,7 +71,7 @@ def words(program: str, pid: int, *, native: bool = False, with_locals: bool = F
 def parse(pid: int, output: bytes) -> Dump:
     """The dump that it has printed; ValueError if that is none."""
     try:
-        threads = [_thread(entry) for entry in json.loads(output)]
+        threads = [_thread(entry) for entry in strict_json.loads(output)]
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"unknown output of py-spy: {error!r}") from None
     threads.sort(key=lambda thread: (thread.tid != pid, thread.tid))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import _socket
 import contextlib
-import json
 import os
 import select
 import signal
 import sys
 
+from launcher import strict_json
 from launcher.engine.posix import spawn
 from launcher.engine.warm import wire
 
@@ -99,7 +99,7 @@ class PreparingProcess:
         except OSError:
             data = b""
         if data:
-            self._answered(json.loads(data))
+            self._answered(strict_json.unpacked(data))
         else:
             self._end("")
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
+
+from launcher import strict_json
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ class Scan:
         self._pid = os.fork()
         if self._pid == 0:
             try:
-                os.write(ours, json.dumps(_found(programs)).encode())
+                os.write(ours, strict_json.packed(_found(programs)).encode())
             finally:
                 os._exit(0)
         os.close(ours)
@@ -31,7 +32,7 @@ class Scan:
         with open(self._answer, "rb") as answer:
             text = answer.read()
         os.waitpid(self._pid, 0)
-        modules, attributes = json.loads(text) if text else ([], [])
+        modules, attributes = strict_json.unpacked(text) if text else ([], [])
         return modules, [(module, name) for module, name in attributes]
 
 

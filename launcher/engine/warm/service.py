@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import _socket
 import gc
-import json
 import os
 import sys
 
+from launcher import strict_json
 from launcher.engine.warm import wire
 from launcher.engine.warm.child import become
 from launcher.engine.warm.forking import Forker
@@ -66,7 +66,7 @@ def _order(socket: _socket.socket) -> Any:
     if len(sys.argv) > 2:
         with open(int(sys.argv[2]), encoding="utf-8") as file:
             file.seek(0)
-            return json.load(file)
+            return strict_json.unpacked(file.read())
     request = wire.receive_request(socket)
     if request is None:
         os._exit(0)
@@ -76,7 +76,7 @@ def _order(socket: _socket.socket) -> Any:
 def _begin_again(socket: _socket.socket, order: Any) -> None:
     """Become a new preparing process, which leaves out more modules."""
     file = os.memfd_create("launcher-order", 0)
-    os.write(file, json.dumps(order).encode())
+    os.write(file, strict_json.packed(order).encode())
     os.set_inheritable(socket.fileno(), True)
     words = [*sys.orig_argv[:2], str(socket.fileno()), str(file)]
     os.execve(sys.executable, words, order["environment"])

@@ -6,9 +6,10 @@ as JSON: a message may be as long as it likes. An answer is JSON.
 
 from __future__ import annotations
 
-import json
 import os
 import struct
+
+from launcher import strict_json
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def send_request(socket: _socket.socket, content: object, fds: Sequence[int] = (
     """OSError if the other side is gone, or its queue is full."""
     file = os.memfd_create("launcher-request", os.MFD_CLOEXEC)
     try:
-        os.write(file, json.dumps(content).encode())
+        os.write(file, strict_json.packed(content).encode())
         rights = struct.pack(f"{len(fds) + 1}i", file, *fds)
         socket.sendmsg([b"r"], [(_SOL_SOCKET, _SCM_RIGHTS, rights)])
     finally:
@@ -42,8 +43,8 @@ def receive_request(socket: _socket.socket) -> tuple[Any, list[int]] | None:
         os.set_inheritable(fd, False)
     with open(file, "rb") as stream:
         stream.seek(0)
-        return json.loads(stream.read()), fds
+        return strict_json.unpacked(stream.read()), fds
 
 
 def send_answer(socket: _socket.socket, content: object) -> None:
-    socket.send(json.dumps(content).encode())
+    socket.send(strict_json.packed(content).encode())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -10,6 +9,7 @@ import time
 from collections.abc import Mapping
 from importlib import resources
 
+from launcher import strict_json
 from launcher.hosts.check.facts import Clock, Member, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
 from launcher.hosts.model import Host
@@ -80,7 +80,7 @@ class ProbeSession:
         except FileNotFoundError:
             assert self.host is not None
             raise no_ssh(self.host) from None
-        self._write(program() + json.dumps(request).encode() + b"\n")
+        self._write(program() + strict_json.packed(request).encode() + b"\n")
 
     def _write(self, data: bytes) -> None:
         assert self._process.stdin is not None
@@ -90,7 +90,7 @@ class ProbeSession:
             return  # its output ends, too
 
     def ask(self, **request: Any) -> None:
-        self._write(json.dumps(request).encode() + b"\n")
+        self._write(strict_json.packed(request).encode() + b"\n")
 
     @property
     def fd(self) -> int:
@@ -120,7 +120,7 @@ class ProbeSession:
             self.user = text.removeprefix(_SHELL).strip()
             self.reached_s = time.monotonic() - self._started_s
         try:
-            answer = json.loads(text)
+            answer = strict_json.loads(text)
         except ValueError:
             return {}  # of a login shell
         if not isinstance(answer, dict):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
 
+from launcher import strict_json
 from launcher.hosts.sync.tree import Tree
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS
@@ -33,7 +33,7 @@ def from_files() -> Iterator[Distribution]:
             yield distribution
             continue
         try:
-            found = json.loads(distribution.read_text("direct_url.json") or "{}")
+            found = strict_json.loads(distribution.read_text("direct_url.json") or "{}")
             is_here = urlsplit(found.get("url", "")).scheme == "file"
             is_editable = found.get("dir_info", {}).get("editable", False)
         except (ValueError, AttributeError):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import fnmatch
 import hashlib
-import json
 import os
 import stat
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from launcher import strict_json
 from launcher.errors import LauncherError, SeveralErrors
 from launcher.hosts.sync.on_host import wire
 from launcher.model.record import Record
@@ -157,7 +157,7 @@ class Release:
     @property
     def id(self) -> str:
         """What is the same for the same files at the same places."""
-        return hashlib.sha256(json.dumps(self.rows).encode("ascii")).hexdigest()
+        return hashlib.sha256(strict_json.packed(self.rows).encode("ascii")).hexdigest()
 
     def with_entries(self, entries: Sequence[Entry]) -> Release:
         """A release that has some more files; the others are not read again."""

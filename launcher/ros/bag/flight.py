@@ -11,7 +11,6 @@ launcher.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import queue
 import re
@@ -23,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.bag import snapshot
 from launcher.bag.model import Message, Qos, Topic
 from launcher.bag.selection import Selection
@@ -131,7 +130,7 @@ class FlightRecorder:
 
     def _read_orders(self) -> None:
         for line in sys.stdin:
-            order = json.loads(line)
+            order = strict_json.unpacked(line)
             if "snapshot" in order:
                 self._requests.put(("snapshot", (order["snapshot"], order["id"])))
             if order.get("end"):
@@ -259,14 +258,14 @@ _saying = threading.Lock()
 
 def say(**values: object) -> None:
     with _saying, contextlib.suppress(OSError):
-        sys.stdout.write(json.dumps(values) + "\n")
+        sys.stdout.write(strict_json.packed(values) + "\n")
         sys.stdout.flush()
 
 
 def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # it ends with the launcher
-    settings = Settings(**json.loads(sys.argv[1]))
+    settings = Settings(**strict_json.unpacked(sys.argv[1]))
     with Observer() as observer:
         FlightRecorder(settings, observer).run()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import socket
 import threading
@@ -11,6 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.control.server import credentials, listening
 from launcher.socket_directory import ControlError
 
@@ -56,9 +56,9 @@ class GraphServer:
             if not chunk:
                 return
             line += chunk
-        request = json.loads(line)
+        request = strict_json.loads(line)
         if isinstance(request, dict):
-            connection.sendall(json.dumps(self._answer(request)).encode() + b"\n")
+            connection.sendall(strict_json.dumps(self._answer(request)).encode() + b"\n")
 
     def restore(self) -> None:
         """Restore the socket file if it was removed, once its folder exists again."""

@@ -11,7 +11,6 @@ the domain for longer, so it also knows ghosts: nodes that were killed.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import socket
 import time
@@ -19,7 +18,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher import socket_directory
+from launcher import socket_directory, strict_json
 from launcher.control.protocol import DISCOVERY_VARIABLES
 from launcher.ros.snapshot.graph import GraphSnapshot, from_document
 
@@ -41,7 +40,7 @@ def graph_socket_path(run_socket: Path) -> Path:
 def snapshot_of_run(domain_id: int) -> GraphSnapshot | None:
     """What the bridge of a run knows; None if there is none, or its graph is not complete."""
     deadline = time.monotonic() + ANSWER_TIMEOUT_S
-    request = json.dumps(query(domain_id, os.environ)).encode() + b"\n"
+    request = strict_json.packed(query(domain_id, os.environ)).encode() + b"\n"
     for path in _sockets():
         try:
             if document := _answer(path, request, deadline).get("look"):
@@ -73,7 +72,7 @@ def _answer(path: Path, request: bytes, deadline: float) -> dict[str, Any]:
             if not chunk:
                 raise ConnectionResetError
             answer += chunk
-    found: dict[str, Any] = json.loads(answer)
+    found: dict[str, Any] = strict_json.loads(answer)
     return found
 
 

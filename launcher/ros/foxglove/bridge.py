@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
+from launcher import strict_json
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
 from launcher.ros.foxglove import protocol
@@ -249,7 +249,7 @@ class Bridge:
         try:
             if is_json:
                 request = kind.Request()
-                fill(request, json.loads(call.payload or b"{}"))
+                fill(request, strict_json.loads(call.payload or b"{}"))
             else:
                 request = deserialize_message(call.payload, kind.Request)
         except VerbError:
@@ -258,7 +258,7 @@ class Bridge:
             raise VerbError(f"no request of {service.type}: {reason(error)}") from None
         response = await self._calls.call(kind, service.name, request)
         if is_json:
-            return json.dumps(to_json_plain(to_plain(response)), ensure_ascii=False).encode()
+            return strict_json.dumps(to_json_plain(to_plain(response)), ensure_ascii=False).encode()
         return bytes(serialize_message(response))
 
     # parameters

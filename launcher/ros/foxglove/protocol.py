@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from dataclasses import dataclass
 from typing import Any
+
+from launcher import strict_json
 
 # The second one is the older name of the same protocol.
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
@@ -97,7 +98,7 @@ class ServiceCall:
 def text(op: str, **fields: Any) -> str:
     """A message of the server; None is left out."""
     given = {name: value for name, value in fields.items() if value is not None}
-    return json.dumps({"op": op, **given}, ensure_ascii=False, allow_nan=False)
+    return strict_json.dumps({"op": op, **given}, ensure_ascii=False)
 
 
 def status(level: int, message: str) -> str:
@@ -117,9 +118,9 @@ def service_response(call: ServiceCall, payload: bytes) -> bytes:
 def parse_text(message: str) -> dict[str, Any]:
     """The object that a client has sent; its `op` is a string. ProtocolError."""
     try:
-        found = json.loads(message)
-    except (ValueError, RecursionError):
-        raise ProtocolError("invalid message: not JSON") from None
+        found = strict_json.loads(message)
+    except ValueError as error:
+        raise ProtocolError(f"invalid message: not JSON: {error}") from None
     if not isinstance(found, dict) or not isinstance(found.get("op"), str):
         raise ProtocolError("invalid message: no object with an 'op'")
     return found

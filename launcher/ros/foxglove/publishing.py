@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import time
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
+from launcher import strict_json
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.errors import VerbError
 from launcher.ros.foxglove import protocol
@@ -55,7 +55,7 @@ class Publication:
         try:
             if self._is_json:
                 message = self._kind()
-                fill(message, json.loads(payload))
+                fill(message, strict_json.loads(payload))
                 self._publisher.publish(message)
             else:
                 deserialize_message(payload, self._kind)

@@ -6,13 +6,13 @@ import asyncio
 import contextlib
 import errno
 import importlib
-import json
 import logging
 import signal
 import socket
 from collections.abc import AsyncIterator
 from typing import Any
 
+from launcher import strict_json
 from launcher.command_line import Parsed
 from launcher.dispositions import heeded
 from launcher.errors import ExitCode
@@ -21,6 +21,7 @@ from launcher.ros.errors import VerbError
 from launcher.ros.verb import observing, warn
 
 _MOST_MESSAGE_BYTES = 64 * 1024 * 1024  # of one message of a client
+_OPEN_S = 10.0  # for the handshake of a client
 _CLOSE_S = 1.0  # for the good-bye of a client
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 # A client that has vanished without a good-bye is noticed after 30 s.
@@ -110,6 +111,7 @@ async def _listening(bridge: Any, host: str, port: int) -> AsyncIterator[int]:
             compression=None,
             max_size=_MOST_MESSAGE_BYTES,
             ping_interval=None,  # a client that reads slowly would answer too late
+            open_timeout=_OPEN_S,
             close_timeout=_CLOSE_S,
             logger=logger,
         )
@@ -149,7 +151,7 @@ def _url(host: str, port: int) -> str:
 
 def _line(event: str, fields: dict[str, Any], *, as_json: bool) -> str:
     if as_json:
-        return json.dumps({"event": event, **fields})
+        return strict_json.dumps({"event": event, **fields})
     if event == "listening":
         return f"listening on {fields['url']} (domain {fields['domain']})"
     return f"client {fields['client']} {event} ({fields['address']})"

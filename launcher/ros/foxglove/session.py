@@ -15,6 +15,7 @@ from launcher.ros.errors import VerbError
 from launcher.ros.foxglove import protocol
 from launcher.ros.foxglove.outbox import Outbox
 from launcher.ros.foxglove.protocol import Channel, ClientData, ProtocolError, ServiceCall
+from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -61,17 +62,26 @@ class Session:
             await asyncio.gather(writer, *self._tasks, return_exceptions=True)
 
     async def _write(self) -> None:
+        """Send what waits; if that is not possible, the client is given up, and sees it."""
+        try:
+            await self._write_forever()
+        except ConnectionClosed:
+            pass
+        except Exception as error:
+            warn(f"client {self.number} is disconnected: {type(error).__name__}: {error}")
+            self.abort()
+
+    async def _write_forever(self) -> None:
         """Wait wherever the client does not read; the outbox drops data meanwhile."""
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                await self._wake.wait()
-                self._wake.clear()
-                sent = 0
-                while (message := self._outbox.take()) is not None:
-                    await self._socket.send(message)
-                    sent += 1
-                    if sent % _TURN == 0:
-                        await asyncio.sleep(0)
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            sent = 0
+            while (message := self._outbox.take()) is not None:
+                await self._socket.send(message)
+                sent += 1
+                if sent % _TURN == 0:
+                    await asyncio.sleep(0)
 
     def send(self, message: str | bytes) -> None:
         if self._outbox.put(message):

@@ -118,7 +118,8 @@ def _string(value: Any, kind: Any, path: str) -> str:
         raise _misfit(path, "a string", value)
     try:
         text = str(value)
-    except ValueError:  # a number of thousands of digits
+        text.encode()
+    except ValueError:  # a number of thousands of digits, or no characters
         raise _misfit(path, "a string", value) from None
     limit = getattr(kind, "maximum_size", None)
     if limit is not None and len(text) > limit:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 import sys
@@ -11,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.packages import unbuilt
 from launcher.program import program
 from launcher.ros.errors import VerbError
@@ -187,7 +187,7 @@ def note_of_change(full: str) -> str | None:
     if not path.is_symlink():
         return None
     try:
-        record = json.loads((prefix / f"../../build/{package}/launcher.json").read_bytes())
+        record = strict_json.loads((prefix / f"../../build/{package}/launcher.json").read_bytes())
         inside = os.path.relpath(os.path.realpath(path), record["place"]["source"])
         is_same = record["files"][inside][2] == hashlib.sha256(path.read_bytes()).hexdigest()[:32]
     except (OSError, ValueError, LookupError, TypeError):

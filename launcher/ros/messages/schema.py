@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
-import json
 from typing import NamedTuple
 
+from launcher import strict_json
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.interfaces import (
     code_of,
@@ -88,7 +88,7 @@ def rihs_hash(full_type: str) -> str:
     source = _source(full_type, services=True)
     path = definition_path(source.interface).with_suffix(".json")
     try:
-        hashes = json.loads(path.read_text(encoding="utf-8"))["type_hashes"]
+        hashes = strict_json.loads(path.read_text(encoding="utf-8"))["type_hashes"]
         found = {entry["type_name"]: entry["hash_string"] for entry in hashes}
         return str(found[full_type])
     except (OSError, ValueError, LookupError, TypeError):

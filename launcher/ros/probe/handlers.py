@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -10,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.errors import LauncherError
 from launcher.ros import parameters
 from launcher.ros.draw.filter import Filter, Mode
@@ -164,7 +164,7 @@ class Handlers:
             asked = {e.durability for e in self._snapshot().on(topic) if not e.is_publisher}
             words = {"durability": "TRANSIENT_LOCAL" if "TRANSIENT_LOCAL" in asked else "VOLATILE"}
         profile = qos.from_words(words, _DEPTH)
-        key = (topic, type_name, json.dumps(words, sort_keys=True))
+        key = (topic, type_name, strict_json.dumps(words, sort_keys=True))
         with self._lock:
             if key not in self._publishers:
                 node, kind = caller.observer.node, load_message(type_name)
@@ -205,7 +205,7 @@ class Handlers:
         data, drawing = request.optional_text("json"), request.optional_text("svg")
         notes: list[str] = []
         if data is not None:
-            text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
+            text = strict_json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
             _write(data, f"{text}\n")
         if drawing is not None:
             from launcher.ros.draw.dot import to_dot, to_svg

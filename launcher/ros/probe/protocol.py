@@ -6,7 +6,6 @@ processes of a machine.
 
 from __future__ import annotations
 
-import json
 import os
 import threading
 import time
@@ -14,8 +13,8 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from launcher import strict_json
 from launcher.ros.errors import VerbError
-from launcher.ros.verb import to_json_plain
 
 NANOS = 1_000_000_000
 READ_BYTES = 2**16
@@ -71,7 +70,7 @@ class Request:
         self.id: Any = None
         self.cancelled = threading.Event()  # may be set from any thread
         try:
-            fields = json.loads(line)
+            fields = strict_json.loads(line)
         except ValueError as error:
             raise VerbError(f"not a line of JSON: {error}") from None
         if not isinstance(fields, dict):
@@ -92,7 +91,7 @@ class Request:
         """A field, None if it is missing or null."""
         value = self._fields.get(name)
         if value is not None and not fits(value):
-            raise VerbError(f"'{name}' must be {noun}, got {json.dumps(value)}")
+            raise VerbError(f"'{name}' must be {noun}, got {strict_json.dumps(value)}")
         return value
 
     def text(self, name: str) -> str:
@@ -118,7 +117,7 @@ class Request:
     def flag(self, name: str, default: bool) -> bool:
         value = self._fields.get(name, default)
         if not isinstance(value, bool):
-            raise VerbError(f"'{name}' must be true or false, got {json.dumps(value)}")
+            raise VerbError(f"'{name}' must be true or false, got {strict_json.dumps(value)}")
         return value
 
     def mapping(self, name: str) -> dict[str, Any] | None:
@@ -221,8 +220,5 @@ class Outbox:
 
 def encoded(document: Mapping[str, Any]) -> bytes:
     """One line of JSON; nan and inf become strings."""
-    try:
-        text = json.dumps(document, allow_nan=False, separators=(",", ":"))
-    except ValueError:
-        text = json.dumps(to_json_plain(dict(document)), separators=(",", ":"))
+    text = strict_json.dumps(document, not_finite=str, separators=(",", ":"))
     return text.encode() + b"\n"

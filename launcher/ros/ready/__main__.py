@@ -16,13 +16,12 @@ only for facts that need a node, or where discovery is not plain RTPS.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import select
 import sys
 from typing import TYPE_CHECKING, Any
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 from launcher.model.supervision import Fact
 from launcher.ros.discovery.domains import environment_domain, is_plain, localhost_only
 from launcher.ros.discovery.follower import DiscoveryFollower
@@ -83,7 +82,7 @@ class Watcher:
         chunk = os.read(0, 65536)
         *lines, self._partial = (self._partial + chunk).split(b"\n")
         for line in lines:
-            request = json.loads(line)
+            request = strict_json.unpacked(line)
             if "unwatch" in request:
                 self._forget(request["unwatch"])
             else:
@@ -121,7 +120,7 @@ class Watcher:
         if seen.holds:
             self._forget(number)
         line = {"watch": number, "holds": seen.holds, "text": seen.text}
-        sys.stdout.write(json.dumps(line) + "\n")
+        sys.stdout.write(strict_json.packed(line) + "\n")
         sys.stdout.flush()
 
     def _view(self) -> View:

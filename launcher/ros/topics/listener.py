@@ -75,6 +75,8 @@ def full_topic(name: str) -> str:
         validate_full_topic_name(full)
     except InvalidTopicNameException as error:
         raise VerbError(name_fault(error)) from None
+    except TypeError:  # of pybind11
+        raise VerbError(f"not UTF-8: {full!a}") from None
     return full
 
 

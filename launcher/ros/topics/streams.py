@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from launcher import strict_json
 from launcher.command_line import Parsed
 from launcher.errors import ExitCode
 from launcher.model.ros_names import full_name
@@ -192,7 +192,7 @@ def _report_rates(
         return
     if options.json:
         for name, spread in found.items():
-            print(json.dumps(_rate_document(name, spread)))
+            print(strict_json.dumps(_rate_document(name, spread)))
     elif len(arrivals) == 1:
         print(statistics.rate_text(next(iter(found.values()))))
     else:
@@ -219,7 +219,7 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: 
         mean_hz = one.mean_rate_hz(now_ns)
         line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
         if options.json:
-            print(json.dumps(line))
+            print(strict_json.dumps(line))
         elif options.min_hz is not None and mean_hz < options.min_hz:
             warn(
                 f"{name}: {mean_hz:.3f} Hz over {options.for_s:g} s, "
@@ -254,7 +254,7 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
     if not as_json:
         return statistics.bandwidth_text(rate, sizes)
     document = {"bytes_per_s": rate, "messages": len(sizes), "min": min(sizes), "max": max(sizes)}
-    return json.dumps(document)
+    return strict_json.dumps(document)
 
 
 def delay(options: Parsed) -> int:
@@ -279,7 +279,7 @@ def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str
     if not as_json:
         return statistics.delay_text(spread, fresh=fresh)
     names = ("mean_s", "min_s", "max_s", "std_dev_s", "window")
-    return json.dumps({**{name: getattr(spread, name) for name in names}, "fresh": fresh})
+    return strict_json.dumps({**{name: getattr(spread, name) for name in names}, "fresh": fresh})
 
 
 def _stamp_ns(message: Any) -> int:

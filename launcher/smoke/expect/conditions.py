@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import itertools
-import json
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
+from launcher import strict_json
 from launcher.text import did_you_mean
 
 _BUILTINS = {
@@ -84,8 +84,8 @@ def json_of(content: Any) -> Any:
     if not isinstance(text, str):
         return None
     try:
-        return viewed(json.loads(text))
-    except (ValueError, RecursionError):
+        return viewed(strict_json.unpacked(text))
+    except ValueError:
         return None
 
 

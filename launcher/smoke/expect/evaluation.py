@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
-import json
 import os
 import pickle
 import resource
@@ -18,7 +17,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from launcher import dispositions
+from launcher import dispositions, strict_json
 
 CPU_S = 1.0  # for a batch, of which an honest expression needs some milliseconds
 MEMORY_BYTES = 512 * 1024**2
@@ -43,7 +42,7 @@ def main() -> int:
         with contextlib.suppress(EOFError, BrokenPipeError):
             while True:
                 conditions, contents = pickle.load(sys.stdin.buffer)
-                print(json.dumps(_limited(conditions, contents)), flush=True)
+                print(strict_json.packed(_limited(conditions, contents)), flush=True)
     except MemoryError:
         os._exit(OUT_OF_MEMORY)
     return 0

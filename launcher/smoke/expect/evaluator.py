@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import json
 import pickle
 import signal
 import subprocess
@@ -13,6 +12,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from launcher import strict_json
 from launcher.model.run_events import exit_text
 from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, Condition
 
@@ -84,7 +84,7 @@ class Evaluator:
             self._end()  # it would answer the next request with this one's results
             raise
         if answer.endswith(b"\n"):
-            return [(holds, why) for holds, why in json.loads(answer)]
+            return [(holds, why) for holds, why in strict_json.unpacked(answer)]
         code = process.wait()
         self._end()
         text = " and ".join(one.text for one in conditions)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from launcher import strict_json
 from launcher.document.quantities import INFINITY
 from launcher.smoke.expect.conditions import Fields, values_at
 from launcher.smoke.expect.expectation import Expectation, Verdict
@@ -37,7 +37,7 @@ def _values(expectation: Expectation, message: Message) -> str:
 
 
 def _text_of(values: Iterable[Any]) -> str:
-    return ", ".join(json.dumps(value, sort_keys=True, default=_plain) for value in values)
+    return ", ".join(strict_json.packed(value, sort_keys=True, default=_plain) for value in values)
 
 
 def _plain(value: Any) -> Any:
@@ -180,4 +180,4 @@ def _until(times_s: Sequence[float], at_s: float) -> int:
 def _text(message: Message) -> str:
     content = message.content
     text = content.get("data") if isinstance(content, dict) else None
-    return text if isinstance(text, str) else json.dumps(content)
+    return text if isinstance(text, str) else strict_json.packed(content)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import subprocess
 import sys
 import threading
@@ -15,6 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from launcher import strict_json
 from launcher.errors import LauncherError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.observe.facts import GraphSeen, Message
@@ -98,7 +98,7 @@ class ProbeClient:
     def _write(self, request: dict[str, Any]) -> None:
         assert self._process.stdin is not None
         try:
-            self._process.stdin.write(json.dumps(request).encode() + b"\n")
+            self._process.stdin.write(strict_json.packed(request).encode() + b"\n")
             self._process.stdin.flush()
         except (BrokenPipeError, ValueError):
             raise ProbeError("the ROS probe has ended", hint=self._last_line()) from None
@@ -128,7 +128,7 @@ class ProbeClient:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             try:
-                report = json.loads(line)
+                report = strict_json.unpacked(line)
             except ValueError:
                 continue  # a library has printed to the stream
             if isinstance(report, dict):

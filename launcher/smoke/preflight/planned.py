@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from typing import Any
+
+from launcher import strict_json
 
 PLAN_S = 20.0  # a launch file that takes longer is launched without
 
@@ -23,7 +24,7 @@ def planned(module: str, words: Sequence[str]) -> Any:
         start_new_session=True,
     ) as process:
         try:
-            return json.loads(process.communicate(timeout=PLAN_S)[0])
+            return strict_json.unpacked(process.communicate(timeout=PLAN_S)[0])
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
             return None

@@ -8,12 +8,12 @@ killed if a graph takes too long.
 from __future__ import annotations
 
 import contextlib
-import json
 import subprocess
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from launcher import strict_json
 from launcher.domain_lease import busy_domains
 from launcher.ros.errors import VerbError
 from launcher.ros.snapshot.diff import load, to_document
@@ -76,7 +76,7 @@ class GraphFiles:
         if snapshot is None:
             self._json.unlink(missing_ok=True)
             return f"no drawing of the ROS graph: {self._why()}"
-        text = json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
+        text = strict_json.dumps(to_document(snapshot), indent=2, ensure_ascii=False)
         try:
             save(self._json, f"{text}\n")
         except OSError as error:

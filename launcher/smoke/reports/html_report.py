@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import __version__
+from launcher import __version__, strict_json
 from launcher.errors import ExitCode, LauncherError
 from launcher.model.run_events import Entry
 from launcher.smoke.observe.facts import LogLine
@@ -219,7 +218,7 @@ def _topics(result: Result) -> Message | None:
 def _plan(result: Result, tree: Tree | None) -> Message | None:
     """What the launch file has done, from the files of the run."""
     try:
-        plan: Message = json.loads((result.folder / _PLAN).read_text(encoding="utf-8"))
+        plan: Message = strict_json.loads((result.folder / _PLAN).read_text(encoding="utf-8"))
         processes = numbered(plan["processes"])
     except (OSError, ValueError, KeyError, TypeError):
         return None  # it was killed before it wrote the file

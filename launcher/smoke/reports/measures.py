@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from launcher import strict_json
 from launcher.document.source_location import Origin
 from launcher.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
@@ -100,7 +100,7 @@ def write(path: Path, measures: Iterable[Measure]) -> None:
         "measures": to_document(measures),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
-    save(path, json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    save(path, strict_json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
 def to_document(measures: Iterable[Measure]) -> dict[str, dict[str, object]]:
@@ -138,7 +138,7 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
 def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
     """(tolerances by kind, measures) of a baseline; UsageError."""
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = strict_json.loads(path.read_text(encoding="utf-8"))
         tolerances = dict(TOLERANCES)
         for kind, given in document.get("tolerances", {}).items():
             base = TOLERANCES[kind]

@@ -6,7 +6,6 @@ The watchdog is this file run as a script with `-I -S`, so that it does not depe
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import select
 import signal
@@ -16,6 +15,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from launcher import strict_json
 
 KILL_S = 5.0  # between SIGTERM and SIGKILL
 WATCHDOG_STOP_S = 30.0  # an orderly stop with all its escalations
@@ -76,7 +77,7 @@ class LauncherProcess:
         assert self._judge is not None
         self._judge.settimeout(within_s)
         with contextlib.suppress(OSError, ValueError), self._judge.makefile("rb") as answer:
-            return json.loads(answer.readline())
+            return strict_json.unpacked(answer.readline())
         return None
 
     def go_on(self) -> None:

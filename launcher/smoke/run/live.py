@@ -6,11 +6,11 @@ The server of the page (`launcher/web`) reads the file in the log folder of the 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from launcher import strict_json
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.reports.moments import item, moment_s
@@ -42,5 +42,5 @@ class LiveExpectations:
             items.append(item(one, verdict, wall_s))
         beside = self._path.with_suffix(".new")
         with contextlib.suppress(OSError):  # nobody may be looking
-            beside.write_text(json.dumps({"items": items}), encoding="utf-8")
+            beside.write_text(strict_json.dumps({"items": items}), encoding="utf-8")
             os.replace(beside, self._path)

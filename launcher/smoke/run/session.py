@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
-import json
 import os
 import shutil
 import sys
@@ -13,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, cast
 
+from launcher import strict_json
 from launcher.document.reader import together
 from launcher.errors import ExitCode, LauncherError
 from launcher.github import add_summary
@@ -188,7 +188,7 @@ class Session:
 
     def _keep(self, result: Result) -> None:
         folder = result.folder
-        text = json.dumps(json_report.of_result(result), indent=2, ensure_ascii=False)
+        text = strict_json.dumps(json_report.of_result(result), indent=2, ensure_ascii=False)
         artifacts.save(folder / "report.json", f"{text}\n")
         if self._script.path is not None:
             shutil.copyfile(self._script.path, folder / "expectations.yaml")

@@ -39,10 +39,10 @@ def test_the_messages_come_back():
     assert unpacked(frozen(lines), "frozen-0") == [HELLO, lines]
 
 
-def test_what_is_no_json_becomes_null_and_what_is_no_text_an_escape():
+def test_what_is_no_json_becomes_null_and_what_is_no_text_a_replacement():
     odd = {"event": "history", "values": [math.nan, math.inf, 1.0], "text": "\udcff"}
     _, found = unpacked(frozen(odd), "frozen-0")
-    assert found == {"event": "history", "values": [None, None, 1.0], "text": "\udcff"}
+    assert found == {"event": "history", "values": [None, None, 1.0], "text": "\ufffd"}
 
 
 def test_no_text_ends_an_element():

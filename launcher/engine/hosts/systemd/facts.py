@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shlex
 
+from launcher import strict_json
 from launcher.hosts import unit
 from launcher.hosts.ssh import set_python, setup_script
 from launcher.model.record import Record
@@ -96,7 +96,7 @@ def read_facts(text: str) -> Facts:
         lingers="lingers" in found,
         boot_id=found["boot_id"],
         uptime_s=float(found["uptime_s"]),
-        cursor=json.loads(entry)["__CURSOR"] if entry.startswith("{") else None,
+        cursor=strict_json.loads(entry)["__CURSOR"] if entry.startswith("{") else None,
         has_launcher=found.get("launcher", "") == "yes",
         python=found["python"],
         installed=tuple(value for key, value in pairs if key == "installed"),

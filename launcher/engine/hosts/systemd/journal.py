@@ -7,11 +7,11 @@ accepts the stream, and a process that exits at once has none by then.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
 
+from launcher import strict_json
 from launcher.hosts.ssh import quoted
 from launcher.model.record import Record
 
@@ -131,7 +131,7 @@ def entry_at(cursor: str) -> str:
 def is_gone(cursor: str, entry: str) -> bool:
     """Whether what `entry_at` has printed is another entry."""
     try:
-        found = json.loads(entry)["__CURSOR"]
+        found = strict_json.loads(entry)["__CURSOR"]
     except (ValueError, KeyError, TypeError):
         return False  # it may not be read
     return bool(found != cursor)
@@ -202,7 +202,7 @@ class JournalReader:
             if not line:
                 continue
             try:
-                fields = json.loads(line)
+                fields = strict_json.loads(line)
             except ValueError:
                 self.damaged += 1
                 continue

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import getpass
-import json
 import os
 import re
 
+from launcher import strict_json
 from launcher.hosts import order_json
 from launcher.model.record import Record, replace
 from launcher.text import escape
@@ -61,7 +61,7 @@ def decode(text: str) -> Manifest:
 
     It comes from a host: the id of the run becomes part of a path, and texts are shown.
     """
-    document = json.loads(text)
+    document = strict_json.loads(text)
     if not isinstance(document, dict) or document.get("version") != VERSION:
         raise ValueError("not a record of a run, or of another version of the launcher")
     if re.fullmatch(RUN_ID, document["run"]) is None:

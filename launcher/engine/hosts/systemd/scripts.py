@@ -6,9 +6,9 @@ Each may be run twice, since a link may break before its answer comes.
 from __future__ import annotations
 
 import base64
-import json
 import shlex
 
+from launcher import strict_json
 from launcher.engine.hosts.systemd import journal
 from launcher.engine.hosts.systemd.facts import Facts
 from launcher.hosts import unit
@@ -226,7 +226,7 @@ exit $code"""
 
     def manifest(self, document: Mapping[str, Any]) -> str:
         """Writes what `attach` needs to know about the run."""
-        text = json.dumps(document, sort_keys=True).encode()
+        text = strict_json.packed(document, sort_keys=True).encode()
         return f"umask 077\n{written(f'{self.folder}/manifest', text)}"
 
     def watch(self, stop_after_s: float) -> str:
@@ -302,7 +302,7 @@ except OSError as error:
 
 def _unnameable(order: Order) -> bytes:
     found = {k: v for k, v in order.environment.items() if not unit.is_variable(k)}
-    return json.dumps(found).encode()
+    return strict_json.packed(found).encode()
 
 
 SETTLE = """\
