@@ -62,15 +62,15 @@ class GraphFeed:
             return
         if not self._tasks:
             self._tasks = [
-                asyncio.create_task(self._send_traffic()),
-                asyncio.create_task(self._send_points()),
+                self._hub.start(self._send_traffic()),
+                self._hub.start(self._send_points()),
             ]
-            self._arranging = asyncio.create_task(self._warm_up())
+            self._arranging = self._hub.start(self._warm_up())
 
     def start_soon(self) -> None:
         """Start the probe when the first picture is drawn, for which it leaves the processor."""
         if self._probe is None and (self._starting is None or self._starting.done()):
-            self._starting = asyncio.create_task(self._start_later(_FIRST_PICTURE_S))
+            self._starting = self._hub.start(self._start_later(_FIRST_PICTURE_S))
 
     async def _start_later(self, pause_s: float) -> None:
         await asyncio.sleep(pause_s)
@@ -156,7 +156,7 @@ class GraphFeed:
             self._tell_reason(f"{reason} ({many}, and is not started again for now)")
             return
         self._tell_reason(reason)
-        self._starting = asyncio.create_task(self._start_later(_RESTART_S))
+        self._starting = self._hub.start(self._start_later(_RESTART_S))
 
     def _dies_too_often(self) -> bool:
         while self._deaths and time.monotonic() - self._deaths[0] > RESTARTS_S:
@@ -180,7 +180,7 @@ class GraphFeed:
     def arrange(self) -> bool:
         """Arrange the picture anew; False if that is the browser's part."""
         if self._has_graphviz and self.graph is not None and not self._is_arranging():
-            self._arranging = asyncio.create_task(self._arrange())
+            self._arranging = self._hub.start(self._arrange())
         return self._has_graphviz
 
     def _show(self) -> None:
@@ -192,7 +192,7 @@ class GraphFeed:
             self._send_graph({**graph, "positions": None})
             return
         if not self._is_arranging() and self._layout.wants_arrangement(graph, time.monotonic()):
-            self._arranging = asyncio.create_task(self._arrange())
+            self._arranging = self._hub.start(self._arrange())
         self._layout.place(graph)
         self._send_graph({**graph, "positions": self._layout.positions()})
 

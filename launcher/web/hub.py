@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 from launcher import strict_json
@@ -86,9 +86,25 @@ class Hub:
     read only while a page shows it.
     """
 
-    def __init__(self, on_wish: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        on_wish: Callable[[], None],
+        on_failure: Callable[[BaseException], None] = lambda error: None,
+    ) -> None:
         self._pages: dict[Outbox, set[tuple[str, str]]] = {}
         self._on_wish = on_wish
+        self.fail = on_failure  # for what all pages need and that cannot go on
+
+    def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        """Do what all pages need in the background; what ends it is a failure of the server."""
+        task = asyncio.create_task(work)
+        task.add_done_callback(self._ended)
+        return task
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            self.fail(error)
 
     def __len__(self) -> int:
         return len(self._pages)

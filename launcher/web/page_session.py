@@ -24,6 +24,9 @@ PROTOCOL = 1
 MAX_OLDER = 20_000
 MAX_TIMES = 100_000  # messages that one request publishes
 MAX_OPEN = 64  # requests of one page that are not answered yet
+MAX_PAGES = 100  # open at the same time, and as many that have not sent the key yet
+KEY_S = 10.0  # for a page to send the key
+BROKEN, NO_KEY, TOO_MANY = 1011, 4403, 4429  # codes with which a socket is closed
 # Verbs of the control socket that a page does not need: they answer with a stream, or end the page.
 _NOT_HERE = frozenset({"pick", "detach"})
 _ONLY_SHOWS = READ_ONLY | {"plan", "runs", "help"}
@@ -46,13 +49,46 @@ class Feeds:
         self.server = f"{time.time():.6f}"
 
 
+class Doors:
+    """Which pages are served: only those with the key count as open.
+
+    Of sockets that have not sent it, the oldest gives way to a new one: they may be of others, to
+    whom a browser has sent the cookie, and must not keep out who has the key.
+    """
+
+    def __init__(self, is_key: Callable[[object], bool]) -> None:
+        self.is_key = is_key
+        self._waiting: dict[PageSession, None] = {}  # the oldest first
+        self._open: set[PageSession] = set()
+
+    def arrive(self, session: PageSession) -> None:
+        self._waiting[session] = None
+        if len(self._waiting) > MAX_PAGES:
+            oldest = next(iter(self._waiting))
+            del self._waiting[oldest]
+            oldest.end(TOO_MANY)
+
+    def admit(self, session: PageSession) -> bool:
+        """Whether there is room for a session that has the key."""
+        self._waiting.pop(session, None)
+        if len(self._open) < MAX_PAGES:
+            self._open.add(session)
+        return session in self._open
+
+    def leave(self, session: PageSession) -> None:
+        self._waiting.pop(session, None)
+        self._open.discard(session)
+
+
 class PageSession:
     """Serves a WebSocket that has been accepted, until it is closed."""
 
-    def __init__(self, feeds: Feeds, socket: WebSocket, is_key: Callable[[object], bool]) -> None:
+    def __init__(self, feeds: Feeds, socket: WebSocket, doors: Doors, key_s: float = KEY_S) -> None:
         self._feeds = feeds
-        self._is_key = is_key
+        self._doors = doors
+        self._key_s = key_s
         self._is_trusted = False
+        self._code: asyncio.Future[int] = asyncio.get_running_loop().create_future()
         self._socket = socket
         self._outbox = Outbox()
         self._answers: set[asyncio.Task[None]] = set()
@@ -74,18 +110,38 @@ class PageSession:
         }
 
     async def serve(self) -> None:
-        sender = asyncio.create_task(self._send())
+        """Until one side closes the socket; what ends the sender or the reader is raised."""
+        tasks = [asyncio.create_task(self._receive()), asyncio.create_task(self._send())]
+        end = asyncio.get_running_loop().call_later(self._key_s, self._end_without_key)
+        ends: list[asyncio.Future[Any]] = [*tasks, self._code]
         try:
-            while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-                self._take(message.get("text") or "")
+            done, _ = await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
         finally:
+            end.cancel()
             self._feeds.hub.leave(self._outbox)
             self._feeds.graph.cancel_all(self._at_probe.values())
-            sender.cancel()
-            for task in self._answers:
+            for task in [*tasks, *self._answers]:
                 task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
             if self._client is not None:
                 await self._client.close()
+            with contextlib.suppress(RuntimeError):  # it has been closed
+                await self._socket.close(self._code.result() if self._code.done() else BROKEN)
+
+    def end(self, code: int) -> None:
+        """Close the socket with this code."""
+        if not self._code.done():
+            self._code.set_result(code)
+
+    def _end_without_key(self) -> None:
+        if not self._is_trusted:
+            self.end(NO_KEY)
+
+    async def _receive(self) -> None:
+        while (message := await self._socket.receive())["type"] != "websocket.disconnect":
+            self._take(message.get("text") or "")
 
     async def _send(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has been closed
@@ -106,8 +162,9 @@ class PageSession:
     def _take(self, text: str) -> None:
         try:
             request = strict_json.loads(text)
-        except ValueError:
-            request = None
+        except ValueError as error:
+            self._put(_refusal(None, "bad-request", f"a request is a JSON object: {error}"))
+            return
         if not isinstance(request, dict):
             self._put(_refusal(None, "bad-request", "a request is a JSON object"))
             return
@@ -130,7 +187,7 @@ class PageSession:
         except BadRequestError as error:
             code, message = error.args
             answer = _refusal(number, code, message)
-        except (KeyError, TypeError, ValueError) as error:
+        except Exception as error:  # every request gets an answer
             answer = _refusal(number, "bad-request", typed_error(error))
         self._put({**answer, "id": number})
 
@@ -138,9 +195,12 @@ class PageSession:
 
     async def _open(self, request: Request) -> Request:
         feeds = self._feeds
-        if not self._is_key(request.get("key")):
-            await self._socket.close(4403)
+        if not self._doors.is_key(request.get("key")):
+            self.end(NO_KEY)
             raise BadRequestError("no-key", "open the link that the launcher has printed")
+        if not self._doors.admit(self):
+            self.end(TOO_MANY)
+            raise BadRequestError("too-many", f"{MAX_PAGES} pages are open already")
         self._is_trusted = True
         feeds.run.flush()  # what waits is part of everything so far
         feeds.hub.join(self._outbox)

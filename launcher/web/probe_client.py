@@ -12,6 +12,7 @@ from typing import Any
 
 from launcher import strict_json
 from launcher.engine.cleanup import RUN_ID_VARIABLE
+from launcher.text import typed_error
 
 _LINE_LIMIT = 64 * 1024 * 1024
 _GOODBYE_S = 2.0
@@ -88,14 +89,20 @@ class ProbeClient:
     async def _read(self, process: asyncio.subprocess.Process) -> None:
         assert process.stdout is not None and process.stderr is not None
         errors = asyncio.create_task(_last_bytes(process.stderr))
-        with contextlib.suppress(OSError, ValueError):
+        reason = None
+        try:
             while line := await process.stdout.readline():
                 self._take(strict_json.unpacked(line))
+        except Exception as error:  # else the graph would be the last one for ever
+            reason = typed_error(error)
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
         code = await process.wait()
         self._fail_all()
         if not self._is_closing:
             text = (await errors).decode(errors="replace").strip()
-            self._on_end(text.splitlines()[-1] if text else f"it exited with code {code}")
+            last = text.splitlines()[-1] if text else f"it exited with code {code}"
+            self._on_end(reason or last)
 
     def _take(self, answer: Answer) -> None:
         if "event" in answer:

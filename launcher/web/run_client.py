@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ class RunClient:
     def __init__(self, on_end: Callable[[], None]) -> None:
         self.hello: dict[str, Any] = {}
         self.said_goodbye = False
+        self.failure: Exception | None = None  # what was raised for an item
         self._on_end = on_end
         self._ids = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[Answer]] = {}
@@ -75,10 +77,10 @@ class RunClient:
 
     async def _read(self, reader: asyncio.StreamReader) -> None:
         try:
-            while line := await reader.readline():
-                self._take(strict_json.loads(line))
-        except (OSError, ValueError):
-            pass  # it was killed in the middle of a line
+            async for answer in _answers(reader):
+                self._take(answer)
+        except Exception as error:  # else nobody would hear of it
+            self.failure = error
         for future in self._waiting.values():
             if not future.done():
                 future.set_result(_ENDED)
@@ -107,6 +109,12 @@ class RunClient:
             self._writer.close()
         if self._task is not None:
             await asyncio.wait([self._task], timeout=1.0)
+
+
+async def _answers(reader: asyncio.StreamReader) -> AsyncIterator[Answer]:
+    with contextlib.suppress(OSError, ValueError):  # it was killed in the middle of a line
+        while line := await reader.readline():
+            yield strict_json.loads(line)
 
 
 _ENDED: Answer = {"ok": False, "error": {"code": "stopping", "message": "the run has ended"}}

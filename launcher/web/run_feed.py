@@ -82,7 +82,7 @@ class RunFeed:
         self._requests.follow("top", self._take_processes)
         self._lines.follow("logs", self._take_line, lines=_EARLIER_LINES, max_rate=LINES_PER_S)
         self._plan_soon()
-        self._beating = asyncio.create_task(self._beat())
+        self._beating = self._hub.start(self._beat())
 
     async def _beat(self) -> None:
         while True:
@@ -135,7 +135,7 @@ class RunFeed:
                 self._change(entry.process, entry.event)
                 self._plan_soon()
             case Reloaded() if self._reading_tree is not None:
-                self._reading_tree = asyncio.create_task(self._read_tree())
+                self._reading_tree = self._hub.start(self._read_tree())
 
     def _tell_event(self, shown: dict[str, Any]) -> None:
         self.events.append(shown)
@@ -204,7 +204,7 @@ class RunFeed:
     def _plan_soon(self) -> None:
         self._is_plan_old = True
         if self._planning is None or self._planning.done():
-            self._planning = asyncio.create_task(self._read_plan())
+            self._planning = self._hub.start(self._read_plan())
 
     async def _read_plan(self) -> None:
         while self._is_plan_old:
@@ -224,7 +224,7 @@ class RunFeed:
     def want_tree(self) -> None:
         """Read the tree, unless that was done: for it the launch file is evaluated once more."""
         if self._reading_tree is None:
-            self._reading_tree = asyncio.create_task(self._read_tree())
+            self._reading_tree = self._hub.start(self._read_tree())
 
     async def _read_tree(self) -> None:
         self._tree = await read_tree(str(self.run["target"]), self.run["arguments"])
@@ -232,6 +232,9 @@ class RunFeed:
 
     def _has_ended(self) -> None:
         self._open -= 1
+        for client in (self._requests, self._lines):
+            if client.failure is not None:
+                self._hub.fail(client.failure)
         if not self._is_closing and not self._open:
             self.end("ended" if self._requests.said_goodbye else "lost")
 

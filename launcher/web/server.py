@@ -25,7 +25,7 @@ from launcher.web.run_feed import RunFeed
 from launcher.web.settings import DEFAULT_PORT, Settings
 from launcher.web.site import Site
 
-_FIRST_REQUEST_S = 10.0
+_REQUEST_S = 10.0  # for a whole request to come
 _GOODBYE_S = 1.0  # for pages to read that the run has ended
 _REQUEST_BYTES = 1024 * 1024
 
@@ -43,8 +43,9 @@ class WebServer:
         if settings.token_file is not None:
             self._token = token_in(settings.token_file)
         self._scheme = "http" if settings.certificate is None else "https"
-        self._hub = Hub(lambda: self._graph.subscribe())
+        self._hub = Hub(lambda: self._graph.subscribe(), self._fail)
         self._end = asyncio.Event()
+        self._failure: BaseException | None = None
         self._run = RunFeed(self._hub, self._end.set)
         self._graph = GraphFeed(self._hub, lambda: self._run.rows)
         feeds = Feeds(self._hub, self._run, self._graph, read_only=settings.read_only)
@@ -52,7 +53,10 @@ class WebServer:
         self._site = Site(access, feeds)
 
     async def serve(self, on_link: Callable[[str], None]) -> None:
-        """Call `on_link` with the link when it works; LauncherError if it cannot."""
+        """Call `on_link` with the link when it works; LauncherError if it cannot.
+
+        What ends the work for all pages is raised.
+        """
         await self._run.start(Path(self._settings.socket))
         self._graph.environment = _domain_of(self._run.run)
         listening = _listen(self._settings)
@@ -84,6 +88,8 @@ class WebServer:
                 await serving
             await self._graph.close()
             await self._run.close()
+        if self._failure is not None:
+            raise self._failure
 
     @property
     def has_ended(self) -> bool:
@@ -92,6 +98,11 @@ class WebServer:
 
     def stop(self) -> None:
         """End `serve`."""
+        self._end.set()
+
+    def _fail(self, error: BaseException) -> None:
+        """End `serve` with this error: pages see the end, and connect to the next server."""
+        self._failure = self._failure or error
         self._end.set()
 
     def end_run(self) -> None:
@@ -112,16 +123,27 @@ class WebServer:
 
 
 class _Http(H11Protocol):
-    """Closes connections that send no whole request: many of them would lock the page out."""
+    """Closes connections that send no whole request: many of them would lock the page out.
+
+    It looks whether there has been one since it looked last, so that bytes that come slowly do not
+    keep a connection open. An answer that is being read does.
+    """
+
+    request_s = _REQUEST_S
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
-        asyncio.get_running_loop().call_later(_FIRST_REQUEST_S, self._close_if_idle)
+        asyncio.get_running_loop().call_later(self.request_s, self._close_if_idle, None)
 
-    def _close_if_idle(self) -> None:
+    def _close_if_idle(self, before: object) -> None:
         is_websocket = self.transport.get_protocol() is not self
-        if self.cycle is None and not is_websocket:
+        if is_websocket or self.transport.is_closing():
+            return
+        if self.cycle is before and (self.cycle is None or self.cycle.response_complete):
             self.transport.close()
+            return
+        loop = asyncio.get_running_loop()
+        loop.call_later(self.request_s, self._close_if_idle, self.cycle)
 
 
 class _Server(uvicorn.Server):

@@ -14,9 +14,8 @@ from starlette.websockets import WebSocket
 
 from launcher.web import assets
 from launcher.web.access import Access
-from launcher.web.page_session import Feeds, PageSession
+from launcher.web.page_session import NO_KEY, Doors, Feeds, PageSession
 
-MAX_PAGES = 100  # open at the same time
 _OTHER_HOST = "This host name is not one of this server's."
 
 
@@ -29,7 +28,7 @@ class Site:
         self._libraries = assets.libraries()
         self._own = assets.own_files()
         self._policy = _content_policy()
-        self._open = 0
+        self._doors = Doors(access.is_feed_key)
 
     def application(self) -> Starlette:
         return Starlette(
@@ -108,17 +107,15 @@ class Site:
         headers = socket.headers
         is_ours = self._access.is_same_origin(headers.get("origin"), headers.get("host"))
         if self._problem(socket) is not None or not is_ours:
-            await socket.close(4403)
+            await socket.close(NO_KEY)
             return
         await socket.accept()
-        if self._open >= MAX_PAGES:
-            await socket.close(4429)
-            return
-        self._open += 1
+        session = PageSession(self._feeds, socket, self._doors)
+        self._doors.arrive(session)
         try:
-            await PageSession(self._feeds, socket, self._access.is_feed_key).serve()
+            await session.serve()
         finally:
-            self._open -= 1
+            self._doors.leave(session)
 
 
 def _refused(problem: str) -> Response:

@@ -16,6 +16,7 @@ from launcher.ros.foxglove import protocol
 from launcher.ros.foxglove.outbox import Outbox
 from launcher.ros.foxglove.protocol import Channel, ClientData, ProtocolError, ServiceCall
 from launcher.ros.verb import warn
+from launcher.text import typed_error
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -68,7 +69,7 @@ class Session:
         except ConnectionClosed:
             pass
         except Exception as error:
-            warn(f"client {self.number} is disconnected: {type(error).__name__}: {error}")
+            warn(f"client {self.number} is disconnected: {typed_error(error)}")
             self.abort()
 
     async def _write_forever(self) -> None:
@@ -131,7 +132,7 @@ class Session:
         except VerbError as error:
             self.warn(error.message, protocol.ERROR)
         except Exception as error:  # a client that waits for an answer is never left alone
-            self.warn(f"{type(error).__name__}: {error}; this is a bug", protocol.ERROR)
+            self.warn(f"{typed_error(error)}; this is a bug", protocol.ERROR)
             traceback.print_exc()
 
     def _handle_data(self, data: ClientData | ServiceCall) -> None:

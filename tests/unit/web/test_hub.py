@@ -109,3 +109,28 @@ def test_integers_that_javascript_would_round_are_texts():
     assert found["data"]["data"] == [str(big), str(-big), 2**53 - 1, 1.5, True, str(big)]
     assert answer["result"]["value"] == str(big)
     assert json.loads(encode({"event": "graph", "deadline_ns": big}))["deadline_ns"] == big
+
+
+def test_what_ends_the_work_for_all_pages_is_a_failure():
+    failures: list[BaseException] = []
+    problem = KeyError("x")
+
+    async def fail() -> None:
+        raise problem
+
+    async def work() -> None:
+        hub = Hub(lambda: None, failures.append)
+        task = hub.start(asyncio.sleep(60))
+        task.cancel()
+        await asyncio.wait([task, hub.start(fail())])
+
+    asyncio.run(work())
+    assert failures == [problem]
+
+
+def test_what_is_no_character_can_be_sent():
+    hub = Hub(lambda: None)
+    page = joined(hub)
+    hub.send(lines(1, "a\udcff"))
+    (found,) = everything(page, 1)
+    assert found["lines"][0][4] == "a\ufffd"
