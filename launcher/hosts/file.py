@@ -174,7 +174,10 @@ class _Reader(DocumentReader):
             python = f"{values['venv'].rstrip('/')}/bin/python"
         ssh = values.get("ssh", {})
         if trusts_each_time(ssh):
-            text = "'accept-new' without a file of known hosts would trust any machine each time"
+            text = (
+                "'accept-new' without a file of known hosts would trust any machine each time: "
+                f"'{ssh['UserKnownHostsFile']}' keeps nothing"
+            )
             hint = "let 'UserKnownHostsFile' name a file that can be written, or leave it out"
             self.wrong((*path, "ssh"), text, hint)
         return Host(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
 from collections.abc import Mapping
 
 from launcher.document.fields import FieldError, FieldType, near, raise_all
@@ -52,7 +54,10 @@ REFUSED: Mapping[str, str] = {
 KNOWN: tuple[str, ...] = tuple(_NAMES.split())
 _BY_LOWER = {name.lower(): name for name in (*KNOWN, *REFUSED)}
 _STRICT = ("yes", "true", "accept-new")
-_FORGETTING = ("/dev/null", "none")
+# What is there is no file, or goes with the process.
+_NO_FILES = ("/dev/", "/proc/", "/sys/")
+_TOKEN = re.compile(r"%(.)|\$\{(\w+)\}")
+_MOST_LINKS = 40
 
 
 def parse(value: object) -> dict[str, str]:
@@ -75,10 +80,51 @@ def parse(value: object) -> dict[str, str]:
 
 
 def trusts_each_time(options: Mapping[str, str]) -> bool:
-    """`accept-new` trusts a host the first time, which is each time if no file remembers it."""
-    files = re.split(r"[\s\"'=]+", options.get("UserKnownHostsFile", "").lower())
-    is_new = options.get("StrictHostKeyChecking") == "accept-new"
-    return is_new and not {*files}.isdisjoint(_FORGETTING)
+    """`accept-new` trusts a host the first time, which is each time if no file remembers it.
+
+    ssh goes on if it cannot write the key. It writes it to the first file of UserKnownHostsFile.
+    """
+    if options.get("StrictHostKeyChecking") != "accept-new":
+        return False
+    first = next(iter(_words(options.get("UserKnownHostsFile", ""))), "#")
+    return not first.startswith("#") and (first.lower() == "none" or not _remembers(first))
+
+
+def _words(value: str) -> list[str]:
+    """The arguments in a value; quotes that are not closed are ssh's to refuse."""
+    lexer = shlex.shlex(value, posix=True)
+    lexer.whitespace_split, lexer.commenters, lexer.escape = True, "", ""
+    try:
+        return list(lexer)
+    except ValueError:
+        return []
+
+
+def _remembers(word: str) -> bool:
+    """Whether ssh can keep a key in this file: it is a regular one, or can become one."""
+    path = os.path.abspath(os.path.expanduser(_TOKEN.sub(_expanded, word)))
+    for _ in range(_MOST_LINKS):
+        folder = os.path.realpath(os.path.dirname(path))
+        path = os.path.join(folder, os.path.basename(path))
+        if path.startswith(_NO_FILES) and not path.startswith("/dev/shm/"):
+            return False
+        if not os.path.islink(path):
+            break
+        path = os.path.join(folder, os.readlink(path))
+    else:
+        return False
+    if "%" in folder or folder == os.path.realpath(os.path.expanduser("~/.ssh")):
+        folder = ""  # of a token that is known later, or one that ssh makes
+    if os.path.exists(path):
+        return os.path.isfile(path) and os.access(path, os.W_OK)
+    return not folder or (os.path.isdir(folder) and os.access(folder, os.W_OK | os.X_OK))
+
+
+def _expanded(token: re.Match[str]) -> str:
+    if token[2] is not None:
+        return os.environ.get(token[2], token[0])
+    known = {"%": "%", "d": os.path.expanduser("~"), "i": str(os.getuid())}
+    return known.get(token[1], token[0])
 
 
 def _name(given: object) -> str:

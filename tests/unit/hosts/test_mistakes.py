@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -112,16 +113,58 @@ def test_the_check_of_host_keys_cannot_be_switched_off(value: str):
     assert f"'{value}' would trust a machine that pretends to be the host" in found
 
 
-@pytest.mark.parametrize("known", ["/dev/null", "none", "NONE", '"/dev/null"', "~/known /dev/null"])
-def test_a_host_cannot_be_trusted_anew_each_time(known: str):
+def with_known_hosts(value: str) -> str:
+    """A hosts file that takes new keys, and keeps them there."""
     new = "ssh: {StrictHostKeyChecking: accept-new}"
-    own = f"ssh: {{userknownhostsfile: '{known}'}}"
-    text = f"defaults: {{{new}}}\nhosts: {{a: {{address: b, {own}}}}}\n"
+    own = f"ssh: {{userknownhostsfile: '{value}'}}"
+    return f"defaults: {{{new}}}\nhosts: {{a: {{address: b, {own}}}}}\n"
+
+
+@pytest.fixture
+def known_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory and home, with files that keep keys and others that do not."""
+    for name in ("folder", "folder/deep"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "file").touch()
+    os.mkfifo(tmp_path / "fifo")
+    links = {"null": "/dev/null", "again": "null", "loop": "loop", "dev": "/dev", "new": "folder/x",
+             "input": "/dev/stdin", "gone": "nowhere/x"}  # fmt: skip
+    for name, target in links.items():
+        (tmp_path / name).symlink_to(target)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("DEVICES", "/dev")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        "/dev/null", "none", "NONE", '"/dev/null"', "/dev/null ~/known", "/dev/./null",
+        "//dev/null", "/dev/../dev/null", "/dev/full", "/dev/zero", "/dev/stdin", "/dev/fd/3",
+        "/proc/self/fd/0", "/proc/self/comm", "/sys/x", "null", "~/again", "dev/null", "%d/null",
+        "${DEVICES}/null", '"/dev"/null', "folder", "fifo", "loop", "input", "gone",
+        "nowhere/known", "=/dev/null", "/dev/%h", "/etc/hostname/x",
+    ],
+)  # fmt: skip
+def test_a_host_cannot_be_trusted_anew_each_time(known_files: Path, known: str):
+    text = with_known_hosts(known)
     (found,) = mistakes(text)
 
     assert "would trust any machine each time" in found
-    for good in (text.replace("accept-new", "yes"), text.replace(known, "~/.ssh/fleet_hosts")):
-        file.parse(good, "hosts.yaml", {})
+    assert f"'{known}' keeps nothing" in found
+    file.parse(text.replace("accept-new", "yes"), "hosts.yaml", {})
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        "~/.ssh/fleet_hosts", "file", "~/file /dev/null", "new", "folder/deep/../known", "%d/%h",
+        "folder/%r/known", '"folder/with a blank"', "/dev/shm/known", "#", "~/known",
+    ],
+)  # fmt: skip
+def test_keys_may_be_kept_in_any_file_that_can_be_written(known_files: Path, known: str):
+    file.parse(with_known_hosts(known), "hosts.yaml", {})
 
 
 def test_an_option_is_either_known_or_refused():
