@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
 
+# Characters of a text that substitutions make; a robot's description with all meshes has 1 million.
+MAX_TEXT = 16 * 1024 * 1024
+_MAX_SHOWN = 120
+
 
 @public("launch.substitution")
 class Substitution:
@@ -130,14 +134,25 @@ def perform_substitutions(context: LaunchContext, subs: Any) -> str:
 
 
 def joined(subs: Any, texts: Sequence[str]) -> str:
-    """The texts that the substitutions gave as one; TypeError if one of them is no text."""
+    """The texts that the substitutions gave as one; TypeError if one of them is no text.
+
+    SubstitutionFailure if it is longer than MAX_TEXT.
+    """
     try:
+        if sum(map(len, texts)) > MAX_TEXT:
+            raise too_long(describe_substitutions(subs))
         return "".join(texts)
     except TypeError:
         # Imported only for an error.
         from launcher.language.diagnostics.wrong_returns import no_text
 
         raise no_text(subs, texts) from None
+
+
+def too_long(what: str) -> SubstitutionFailure:
+    """The error about a text that is longer than MAX_TEXT."""
+    shown = what if len(what) <= _MAX_SHOWN else f"{what[:_MAX_SHOWN]}..."
+    return SubstitutionFailure(f"the text of {shown} has more than {MAX_TEXT:,} characters")
 
 
 def perform(context: LaunchContext, subs: Any) -> str:

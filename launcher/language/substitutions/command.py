@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import selectors
 import shlex
 import subprocess
 
 from launcher.language.naming import public
 from launcher.language.substitution import (
+    MAX_TEXT,
     Substitution,
     SubstitutionFailure,
     describe_substitutions,
     normalize_to_list_of_substitutions,
     perform_substitutions,
+    too_long,
 )
 
 TYPE_CHECKING = False
@@ -21,6 +25,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
 
 _POLICIES = ("fail", "ignore", "warn", "capture")
+_READ_BYTES = 65536
 
 
 @public("launch.substitutions.command")
@@ -76,13 +81,41 @@ class Command(Substitution):
 def _run(words: list[str], *, merged: bool) -> subprocess.CompletedProcess[str]:
     if not words:
         raise IndexError("the command of $(command) is empty")  # the type as in ROS 2
+    stderr = subprocess.STDOUT if merged else subprocess.PIPE
     try:
-        return subprocess.run(
-            words,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT if merged else subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=stderr, text=True)
     except FileNotFoundError as error:
         raise SubstitutionFailure(f"file not found: {error}") from error
+    with process:
+        try:
+            texts = _read([one for one in (process.stdout, process.stderr) if one is not None])
+        except BaseException:
+            process.kill()
+            raise
+    return subprocess.CompletedProcess(words, process.returncode, *texts)
+
+
+def _read(streams: list[Any]) -> list[str]:
+    """What comes to the ends of the streams; SubstitutionFailure if it is too much."""
+    parts: dict[Any, list[bytes]] = {stream: [] for stream in streams}
+    size = 0
+    with selectors.DefaultSelector() as open_streams:
+        for stream in streams:
+            open_streams.register(stream, selectors.EVENT_READ)
+        while open_streams.get_map():
+            for key, _ in open_streams.select():
+                part = os.read(key.fd, _READ_BYTES)
+                parts[key.fileobj].append(part)
+                size += len(part)
+                if not part:
+                    open_streams.unregister(key.fileobj)
+                if size > MAX_TEXT:
+                    raise too_long("a command")
+    return [
+        _lines(b"".join(parts[stream]).decode(stream.encoding, stream.errors)) for stream in streams
+    ]
+
+
+def _lines(text: str) -> str:
+    """As a file in text mode has it."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -11,6 +11,7 @@ from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
 from launcher.language.substitution import (
+    MAX_TEXT,
     Substitution,
     SubstitutionFailure,
     describe_substitutions,
@@ -213,7 +214,7 @@ class FileContent(Substitution):
         path = perform_substitutions(context, self.path)
         try:
             with open(path) as file:
-                text = file.read()
+                text = file.read(MAX_TEXT + 1)  # of a device it would never end
         except FileNotFoundError:
             raise SubstitutionFailure(f"File not found: {path}") from None
         except PermissionError:
