@@ -62,7 +62,7 @@ class Handled:
 
 
 class Endable(Handled):
-    """Within, Ctrl-C and SIGTERM end the process: Python handles none in the middle of `9**9**9`.
+    """Within, Ctrl-C and SIGTERM end the process: Python handles none in a `sum(range(10**12))`.
 
     For expressions of users. Does nothing in other threads than the main one.
     """

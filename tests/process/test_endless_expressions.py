@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-EXPRESSION = "[print('now', flush=True), 9**9**9]"
+EXPRESSION = "[print('now', flush=True), sum(range(10**12))]"
 LAUNCH_FILE = f"""
 from launch import LaunchDescription
 from launch.actions import LogInfo

@@ -1,8 +1,8 @@
 """The process that evaluates conditions: `python -m launcher.smoke.expect.evaluation`.
 
 Its standard input has pickled batches of conditions and contents; it prints a line of JSON for
-each: a list of `[holds, why not]`. It exists because nothing in the process itself can end
-`9**9**9`: the kernel ends this one when a batch takes too long, and its parent reads why.
+each: a list of `[holds, why not]`. Nothing in the process itself can end `sum(range(10**12))`: the
+kernel ends it when a batch takes too long, and its parent learns why from the exit code.
 """
 
 from __future__ import annotations
