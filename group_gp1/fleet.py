@@ -75,6 +75,8 @@ def read(path: str, seed: int = 0) -> list[FleetRobot]:
         raise FleetError(f"cannot read the fleet file '{path}': {error.strerror}") from None
     except UnicodeDecodeError:
         raise FleetError(f"the fleet file '{path}' is not text in UTF-8") from None
+    except RecursionError:
+        raise FleetError(f"the fleet file '{path}' is nested too deeply") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f":{mark.line + 1}" if mark else ""

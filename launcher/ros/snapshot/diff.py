@@ -38,7 +38,7 @@ def load(path: str) -> TopicGraph:
         )
     except OSError as error:
         raise VerbError(f"{path}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         hint = "create it with: graph --json > FILE"
         raise VerbError(f"{path} is not a saved graph: {error}", hint=hint) from None
 

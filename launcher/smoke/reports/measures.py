@@ -148,7 +148,7 @@ def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
             Measure(name, m["kind"], float(m["value"]), m["unit"])
             for name, m in document["measures"].items()
         ]
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         hint = "--update-baseline replaces it"
         raise UsageError(f"{path} is not a baseline: {error}", hint=hint) from None
     unknown = {m.kind for m in measures} - tolerances.keys()

@@ -462,13 +462,12 @@ def endless(database: Path) -> SqliteFile:
 
 
 def test_a_signal_ends_a_long_query(database: Path):
-    def interrupted() -> bool:  # while the query runs
-        signal.raise_signal(signal.SIGINT)
+    def interrupted() -> bool:
+        signal.raise_signal(signal.SIGINT)  # as it would be handled while SQLite is at work
         return False
 
-    file = endless(database)
     with pytest.raises(KeyboardInterrupt):
-        list(file.messages(None, Span(2**62, 2**62 + 1), interrupted))
+        list(endless(database).messages(None, Span(2**62, 2**62 + 1), interrupted))
 
 
 def test_a_long_query_in_a_thread_ends_when_it_is_stopped(database: Path, tmp_path: Path):

@@ -115,6 +115,11 @@ def test_a_file_that_is_no_fleet(tmp_path, text, message):
     assert str(caught.value).replace(path, "F").startswith(message)
 
 
+def test_a_file_that_is_nested_too_deeply(tmp_path):
+    with pytest.raises(FleetError, match=r"the fleet file '.*' is nested too deeply"):
+        read(write(tmp_path, "[" * 50_000))
+
+
 def test_a_file_that_cannot_be_read(tmp_path):
     with pytest.raises(FleetError, match=r"cannot read the fleet file '.*': No such file"):
         read(str(tmp_path / "none.yaml"))

@@ -38,3 +38,9 @@ def test_a_block_is_not_unpacked_beyond_its_limit(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(wire, "MAX_MESSAGE_BYTES", 1000)
     with pytest.raises(wire.Closed):
         received(packed(zlib.compress(bytes(1001))))
+
+
+@pytest.mark.parametrize("text", [b"{", b"\xff", b"[" * 100_000])
+def test_a_message_that_is_no_json(text: bytes):
+    with pytest.raises(wire.Closed, match="no message"):
+        wire.receive(io.BytesIO(struct.pack(">I", len(text)) + text))

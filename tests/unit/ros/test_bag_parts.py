@@ -113,6 +113,17 @@ def test_reading_ahead_is_bounded_and_may_end_at_any_time(tmp_path: Path):
     ReadAhead([bag], [frozenset(["/a"])], Span(), 10).close()
 
 
+def test_any_error_of_reading_ahead_is_raised_where_it_plays():
+    class Failing:
+        def messages(self, *given: object) -> None:
+            raise ArithmeticError("unexpected")
+
+    source = ReadAhead([Failing()], [frozenset(["/a"])], Span(), 10)
+    with pytest.raises(ArithmeticError):
+        source.peek()
+    source.close()
+
+
 def test_the_profile_of_several_publishers():
     best_effort = {**QOS, "reliability": "best_effort"}
     latched = {**QOS, "durability": "transient_local"}

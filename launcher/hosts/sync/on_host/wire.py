@@ -44,7 +44,10 @@ def receive(file: Source) -> dict[str, Any]:
     length = _length(file)
     if length > MAX_MESSAGE_BYTES:
         raise Closed("what was received is no message")
-    found: dict[str, Any] = json.loads(_exactly(file, length))
+    try:
+        found: dict[str, Any] = json.loads(_exactly(file, length))
+    except (ValueError, RecursionError):
+        raise Closed("what was received is no message") from None
     return found
 
 
