@@ -170,7 +170,6 @@ def test_a_subscription_waits_for_its_topic(probe, env):
         ("subscibe", {}, "unknown request 'subscibe'"),
         ("explain", {"topic": "/weak", "as": {"direction": "up"}}, "unknown direction 'up'"),
         ("get_parameters", {"node": "/nobody"}, "is not available"),
-        ("set_parameters", {"node": "/talker", "values": {"speed": {"a": 1}}}, "cannot hold"),
         ("call", {"service": "/nobody", "timeout_s": 0.1}, "is not available"),
         ("call", {"service": "/switch", "type": "std_srvs/srv/Trigger"}, "has the type std_srvs"),
         ("call", {"service": "/switch", "values": {"data": 5}}, "takes true or false"),
@@ -219,6 +218,9 @@ def test_parameters_are_read_and_set(probe):
     results = probe.ask("set_parameters", node="/talker", values={"speed": 9.0})["results"]
     assert not results["speed"]["successful"] and results["speed"]["reason"]
     assert probe.ask("get_parameters", node="talker")["values"]["speed"] == 2.0
+    results = probe.ask("set_parameters", node="/talker", values={"speed": 1, "tags": {"a": 1}})
+    assert results["results"]["speed"]["successful"]
+    assert results["results"]["tags"]["reason"].startswith("Parameter 'tags' cannot hold {'a': 1}")
     probe.ask("set_parameters", node="/talker", values={"speed": 1.5})
 
 
