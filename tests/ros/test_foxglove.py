@@ -136,7 +136,9 @@ def test_a_subscription_is_fitted_to_publishers_that_come_later(
 ):
     """Of a topic that has only a subscription the QoS is not known."""
     with (
-        going_on(env, "topic", "echo", "/late", "std_msgs/msg/String"),
+        going_on(
+            env, "topic", "echo", "/late", "std_msgs/msg/String", "--qos-reliability", "best_effort"
+        ),
         connected(server.url) as client,
     ):
         received = client.subscribe("/late")

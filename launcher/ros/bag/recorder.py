@@ -6,9 +6,10 @@ loses no time.
 
 from __future__ import annotations
 
+import functools
 import struct
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,19 +17,22 @@ from launcher.bag.model import CDR, Definition, Message, Qos, Topic, distinct
 from launcher.bag.selection import Selection
 from launcher.ros.bag import qos as bag_qos
 from launcher.ros.bag.sinks import Sink
+from launcher.ros.discovery.changes import GraphChanges
 from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.schema import rihs_hash, schema_text
-from launcher.ros.snapshot.graph import Direction, EndpointInfo
+from launcher.ros.snapshot.graph import Direction, Endpoint, EndpointInfo
 from launcher.ros.topics import qos
+from launcher.ros.topics.fitted import Fitted
 from launcher.ros.topics.raw import RawMessage, RawTaker
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
 PERIOD_S = 0.01
-_REFIT_S = 1.0  # from one look at the publishers of a recorded topic to the next
+_REFIT_S = 0.1  # from one look at the publishers of recorded topics to the next, if any changed
+_FORGET_S = 1.0
 REMEMBER_S = 60.0
 _BURST = 500  # messages of one topic, then the others have their turn
 _STAMP = struct.Struct("<4xiI")  # of a serialized rosgraph_msgs/msg/Clock
@@ -50,19 +54,18 @@ class RecorderOptions:
 
 @dataclass(slots=True)
 class Recorded:
-    """A topic that is recorded. `lost` messages were published and never taken.
-
-    `publishers` are those of the last look; `last` has the last number of each.
-    """
+    """A topic that is recorded. `lost` messages were published and never taken."""
 
     topic: Topic
-    subscription: Any
-    policies: object
-    publishers: frozenset[bytes]
-    last: dict[bytes, int] = field(default_factory=dict)
+    fitted: Fitted
     count: int = 0
     lost: int = 0
     dropped: int = 0
+
+    @property
+    def publishers(self) -> set[bytes]:
+        """Those of the last look."""
+        return set(map(_gid, self.fitted.publishers))
 
 
 class Recorder:
@@ -89,11 +92,13 @@ class Recorder:
         self._taker = RawTaker()
         self._refused: set[tuple[str, str]] = set()
         self._gone_s: dict[bytes, float] = {}  # publishers, and since when
-        self._next_look_s = self._next_refit_s = 0.0
+        self._changes = GraphChanges(observer.node)
+        self._next_look_s = self._next_refit_s = self._next_forget_s = 0.0
         self._sim_ns: int | None = None
         self._clock: Any = None
         if options.use_sim_time:
-            self._clock = self._subscribe("/clock", "rosgraph_msgs/msg/Clock", qos.listening([])[0])
+            kind = with_library(load_message("rosgraph_msgs/msg/Clock"))
+            self._clock = self._subscribe("/clock", kind, qos.listening([])[0])
 
     @property
     def count(self) -> int:
@@ -111,10 +116,13 @@ class Recorder:
             poll_s = self._options.poll_s
             self._next_look_s = float("inf") if poll_s is None else time.monotonic() + poll_s
         if now >= self._next_refit_s:
-            for recorded in list(self.topics.values()):
-                self._refit(recorded)
-            self._forget_gone(now)
+            if self._changes.happened():
+                for recorded in list(self.topics.values()):
+                    self._refit(recorded)
             self._next_refit_s = time.monotonic() + _REFIT_S
+        if now >= self._next_forget_s:
+            self._forget_gone(now)
+            self._next_forget_s = time.monotonic() + _FORGET_S
         return self.take()
 
     def _look(self) -> None:
@@ -142,37 +150,32 @@ class Recorder:
                 type_hash=rihs_hash(type_name),
                 definition=Definition(text=schema_text(type_name)),
             )
-            profile, policies = self._profile(name, infos)
-            subscription = self._subscribe(name, type_name, profile)
+            fitted = self._fitted(name, type_name)
+            fitted.fit([info.endpoint() for info in infos])
         except VerbError as error:
             self._refused.add((name, type_name))
             self._refuse(name, f"{type_name}: {error.message}", error.hint)
             return
         self._sink.add_topic(topic)
         self._learn(infos)
-        self.topics[name] = Recorded(
-            topic=topic,
-            subscription=subscription,
-            policies=policies,
-            publishers=frozenset(map(_gid, infos)),
-        )
+        self.topics[name] = Recorded(topic, fitted)
 
     def _learn(self, infos: list[EndpointInfo]) -> None:
         for info in infos:
             if info.node:
-                self.nodes[_gid(info)] = info.node
+                self.nodes[_gid(info.gid)] = info.node
 
     def _forget_gone(self, now: float) -> None:
         """Forget publishers some time after they have gone: nodes restart, and this goes on."""
         topics = self.topics.values()
-        known = self.nodes.keys() | {publisher for one in topics for publisher in one.last}
+        known = self.nodes.keys() | {gid for one in topics for gid in one.fitted.numbers.last}
         gone = known.difference(*(one.publishers for one in topics))
         self._gone_s = {publisher: self._gone_s.get(publisher, now) for publisher in gone}
         for publisher, gone_s in self._gone_s.items():
             if now - gone_s > self._options.remember_s:
                 self.nodes.pop(publisher, None)
                 for one in topics:
-                    one.last.pop(publisher, None)
+                    one.fitted.numbers.last.pop(publisher, None)
 
     def _refuse(self, name: str, reason: str, hint: str | None) -> None:
         """Say once why a topic is not recorded."""
@@ -181,34 +184,26 @@ class Recorder:
             note = f"{name} is not recorded: {reason}"
             self._notes(f"{note}\nhint: {hint}" if hint else note)
 
-    def _profile(self, name: str, infos: list[EndpointInfo]) -> tuple[Any, object]:
-        """The profile that fits the publishers, and what it depends on."""
-        profile, _ = qos.listening([info.endpoint() for info in infos])
-        if override := self._options.overrides.get(name):
-            return bag_qos.changed(profile, override), None
-        return profile, (profile.reliability, profile.durability)
+    def _fitted(self, name: str, type_name: str) -> Fitted:
+        kind, override = with_library(load_message(type_name)), self._options.overrides.get(name)
 
-    def _subscribe(self, name: str, type_name: str, profile: Any) -> Any:
-        return self._observer.node.create_subscription(
-            with_library(load_message(type_name)), name, _ignore, profile, raw=True
-        )
+        def fitting(publishers: Sequence[Endpoint]) -> Any:
+            profile, _ = qos.listening(publishers)
+            return bag_qos.changed(profile, override) if override else profile
+
+        create = functools.partial(self._subscribe, name, kind)
+        return Fitted(self._observer.node, self._taker, create, fitting)
+
+    def _subscribe(self, name: str, kind: Any, profile: Any) -> Any:
+        return self._observer.node.create_subscription(kind, name, _ignore, profile, raw=True)
 
     def _refit(self, recorded: Recorded) -> None:
-        """Subscribe anew where the publishers changed so that another profile fits them."""
-        name = recorded.topic.name
-        infos = self._observer.infos(name, Direction.PUBLISHER)
+        infos = self._observer.infos(recorded.topic.name, Direction.PUBLISHER)
         self._learn(infos)
-        before, recorded.publishers = recorded.publishers, frozenset(map(_gid, infos))
-        if recorded.publishers <= before:
-            return
-        self._add_qos(recorded, infos)
-        profile, policies = self._profile(name, infos)
-        if policies is None or policies == recorded.policies:
-            return
-        old, recorded.policies = recorded.subscription, policies
-        recorded.subscription = self._subscribe(name, recorded.topic.type, profile)
-        self._take_from(recorded, old)
-        self._observer.node.destroy_subscription(old)
+        before = recorded.fitted.publishers
+        recorded.fitted.fit([info.endpoint() for info in infos])
+        if recorded.fitted.publishers - before:
+            self._add_qos(recorded, infos)
 
     def _add_qos(self, recorded: Recorded, infos: list[EndpointInfo]) -> None:
         """Note what publishers offer, once: those that have restarted offer the same."""
@@ -221,9 +216,7 @@ class Recorder:
         """Take what has arrived."""
         if self._clock is not None:
             self._read_clock()
-        return sum(
-            self._take_from(recorded, recorded.subscription) for recorded in self.topics.values()
-        )
+        return sum(map(self._take_from, self.topics.values()))
 
     def _read_clock(self) -> None:
         handle = self._clock.handle
@@ -232,23 +225,16 @@ class Recorder:
                 seconds, nanoseconds = _STAMP.unpack_from(raw.data)
                 self._sim_ns = seconds * 10**9 + nanoseconds
 
-    def _take_from(self, recorded: Recorded, subscription: Any) -> int:
-        taken, take = 0, self._taker.take
-        handle = subscription.handle
-        with handle:
-            while taken < _BURST and (raw := take(handle)) is not None:
-                taken += 1
-                self._pass_on(recorded, raw)
-        return taken
+    def _take_from(self, recorded: Recorded) -> int:
+        count = 0
+        for raw, lost in recorded.fitted.take(_BURST):
+            count += 1
+            self._pass_on(recorded, raw, lost)
+        return count
 
-    def _pass_on(self, recorded: Recorded, raw: RawMessage) -> None:
-        last = recorded.last.get(raw.publisher)
-        if last is not None:
-            if raw.sequence <= last:
-                return  # the subscription before this one had it
-            if not self.paused:
-                recorded.lost += raw.sequence - last - 1
-        recorded.last[raw.publisher] = raw.sequence
+    def _pass_on(self, recorded: Recorded, raw: RawMessage, lost: int) -> None:
+        if not self.paused:
+            recorded.lost += lost
         log_ns: int | None = raw.received_ns
         if self._options.use_sim_time:
             log_ns = self._sim_ns
@@ -263,14 +249,15 @@ class Recorder:
 
     def close(self) -> None:
         for recorded in self.topics.values():
-            self._observer.node.destroy_subscription(recorded.subscription)
+            recorded.fitted.close()
         if self._clock is not None:
             self._observer.node.destroy_subscription(self._clock)
+        self._changes.close()
         self._taker.close()
 
 
-def _gid(info: EndpointInfo) -> bytes:
-    return bytes.fromhex(info.gid.replace(".", ""))
+def _gid(dotted: str) -> bytes:
+    return bytes.fromhex(dotted.replace(".", ""))
 
 
 def _ignore(message: Any) -> None:

@@ -154,19 +154,26 @@ class Observer:
         gids.sort(key=lambda gid: not scheme_holds(gid, os.getpid()))
         return gids[0] if gids else b""
 
-    def infos(self, topic: str, direction: Direction) -> list[EndpointInfo]:
-        """The publishers or subscriptions of a topic but our own."""
-        return self._infos(f"{TOPIC}{topic}", direction)
+    def infos(
+        self, topic: str, direction: Direction, *, with_own: bool = False
+    ) -> list[EndpointInfo]:
+        """The publishers or subscriptions of a topic, our own if they are wanted."""
+        return self._infos(f"{TOPIC}{topic}", direction, with_own=with_own)
 
-    def _infos(self, name: str, direction: Direction) -> list[EndpointInfo]:
+    def _infos(
+        self, name: str, direction: Direction, *, with_own: bool = False
+    ) -> list[EndpointInfo]:
         """The same by the topic's name in DDS."""
         ask = (
             self.node.get_publishers_info_by_topic
             if direction is Direction.PUBLISHER
             else self.node.get_subscriptions_info_by_topic
         )
-        found = [info for info in ask(name, no_mangle=True) if not self._hides(info.node_name)]
-        return [_info(name, direction, info) for info in found]
+        return [
+            _info(name, direction, info)
+            for info in ask(name, no_mangle=True)
+            if with_own or not self._hides(info.node_name)
+        ]
 
     def endpoints(self, topic: str) -> list[Endpoint]:
         """The publishers and subscriptions of a topic but our own."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,9 +15,23 @@ from launcher.ros.errors import VerbError
 from launcher.ros.foxglove.receiver import Deliver, Receiver
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.topics import qos
+from launcher.ros.snapshot.graph import Direction
+from launcher.ros.topics.fitted import OVERLAP_S, Numbers, fitting, is_equal
+from launcher.ros.topics.raw import RawMessage
 
 Client = Hashable
+
+
+@dataclass(slots=True)
+class _Sink:
+    """A client, which gets each message once, whichever subscription has it."""
+
+    deliver: Deliver
+    numbers: Numbers = field(default_factory=Numbers)
+
+    def put(self, raw: RawMessage) -> None:
+        if self.numbers.missed(raw) is not None:
+            self.deliver(raw.received_ns, raw.data)
 
 
 @dataclass(slots=True)
@@ -24,19 +39,22 @@ class _Feed:
     """A subscription and who gets its messages."""
 
     subscription: Any = None
-    sinks: tuple[Deliver, ...] = ()
+    sinks: tuple[_Sink, ...] = ()
 
-    def deliver(self, time_ns: int, payload: bytes) -> None:
+    def deliver(self, raw: RawMessage) -> None:
         for sink in self.sinks:
-            sink(time_ns, payload)
+            sink.put(raw)
 
 
 @dataclass(slots=True)
 class _Topic:
+    """`profile` is None without a subscription; `before`: those replaced, and until when."""
+
     kind: Any
-    sinks: dict[Client, Deliver] = field(default_factory=dict)
+    sinks: dict[Client, _Sink] = field(default_factory=dict)
     profile: Any = None
     feeds: dict[Client | None, _Feed] = field(default_factory=dict)
+    before: list[tuple[_Feed, float]] = field(default_factory=list)
 
 
 class Feeds:
@@ -59,7 +77,7 @@ class Feeds:
         """VerbError if messages of this type cannot be received here, at least not now."""
         if topic not in self._topics:
             self._topics[topic] = _Topic(with_library(load_message(type_name)))
-        self._topics[topic].sinks[client] = sink
+        self._topics[topic].sinks[client] = _Sink(sink)
         self._fit(topic)
 
     def unsubscribe(self, topic: str, client: Client) -> None:
@@ -80,26 +98,36 @@ class Feeds:
 
     def _fit(self, name: str) -> None:
         topic = self._topics[name]
-        endpoints = self._observer.endpoints(name) if topic.sinks else []
-        profile, _ = qos.listening(e for e in endpoints if e.is_publisher)
-        clients: set[Client | None] = set(topic.sinks)
-        is_shared = profile.durability != DurabilityPolicy.TRANSIENT_LOCAL
-        wanted = {None} if is_shared and clients else clients
-        is_changed = topic.profile != profile
-        for client in [key for key in topic.feeds if is_changed or key not in wanted]:
-            self._end(topic.feeds.pop(client))
+        # Clients publish as well.
+        infos = self._observer.infos(name, Direction.PUBLISHER, with_own=True)
+        publishers = [info.endpoint() for info in infos]
+        profile = fitting(topic.profile, publishers) if topic.sinks else None
+        is_changed = not is_equal(profile, topic.profile)
         topic.profile = profile
+        clients: set[Client | None] = set() if profile is None else set(topic.sinks)
+        is_kept = profile is not None and profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        wanted = clients if is_kept or not clients else {None}
+        overlap_s = OVERLAP_S if clients else 0.0
+        for client in [key for key in topic.feeds if is_changed or key not in wanted]:
+            topic.before.append((topic.feeds.pop(client), time.monotonic() + overlap_s))
         for client in wanted:
-            feed = topic.feeds.get(client)
-            sinks = topic.sinks.values() if client is None else (topic.sinks[client],)
-            if feed is not None:
-                feed.sinks = tuple(sinks)
+            sinks = tuple(topic.sinks.values()) if client is None else (topic.sinks[client],)
+            if client in topic.feeds:
+                topic.feeds[client].sinks = sinks
             else:
-                topic.feeds[client] = self._begin(name, topic, tuple(sinks))
+                topic.feeds[client] = self._begin(name, topic, sinks)
+        self._end_those_before(topic)
         if not topic.sinks:
             del self._topics[name]
 
-    def _begin(self, name: str, topic: _Topic, sinks: tuple[Deliver, ...]) -> _Feed:
+    def _end_those_before(self, topic: _Topic) -> None:
+        for feed, until_s in list(topic.before):
+            feed.sinks = tuple(sink for sink in feed.sinks if sink in topic.sinks.values())
+            if time.monotonic() >= until_s or not feed.sinks:
+                topic.before.remove((feed, until_s))
+                self._end(feed)
+
+    def _begin(self, name: str, topic: _Topic, sinks: tuple[_Sink, ...]) -> _Feed:
         feed = _Feed(sinks=sinks)
         try:
             feed.subscription = self._observer.node.create_subscription(

@@ -14,11 +14,13 @@ from typing import Any
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from launcher.ros.discovery.observer import Observer
+from launcher.ros.topics.raw import RawMessage, RawTaker
 
 _BURST = 1000
 _WAIT_NS = -1  # for ever: the guard condition wakes it
 
 Deliver = Callable[[int, bytes], None]  # time in ns, message in CDR
+Take = Callable[[RawMessage], None]
 
 
 class Receiver:
@@ -28,12 +30,13 @@ class Receiver:
         self._context = observer.context
         self._guard = observer.node.create_guard_condition(lambda: None)
         self._lock = threading.Lock()
-        self._entries: tuple[tuple[Any, Deliver], ...] = ()
+        self._entries: tuple[tuple[Any, Take], ...] = ()
         self._is_closed = False
+        self._taker = RawTaker()
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
         self._thread.start()
 
-    def add(self, subscription: Any, deliver: Deliver) -> None:
+    def add(self, subscription: Any, deliver: Take) -> None:
         """`deliver` is called in the thread of the receiver."""
         with self._lock:
             self._entries = (*self._entries, (subscription, deliver))
@@ -49,6 +52,7 @@ class Receiver:
         self._is_closed = True
         self._guard.trigger()
         self._thread.join()
+        self._taker.close()
 
     def _run(self) -> None:
         while not self._is_closed:
@@ -56,7 +60,7 @@ class Receiver:
             for subscription, deliver in self._ready(entries):
                 self._take(subscription, deliver)
 
-    def _ready(self, entries: tuple[tuple[Any, Deliver], ...]) -> list[tuple[Any, Deliver]]:
+    def _ready(self, entries: tuple[tuple[Any, Take], ...]) -> list[tuple[Any, Take]]:
         """Wait until one of them has messages, or the entries have changed."""
         with contextlib.ExitStack() as stack:
             held = [entry for entry in entries if self._hold(stack, entry[0])]
@@ -80,10 +84,10 @@ class Receiver:
             return False
         return True
 
-    def _take(self, subscription: Any, deliver: Deliver) -> None:
-        handle, kind = subscription.handle, subscription.msg_type
+    def _take(self, subscription: Any, deliver: Take) -> None:
+        handle = subscription.handle
         with contextlib.suppress(rclpy_implementation.InvalidHandle), handle:
             for _ in range(_BURST):
-                if (taken := handle.take_message(kind, True)) is None:
+                if (raw := self._taker.take(handle)) is None:
                     return
-                deliver(int(taken[1]["received_timestamp"]), taken[0])
+                deliver(raw)

@@ -29,6 +29,7 @@ _RATE_NAMES = ("mean_s", "min_s", "max_s", "std_dev_s")
 class Subscription:
     """`qos` None: fitted. Times are monotonic nanoseconds of the receptions.
 
+    `profile` is that of the subscription, `endpoint` the last one that there was.
     `newest` is a message that waits for the end of its period, with `most_hz`; `left_out` counts
     those that it replaced.
     """
@@ -41,6 +42,7 @@ class Subscription:
     depth: int
     most_hz: float | None = None
     listener: Listener | None = None
+    profile: Any = None
     endpoint: Endpoint | None = None
     error: str | None = None
     has_failed: bool = False

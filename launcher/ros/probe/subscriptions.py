@@ -1,7 +1,7 @@
 """The probe's subscriptions, with QoS that is given or fitted to the publishers.
 
-A fitted one is created when the first publisher is known, and replaced by a weaker one if a
-publisher comes that it does not match. It never becomes stronger: that could only lose messages.
+A fitted one is created when the first publisher is known, and replaced when another profile fits
+them: `launcher.ros.topics.fitted`.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ from launcher.ros.probe.subscription import (
     subscription_of,
     target_of,
 )
-from launcher.ros.snapshot.graph import Direction, Endpoint
+from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.snapshot.qos_matching import explain, faults
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, Sample, Target
+from launcher.ros.topics.raw import RawTaker
 
 _Fields = dict[str, Any]
 
@@ -39,6 +40,7 @@ class Subscriptions:
         self._observer = observer
         self._outbox = outbox
         self._subscriptions: dict[str, Subscription] = {}
+        self._taker = RawTaker()
         self.listen_s = LISTEN_PERIOD_S
 
     def __len__(self) -> int:
@@ -84,8 +86,12 @@ class Subscriptions:
         sub.error = None
         try:
             target = target_of(sub, snapshot)
-            if target is not None and self._is_needed(sub, target):
-                self._make(sub, target)
+            if sub.listener is not None and sub.qos is None:
+                sub.listener.fit(sub.topic, () if target is None else target.publishers)
+            elif sub.listener is None and target is not None:
+                sub.listener = self._listener(sub, target)
+            if sub.listener is not None:
+                self._note_profile(sub, sub.listener)
         except VerbError as error:
             sub.error = error.message
             if not sub.has_failed:
@@ -93,27 +99,21 @@ class Subscriptions:
                 text = {"message": error.message, "hint": error.hint}
                 self._outbox.send({"event": "failed", "sub": sub.key, **text, **moment()})
 
-    def _is_needed(self, sub: Subscription, target: Target) -> bool:
-        """Whether a subscription has to be created, the first or a weaker one."""
-        if sub.endpoint is None:
-            return True
-        own = sub.endpoint
-        return sub.qos is None and any(faults(p, own) for p in target.publishers)
+    def _listener(self, sub: Subscription, target: Target) -> Listener:
+        listener = Listener(self._observer, raw=sub.is_raw, taker=self._taker)
+        profile = None if sub.qos is None else qos.from_words(sub.qos, sub.depth)
+        listener.subscribe(target, profile, sub.depth)
+        return listener
 
-    def _make(self, sub: Subscription, target: Target) -> None:
-        if sub.qos is None:
-            profile, _ = qos.listening(target.publishers, sub.depth)
-        else:
-            profile = qos.from_words(sub.qos, sub.depth)
-        listener = Listener(self._observer, raw=sub.is_raw)
-        listener.subscribe(target, profile)
-        before, sub.listener = sub.listener, listener
-        if before is not None:
-            self._keep(sub, before.take())
-            before.close()
-        sub.endpoint = qos.endpoint_of(
-            profile, Direction.SUBSCRIPTION, target.name, target.type, node="this subscription"
-        )
+    def _note_profile(self, sub: Subscription, listener: Listener) -> None:
+        """Report another subscription."""
+        profile = listener.profile(sub.topic)
+        if profile is None or profile is sub.profile:
+            sub.profile = profile
+            return
+        is_again = sub.endpoint is not None
+        sub.profile = profile
+        sub.endpoint = listener.endpoint(sub.topic, "this subscription")
         self._outbox.send(
             {
                 "event": "subscribed",
@@ -122,7 +122,7 @@ class Subscriptions:
                 "type": sub.endpoint.type,
                 "qos": qos.to_words(profile),
                 "fitted": sub.qos is None,
-                "again": before is not None,
+                "again": is_again,
                 **moment(),
             }
         )
@@ -138,7 +138,7 @@ class Subscriptions:
 
     def matching(self, publisher: Endpoint) -> int:
         """How many of our own subscriptions match this publisher."""
-        own = [w.endpoint for w in list(self._subscriptions.values()) if w.endpoint]
+        own = [w.endpoint for w in list(self._subscriptions.values()) if w.profile and w.endpoint]
         return sum(e.topic == publisher.topic and not faults(publisher, e) for e in own)
 
     @property

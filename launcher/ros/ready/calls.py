@@ -13,7 +13,6 @@ from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load
 from launcher.ros.ready.facts import Seen, Watched
-from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, Target
 
 if TYPE_CHECKING:
@@ -72,7 +71,6 @@ class Receiving:
         self._observer = observer
         self._fact = watched.fact
         self._listener: Listener | None = None
-        self._offers: set[tuple[str, str]] = set()
 
     def look(self, view: View) -> Seen:
         topic = self._fact.subject
@@ -81,18 +79,13 @@ class Receiving:
         wanted = self._fact.type or types[0]
         if wanted not in types or (self._fact.type is None and len(types) > 1):
             return Seen(False, f"{topic} has the type {', '.join(types)}")
-        offers = {(one.reliability, one.durability) for one in publishers}
-        if offers - self._offers:
-            self._subscribe(Target(name=topic, type=full_type(wanted), publishers=publishers))
-            self._offers |= offers
-        assert self._listener is not None
+        if self._listener is None:
+            self._listener = Listener(self._observer, raw=True)
+            self._listener.subscribe(
+                Target(name=topic, type=full_type(wanted), publishers=publishers)
+            )
+        self._listener.fit(topic, publishers)
         return Seen(bool(self._listener.take()), f"no message on {topic}")
-
-    def _subscribe(self, target: Target) -> None:
-        profile, _ = qos.listening(target.publishers)
-        self.close()
-        self._listener = Listener(self._observer, raw=True)
-        self._listener.subscribe(target, profile)
 
     def close(self) -> None:
         if self._listener is not None:

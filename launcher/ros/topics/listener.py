@@ -11,7 +11,7 @@ import functools
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from launcher.command_line import Parsed
@@ -24,7 +24,9 @@ from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
+from launcher.ros.topics.fitted import Fitted
 from launcher.ros.topics.history import History
+from launcher.ros.topics.raw import RawMessage, RawTaker
 from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import spin_time_s, warn
 
@@ -35,6 +37,8 @@ _PERIOD_S = 0.004
 _BURST = 1000
 _STEADY_S = 0.06  # endpoints of one participant arrive together
 _EXPLAIN_PERIOD_S = 0.5
+_FIT_PERIOD_S = 0.05
+_DISCOVERY_S = 3.0  # of publishers that only the prefetch has discovered
 _INTRODUCTION_S = 0.3
 _AWAIT_PERIOD_S = 0.1  # after it, all endpoints of a participant are known
 
@@ -144,66 +148,129 @@ def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None
     settle(observer, spin_time_s, enough=steady)
 
 
+@dataclass(slots=True, kw_only=True)
+class _Topic:
+    """`undiscovered`: gids of publishers that only the prefetch knows yet."""
+
+    target: Target
+    fitted: Fitted
+    decode: Callable[[bytes], Any]
+    is_fixed: bool
+    undiscovered: set[str]
+    history: History | None = None
+    unmatched: Unmatched = field(default_factory=Unmatched)
+    since_s: float = field(default_factory=time.monotonic)
+
+
 class Listener:
     """Subscriptions of an observer; `samples` yields what they receive."""
 
-    def __init__(self, observer: Observer, *, raw: bool) -> None:
+    def __init__(self, observer: Observer, *, raw: bool, taker: RawTaker | None = None) -> None:
         self._observer = observer
         self._raw = raw
-        self._subscriptions: list[tuple[Target, Any]] = []
-        self._unmatched: dict[str, Unmatched] = {}
-        self._histories: dict[str, History] = {}
+        self._taker = RawTaker() if taker is None else taker
+        self._topics: list[_Topic] = []
 
-    def subscribe(self, target: Target, profile: Any) -> None:
-        from rclpy.qos import DurabilityPolicy
+    def subscribe(self, target: Target, profile: Any = None, depth: int = qos.LISTEN_DEPTH) -> None:
+        """Subscribe with this profile, or with what fits the publishers, now and in `fit`.
 
-        message_type = with_library(load_message(target.type))
-        if profile.durability != DurabilityPolicy.VOLATILE:
-            self._histories[target.name] = History(time.time_ns())
-        subscription = self._observer.node.create_subscription(
-            message_type,
-            target.name,
-            _ignore,
-            profile,
-            raw=self._raw,
+        Without a profile and publishers there is no subscription until there are some.
+        """
+        from rclpy.serialization import deserialize_message
+
+        kind = with_library(load_message(target.type))
+
+        def create(fitting: Any) -> Any:
+            topic.history = _history(fitting)
+            return self._observer.node.create_subscription(
+                kind, target.name, _ignore, fitting, raw=True
+            )
+
+        topic = _Topic(
+            target=target,
+            fitted=Fitted(
+                self._observer.node,
+                self._taker,
+                create,
+                lambda publishers: qos.listening(publishers, depth)[0],
+            ),
+            decode=bytes if self._raw else lambda data: deserialize_message(data, kind),
+            is_fixed=profile is not None,
+            undiscovered={one.gid for one in target.publishers},
         )
-        self._subscriptions.append((target, subscription))
+        if profile is None:
+            topic.fitted.fit(target.publishers)
+        else:
+            topic.fitted.use(profile)
+        self._topics.append(topic)
+
+    def fit(self, name: str, publishers: Sequence[Endpoint]) -> None:
+        """Subscribe to a topic as it fits these publishers, which are all that there are."""
+        self._topic(name).fitted.fit(publishers)
+
+    def profile(self, name: str) -> Any:
+        """The profile of the subscription to a topic; None while there is none."""
+        return self._topic(name).fitted.profile
+
+    def endpoint(self, name: str, node: str) -> Endpoint:
+        """That subscription, as if it were of this node."""
+        topic = self._topic(name)
+        profile, kind = topic.fitted.profile, topic.target.type
+        return qos.endpoint_of(profile, Direction.SUBSCRIPTION, name, kind, node=node)
+
+    def _topic(self, name: str) -> _Topic:
+        return next(topic for topic in self._topics if topic.target.name == name)
+
+    def _fit_all(self) -> None:
+        for topic in self._topics:
+            infos = self._observer.infos(topic.target.name, Direction.PUBLISHER)
+            topic.undiscovered.difference_update(info.gid for info in infos)
+            is_young = time.monotonic() - topic.since_s < _DISCOVERY_S
+            if not topic.is_fixed and not (topic.undiscovered and is_young):
+                topic.fitted.fit([info.endpoint() for info in infos])
 
     def take(self) -> list[Sample]:
-        """The messages that are there now, at most 1000 of each topic."""
-        found: list[Sample] = []
-        for target, subscription in self._subscriptions:
-            take, kind = subscription.handle.take_message, subscription.msg_type
-            with subscription.handle:
-                for _ in range(_BURST):
-                    if (taken := take(kind, self._raw)) is None:
-                        break
-                    found.append(self._sample(target.name, *taken))
-        return found
+        """The messages that are there now, at most 1000 of each subscription."""
+        return [
+            self._sample(topic, raw)
+            for topic in self._topics
+            for raw, _ in topic.fitted.take(_BURST)
+        ]
 
-    def _sample(self, topic: str, message: Any, info: dict[str, Any]) -> Sample:
-        history = self._histories.get(topic)
-        is_history = history is not None and history.has(
-            info["source_timestamp"], info["received_timestamp"]
+    @staticmethod
+    def _sample(topic: _Topic, raw: RawMessage) -> Sample:
+        history = topic.history
+        return Sample(
+            topic=topic.target.name,
+            message=topic.decode(raw.data),
+            info={
+                "source_timestamp": raw.source_ns,
+                "received_timestamp": raw.received_ns,
+                "publication_sequence_number": raw.sequence,
+                "reception_sequence_number": None,
+            },
+            is_history=history is not None and history.has(raw.source_ns, raw.received_ns),
         )
-        return Sample(topic=topic, message=message, info=info, is_history=is_history)
 
     def close(self) -> None:
-        subscriptions, self._subscriptions = self._subscriptions, []
-        for _, subscription in subscriptions:
-            self._observer.node.destroy_subscription(subscription)
+        for topic in self._topics:
+            topic.fitted.close()
+        self._topics.clear()
 
     def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
         """All messages until `tick`, which is called after each burst, returns False.
 
         Warns, once for each reason, of publishers from which nothing will come.
         """
-        next_check = time.monotonic()
+        next_fit = next_check = time.monotonic()
         while True:
             samples = self.take()
             yield from samples
             if not tick():
                 return
+            if time.monotonic() >= next_fit:
+                self._fit_all()
+                next_fit = time.monotonic() + _FIT_PERIOD_S
             if time.monotonic() >= next_check:
                 self._warn_of_unmatched()
                 next_check = time.monotonic() + _EXPLAIN_PERIOD_S
@@ -211,19 +278,22 @@ class Listener:
                 time.sleep(_PERIOD_S)
 
     def _warn_of_unmatched(self) -> None:
-        for target, subscription in self._subscriptions:
-            own = qos.endpoint_of(
-                subscription.qos_profile,
-                Direction.SUBSCRIPTION,
-                target.name,
-                target.type,
-                node="this command",
-            )
-            publishers = [e for e in self._observer.endpoints(target.name) if e.is_publisher]
-            unmatched = self._unmatched.setdefault(target.name, Unmatched())
-            text_of = functools.partial(_nothing_received, target.name, len(publishers))
-            if text := unmatched.news([*publishers, own], text_of):
+        for topic in self._topics:
+            if topic.fitted.profile is None:
+                continue
+            name = topic.target.name
+            own = self.endpoint(name, "this command")
+            publishers = [e for e in self._observer.endpoints(name) if e.is_publisher]
+            text_of = functools.partial(_nothing_received, name, len(publishers))
+            if text := topic.unmatched.news([*publishers, own], text_of):
                 warn(text)
+
+
+def _history(profile: Any) -> History | None:
+    from rclpy.qos import DurabilityPolicy
+
+    is_kept = profile.durability != DurabilityPolicy.VOLATILE
+    return History(time.time_ns()) if is_kept else None
 
 
 def _nothing_received(topic: str, publishers: int, found: list[Mismatch], reasons: str) -> str:
@@ -309,8 +379,9 @@ def _unpublished(name: str) -> str:
 def _subscribe(listener: Listener, target: Target, options: Parsed) -> None:
     profile, notes = qos.listening(target.publishers)
     if qos.asked(options):
-        profile, notes = qos.from_options(options, profile), []
+        listener.subscribe(target, qos.from_options(options, profile))
+        return
     for note in notes:
         print(note)
     sys.stdout.flush()
-    listener.subscribe(target, profile)
+    listener.subscribe(target)
