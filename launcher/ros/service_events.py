@@ -19,7 +19,7 @@ from launcher.ros.messages.to_yaml import dump, to_plain
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.echo import Writer
 from launcher.ros.topics.listener import Listener, subscribe_now
-from launcher.ros.topics.streams import until_interrupted
+from launcher.ros.topics.streams import nothing_came, until_interrupted
 from launcher.ros.verb import observing, spin_time_s
 
 _NAMES = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
@@ -49,7 +49,7 @@ def echo(options: Parsed) -> int:
     service = full_name(options.service_name)
     topic = f"{service}/_service_event"
     vars(options).update(_WITHOUT, topic_names=[topic])
-    writer = _EventWriter.of(options)
+    writer, is_silent = _EventWriter.of(options), True
 
     def enough(graph: GraphSnapshot) -> bool:
         return service in graph.service_types() and bool(graph.on(topic, Direction.PUBLISHER))
@@ -75,7 +75,10 @@ def echo(options: Parsed) -> int:
             )
         end = math.inf if options.timeout is None else time.monotonic() + options.timeout
         for sample in listener.samples(lambda: _goes_on(end)):
+            is_silent = False
             sys.stdout.writelines(writer.pieces(sample, sample.message))
+    if is_silent and options.timeout is not None:
+        return nothing_came([topic], options.timeout)
     return ExitCode.OK
 
 

@@ -91,9 +91,10 @@ def test_the_styles_of_events(here):
 @pytest.mark.thorough
 def test_a_service_without_introspection_is_told_so(service):
     answer = service("service", "echo", "/untold", "--timeout", "1")
-    assert (answer.out, answer.code) == (UNTOLD, 0)
+    nothing = "no message on /untold/_service_event within 1 s\n"
+    assert (answer.out, answer.err, answer.code) == (UNTOLD, nothing, 1)
     as_json = service("service", "echo", "/untold", "--timeout", "1", "--json")
-    assert (as_json.out, as_json.err) == ("", UNTOLD)
+    assert (as_json.out, as_json.err) == ("", UNTOLD + nothing)
 
 
 @pytest.mark.parametrize(

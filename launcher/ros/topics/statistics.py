@@ -53,6 +53,7 @@ class Arrivals:
         self._first_ns: int | None = None
         self._last_ns = 0
         self._reported_ns: int | None = None
+        self._is_reported = False
         self.count = 0
 
     def add(self, received_ns: int) -> None:
@@ -75,7 +76,12 @@ class Arrivals:
         if self._last_ns < self._reported_ns + REPORT_NS:
             return None
         self._reported_ns = self._last_ns
+        self._is_reported = True
         return self.now()
+
+    def rest(self) -> Spread | None:
+        """The window at the end, if it was never due."""
+        return None if self._is_reported else self.now()
 
     def now(self) -> Spread | None:
         return spread(self._intervals_ns)
@@ -112,6 +118,9 @@ class Delays:
 class Bandwidth:
     def __init__(self, window: int) -> None:
         self._sizes: deque[tuple[int, int]] = deque(maxlen=window)
+
+    def __len__(self) -> int:
+        return len(self._sizes)
 
     def add(self, received_ns: int, size_bytes: int) -> None:
         self._sizes.append((received_ns, size_bytes))

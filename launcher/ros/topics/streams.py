@@ -6,7 +6,7 @@ import contextlib
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from launcher import strict_json
@@ -51,7 +51,7 @@ def until_interrupted(*, is_end: bool = True) -> Iterator[None]:
 def echo(options: Parsed) -> int:
     writer, accepts = Writer.of(options), compiled_filter(options.filter)
     enough = are_published(options.topic_names)
-    is_endless = not options.once and options.timeout is None
+    is_endless, is_silent = not options.once and options.timeout is None, True
     with (
         until_interrupted(is_end=is_endless),
         observing(options, enough, listens=True) as observer,
@@ -66,11 +66,29 @@ def echo(options: Parsed) -> int:
             value = writer.value(sample)
             if accepts and not options.raw and not accepts(value):
                 continue
+            is_silent = False
             for piece in writer.pieces(sample, value):
                 write(piece)
             if options.once:
                 break
+    if is_silent and options.timeout is not None:
+        return nothing_came(options.topic_names, options.timeout, options.filter)
     return ExitCode.OK
+
+
+def nothing_came(names: Sequence[str], limit_s: float, accepted: str | None = None) -> int:
+    """Say that no message has come in time, or none that a filter accepts; the exit code."""
+    what = "no message" if accepted is None else "no message that fits --filter"
+    warn(f"{what} on {', '.join(map(full_name, names))} within {limit_s:g} s")
+    return ExitCode.PROCESS_FAILED
+
+
+def _too_few(name: str, count: int, limit_s: float, accepted: str | None = None) -> int:
+    """The same for a measurement, for which one message is too few."""
+    if count == 0:
+        return nothing_came([name], limit_s, accepted)
+    warn(f"only one message on {full_name(name)} within {limit_s:g} s")
+    return ExitCode.PROCESS_FAILED
 
 
 class _Limit:
@@ -156,7 +174,7 @@ def _measure(
 
 
 def hz(options: Parsed) -> int:
-    """Print rates; exit code 1 if one of them is below `--min` at the end."""
+    """Print rates; exit code 1 if there is none at the end, or one below `--min`."""
     accepts = compiled_filter(options.filter)
     names = list(map(full_name, options.topic_names))
     arrivals = {name: statistics.Arrivals(options.window) for name in names}
@@ -179,6 +197,9 @@ def hz(options: Parsed) -> int:
     _measure(options, options.topic_names, clock, found, take, report, raw=accepts is None)
     if options.for_s is None:
         return ExitCode.OK
+    _print_rates(
+        {n: spread for n, a in arrivals.items() if (spread := a.rest())}, arrivals, options
+    )
     return _verdict(arrivals, options, clock.now_ns() or 0)
 
 
@@ -188,11 +209,17 @@ def _report_rates(
     found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
     for one in quiet.values():
         one.check()
+    _print_rates(found, arrivals, options)
+
+
+def _print_rates(
+    found: dict[str, statistics.Spread], arrivals: dict[str, statistics.Arrivals], options: Parsed
+) -> None:
     if not found:
         return
     if options.json:
-        for name, spread in found.items():
-            print(strict_json.dumps(_rate_document(name, spread)))
+        for name, one in found.items():
+            print(strict_json.dumps(_rate_document(name, one)))
     elif len(arrivals) == 1:
         print(statistics.rate_text(next(iter(found.values()))))
     else:
@@ -214,13 +241,15 @@ def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
 
 
 def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: int) -> int:
-    code = ExitCode.OK
+    code = int(ExitCode.OK)
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
         line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
         if options.json:
             print(strict_json.dumps(line))
-        elif options.min_hz is not None and mean_hz < options.min_hz:
+        if one.count < 2:
+            code = _too_few(name, one.count, options.for_s, options.filter)
+        elif not options.json and options.min_hz is not None and mean_hz < options.min_hz:
             warn(
                 f"{name}: {mean_hz:.3f} Hz over {options.for_s:g} s, "
                 f"below the minimum of {options.min_hz:g} Hz"
@@ -231,12 +260,14 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: 
 
 
 def bw(options: Parsed) -> int:
-    sizes = statistics.Bandwidth(options.window)
+    sizes, is_silent = statistics.Bandwidth(options.window), True
     clock = clock_of(simulated=options.use_sim_time)
 
     def report() -> None:
+        nonlocal is_silent
         if found := sizes.due(clock.now_ns() or 0):
             print(_bandwidth_line(*found, as_json=options.json))
+            is_silent = False
 
     def found(target: Target) -> None:
         if not options.json:
@@ -247,7 +278,11 @@ def bw(options: Parsed) -> int:
             sizes.add(received_ns, len(sample.message))
 
     _measure(options, [options.topic_name], clock, found, take, report, raw=True)
-    return ExitCode.OK
+    if options.for_s is None:
+        return ExitCode.OK
+    if is_silent:
+        report()
+    return _too_few(options.topic_name, len(sizes), options.for_s) if is_silent else ExitCode.OK
 
 
 def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
@@ -258,11 +293,13 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
 
 
 def delay(options: Parsed) -> int:
-    delays = statistics.Delays(options.window)
+    delays, is_silent = statistics.Delays(options.window), True
 
     def report() -> None:
+        nonlocal is_silent
         if due := delays.due():
             print(_delay_line(*due, as_json=options.json))
+            is_silent = False
 
     def found(target: Target) -> None:
         """There is nothing to say."""
@@ -272,7 +309,11 @@ def delay(options: Parsed) -> int:
 
     clock = clock_of(simulated=options.use_sim_time)
     _measure(options, [options.topic_name], clock, found, take, report, raw=False)
-    return ExitCode.OK
+    if options.for_s is None:
+        return ExitCode.OK
+    if is_silent:
+        report()
+    return nothing_came([options.topic_name], options.for_s) if is_silent else ExitCode.OK
 
 
 def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:
