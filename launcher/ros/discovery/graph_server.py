@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import threading
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -43,15 +44,20 @@ class GraphServer:
                 if self._is_closed:
                     return
                 continue  # replaced by `restore`
-            with connection, contextlib.suppress(OSError, ValueError):
+            # Whatever a client sends, the next one is served.
+            with connection, contextlib.suppress(Exception):
                 self._serve_client(connection)
 
     def _serve_client(self, connection: socket.socket) -> None:
         if credentials(connection)[1] not in (os.getuid(), 0):
             return
-        connection.settimeout(REQUEST_TIMEOUT_S)
+        end_s = time.monotonic() + REQUEST_TIMEOUT_S
         line = b""
         while not line.endswith(b"\n") and len(line) < _MAX_BYTES:
+            left_s = end_s - time.monotonic()
+            if left_s <= 0:
+                return
+            connection.settimeout(left_s)
             chunk = connection.recv(4096)
             if not chunk:
                 return
