@@ -42,6 +42,7 @@ EXPECTATIONS = r"""
       - {name: bad refers, refers: /steady, key: data, to: /drifting}
       - {name: good tally, tally: /drifting, key: data, in: /drifting, number: 'data": (1)'}
       - {name: bad tally, tally: /drifting, key: data, in: /steady, number: 'count": (\d+)'}
+      - {name: bad expense, message: /steady, where: 9**9**9 > json.count}
       - {name: bad reliable, message: /drifting, qos: {reliability: reliable}}
       - {name: good log, log: 'ordered: go on', level: WARN, process: talker, after: ready}
       - {name: good parameter, parameter: speed, node: /talker, is: 2.5, after: ready,
@@ -90,6 +91,11 @@ def test_a_kind_is_met_or_not(judged: Bench, name: str):
 )
 def test_a_failure_guesses_why(judged: Bench, name: str, guess: str):
     assert guess in judged.judged(name)["guess"]
+
+
+def test_an_expensive_expression_is_named(judged: Bench):
+    seen = "the evaluation of '9**9**9 > json.count' takes more than 1 s of CPU time"
+    assert judged.judged("bad expense")["seen"] == seen
 
 
 def test_the_graph_is_among_the_evidence(judged: Bench):

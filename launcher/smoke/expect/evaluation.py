@@ -1,8 +1,8 @@
 """The process that evaluates conditions: `python -m launcher.smoke.expect.evaluation`.
 
-Its standard input has pickled batches of conditions and contents; it prints a line of JSON for
-each: a list of `[holds, why not]`. Nothing in the process itself can end `sum(range(10**12))`: the
-kernel ends it when a batch takes too long, and its parent learns why from the exit code.
+Its standard input has pickled batches of conditions and pickled contents; it prints a line of JSON
+for each: a list of `[holds, why not]`. Nothing in the process itself can end `sum(range(10**12))`:
+the kernel ends it when a batch takes too long, and its parent learns why from the exit code.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ import pickle
 import resource
 import signal
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
 from launcher import dispositions, strict_json
 
-CPU_S = 1.0  # for a batch, of which an honest expression needs some milliseconds
+CPU_S = 1.0  # for a batch, which needs some milliseconds
+CPU_MORE_S = 0.1  # for each content; an image of a megabyte takes half of it
 MEMORY_BYTES = 512 * 1024**2
 OUT_OF_MEMORY = 3  # exit code
 MAX_REASON = 500  # characters
@@ -60,11 +61,11 @@ def _end_with_parent() -> None:
 
 
 def _limited(
-    conditions: Iterable[Condition], contents: Iterable[Any]
+    conditions: Iterable[Condition], contents: Sequence[bytes]
 ) -> list[tuple[bool, str | None]]:
-    signal.setitimer(signal.ITIMER_PROF, CPU_S)
+    signal.setitimer(signal.ITIMER_PROF, CPU_S + CPU_MORE_S * len(contents))
     try:
-        return [judged(conditions, content) for content in contents]
+        return [judged(conditions, pickle.loads(content)) for content in contents]
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
 

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from launcher import strict_json
@@ -18,7 +18,7 @@ from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY,
 
 Judged = tuple[bool, str | None]  # whether all conditions hold, and why not
 
-BATCH = 500  # contents that are sent at once
+BATCH = 50  # contents that are sent at once
 WALL_S = 60.0  # a batch, on a machine that has no CPU time for it
 _REASONS = {
     -int(signal.SIGPROF): f"takes more than {CPU_S:g} s of CPU time",
@@ -29,6 +29,10 @@ _REASONS = {
 
 class TooExpensiveError(Exception):
     """Conditions that exceed a limit; the text names them and the limit."""
+
+
+class NotYetError(Exception):
+    """The evaluation goes on; a later call has the results."""
 
 
 class Evaluator:
@@ -44,26 +48,71 @@ class Evaluator:
         self._known: dict[bytes, dict[int, tuple[Any, Judged]]] = {}
         self._refused: dict[bytes, str] = {}
 
-    def judged(self, conditions: Sequence[Condition], contents: Sequence[Any]) -> list[Judged]:
-        """One for each content; TooExpensiveError, from then on at once."""
+    def judged(
+        self,
+        conditions: Sequence[Condition],
+        contents: Sequence[Any],
+        patience_s: float | None = None,
+    ) -> list[Judged]:
+        """One for each content; TooExpensiveError, from then on at once.
+
+        NotYetError after `patience_s`; None waits for the results, whose time is limited.
+        """
         if not conditions:
             return [(True, None)] * len(contents)
         key = pickle.dumps(conditions)
-        with self._lock:
-            known = self._known.setdefault(key, {})
-            new = [one for one in contents if id(one) not in known]
-            for number in range(0, len(new), BATCH):
-                if key in self._refused:
-                    break
-                batch = new[number : number + BATCH]
-                for content, result in zip(batch, self._asked(key, conditions, batch), strict=True):
-                    known[id(content)] = content, result
+        known = self._known.setdefault(key, {})
+        if any(id(one) not in known for one in contents) and key not in self._refused:
+            self._in_thread(lambda: self._evaluate(key, known, conditions, contents), patience_s)
+        if (refusal := self._refused.get(key)) is not None:
+            raise TooExpensiveError(refusal)
+        if any(id(one) not in known for one in contents):
+            raise NotYetError  # closed meanwhile
+        return [known[id(one)][1] for one in contents]
+
+    def _in_thread(self, work: Callable[[], None], patience_s: float | None) -> None:
+        """An interrupt ends the waiting, and not what the process is asked; NotYetError."""
+        if not self._lock.acquire(timeout=-1 if patience_s is None else patience_s):
+            raise NotYetError
+        errors: list[Exception] = []
+
+        def run() -> None:
+            try:
+                work()
+            except Exception as error:
+                errors.append(error)
+            finally:
+                self._lock.release()
+
+        thread = threading.Thread(target=run, daemon=True, name="evaluator")
+        thread.start()
+        thread.join(patience_s)
+        if thread.is_alive():
+            raise NotYetError
+        if errors:
+            raise errors[0]
+
+    def _evaluate(
+        self,
+        key: bytes,
+        known: dict[int, tuple[Any, Judged]],
+        conditions: Sequence[Condition],
+        contents: Sequence[Any],
+    ) -> None:
+        """Add the results that are not known."""
+        new = [one for one in contents if id(one) not in known]
+        for number in range(0, len(new), BATCH):
             if key in self._refused:
-                raise TooExpensiveError(self._refused[key])
-            return [known[id(one)][1] for one in contents]
+                return
+            batch = new[number : number + BATCH]
+            for content, result in zip(batch, self._asked(key, conditions, batch), strict=True):
+                known[id(content)] = content, result
 
     def close(self) -> None:
         """End the process and forget the results; the next use starts anew."""
+        process = self._process
+        if process is not None:
+            process.kill()  # it may be in the middle of an evaluation
         with self._lock:
             self._known.clear()
             self._refused.clear()
@@ -77,7 +126,7 @@ class Evaluator:
                 assert process.stdin is not None
                 assert process.stdout is not None
                 with contextlib.suppress(BrokenPipeError):
-                    pickle.dump((conditions, batch), process.stdin)
+                    pickle.dump((conditions, [*map(pickle.dumps, batch)]), process.stdin)
                     process.stdin.flush()
                 answer = process.stdout.readline()
         except BaseException:

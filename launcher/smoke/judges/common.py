@@ -10,7 +10,7 @@ from typing import Any
 
 from launcher.document.quantities import INFINITY, Span, seconds_text
 from launcher.engine.output.cpu_limit import CpuLimit, TooSlowError
-from launcher.smoke.expect.evaluator import EVALUATOR, TooExpensiveError
+from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts
 
@@ -18,6 +18,7 @@ from launcher.smoke.observe.facts import Facts
 EVENT_LATENCY_S = 0.5
 # CPU time for the searches of one expectation in all lines; a million take half a second.
 SEARCH_S = 2.0
+PATIENCE_S = 0.05  # with the evaluation of conditions
 TOO_SLOW = f"the search takes more than {SEARCH_S:g} s of CPU time"
 
 
@@ -103,13 +104,7 @@ def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge
             text = expected(expectation)
             when = window(expectation, facts, text)
             if when is not None:
-                try:
-                    with search_limit():
-                        return judge(expectation, facts, when)
-                except TooExpensiveError as error:
-                    return when.violated(seen=str(error))
-                except TooSlowError:
-                    return when.violated(seen=TOO_SLOW)
+                return _bounded(judge, expectation, facts, when)
             if facts.is_over:
                 return violated(text, seen=f"the step '{expectation.after}' never happened")
             return Verdict(outcome=Outcome.OPEN, expected=text)
@@ -117,6 +112,21 @@ def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge
         return judged
 
     return decorate
+
+
+def _bounded(judge: WindowJudge, expectation: Expectation, facts: Facts, when: Window) -> Verdict:
+    """The verdict of a judge; open while conditions are being evaluated in a run that goes on."""
+    while True:
+        try:
+            with search_limit():
+                return judge(expectation, facts, when)
+        except TooExpensiveError as error:
+            return when.violated(seen=str(error))
+        except TooSlowError:
+            return when.violated(seen=TOO_SLOW)
+        except NotYetError:
+            if not facts.is_over:
+                return when.open(seen="it is being evaluated")
 
 
 def search_limit() -> contextlib.AbstractContextManager[None]:
@@ -134,9 +144,14 @@ def violated(expected: str, **details: Any) -> Verdict:
 
 
 def judged(expectation: Expectation, contents: Sequence[Any]) -> list[tuple[bool, str | None]]:
-    """Whether each content satisfies `where` and `fields`, and why not; TooExpensiveError."""
+    """Whether each content satisfies `where` and `fields`, and why not.
+
+    TooExpensiveError, NotYetError.
+    """
     given = (expectation.get(name) for name in ("where", "fields"))
-    return EVALUATOR.judged([one for one in given if one is not None], contents)
+    # The main thread has the scenario to run; the others wait for an answer of a service.
+    patience_s = PATIENCE_S if threading.current_thread() is threading.main_thread() else None
+    return EVALUATOR.judged([one for one in given if one is not None], contents, patience_s)
 
 
 def condition_text(expectation: Expectation) -> str:

@@ -15,7 +15,10 @@ class InProcess:
     """An evaluator without limits."""
 
     def judged(
-        self, conditions: Sequence[Condition], contents: Sequence[Any]
+        self,
+        conditions: Sequence[Condition],
+        contents: Sequence[Any],
+        patience_s: float | None = None,
     ) -> list[tuple[bool, str | None]]:
         return [judged(conditions, content) for content in contents]
 
