@@ -173,7 +173,8 @@ class McapFile:
         channels = chunk.message_index_offsets
         if topics is None or not channels:  # without indexes, it may have any
             return True
-        return any(self._channels[one].topic in topics for one in channels)
+        known = (self._channels.get(one) for one in channels)
+        return any(one is None or one.topic in topics for one in known)
 
     def _of_chunk(
         self, chunk: ChunkIndex, topics: frozenset[str] | None, span: Span

@@ -247,6 +247,16 @@ def test_an_index_of_a_chunk_that_is_elsewhere(tmp_path: Path, offset: int):
     assert texts(path) == [f"m{number}" for number in range(20)]
 
 
+def test_an_index_of_a_channel_that_there_is_not(tmp_path: Path):
+    path = foreign_file(tmp_path / "a.mcap")
+    data = path.read_bytes()
+    index = next(at for at, opcode, _ in records(data) if opcode == Opcode.MESSAGE_INDEX)
+    edit(path, index + HEAD.size, struct.pack("<H", 255))
+    path.write_bytes(path.read_bytes()[:-9])  # its recorder was killed
+    found = Bag(str(path)).messages(["/a"])
+    assert [text_of(one.data) for one in found] == [f"m{number}" for number in range(20)]
+
+
 def test_messages_that_are_in_no_chunk_are_read_and_repaired(tmp_path: Path):
     path = tmp_path / "a.mcap"
     with path.open("wb") as stream:
