@@ -14,9 +14,9 @@ import atexit
 from launcher.cli import enter_workspace
 from launcher.commands.launch.service import script_vocabulary
 from launcher.model.options import RunOptions
-from launcher.workspace import add_wheels_to_ament_path
+from launcher.workspace import source_installation
 
-add_wheels_to_ament_path()
+source_installation()
 enter_workspace()
 _vocabulary = script_vocabulary(RunOptions(console=False))
 _vocabulary.__enter__()

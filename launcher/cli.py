@@ -26,13 +26,13 @@ from launcher.errors import (
     exit_code_table,
 )
 from launcher.text import did_you_mean, suggest
-from launcher.workspace import add_wheels_to_ament_path, current
+from launcher.workspace import current, source_installation
 
 
 def main(words: Sequence[str]) -> int:
     """Run one command line (without the program's name); the exit code."""
     words = list(words)
-    add_wheels_to_ament_path()
+    source_installation()
     debug = False
     try:
         if words[:1] and words[0].startswith("-") and len(words) > 1:

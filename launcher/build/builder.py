@@ -19,6 +19,7 @@ from launcher.build.sources import Package
 from launcher.build.toolchain import environment
 from launcher.build.toolchain import versions as tools
 from launcher.build.toolchain.compiler import Compiler, choose, zig_library_is_cached
+from launcher.workspace import ROS_VARIABLES
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ class _Build:
             ),
             prefixes=tuple(prefixes),
             interfaces=tools.interfaces(prefixes),
+            variables={name: self._environ.get(name, "") for name in ROS_VARIABLES},
         )
         needed = sources.dependencies_within(self._packages, "build", "run")
         for package in self._packages:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from launcher import strict_json
@@ -47,6 +47,7 @@ class Setting:
     options: tuple[str, ...]
     prefixes: tuple[str, ...] = ()  # that the workspace is built on
     interfaces: str = ""  # what is in them
+    variables: Mapping[str, str] = field(default_factory=dict)  # that name the ROS distribution
 
     def of(self, package: Package) -> dict[str, Any]:
         """The part that a package depends on: a Python package needs no compiler."""
@@ -55,6 +56,7 @@ class Setting:
             "prefixes": [*self.prefixes],
             "options": [*self.options],
             "links": self.links,
+            "variables": {**self.variables},
         }
         if package.is_python:
             return common

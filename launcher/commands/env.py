@@ -13,7 +13,7 @@ from launcher.commands import VERBS
 from launcher.errors import ExitCode
 from launcher.program import program
 from launcher.stdio import print_text
-from launcher.workspace import Workspace, current
+from launcher.workspace import ROS_VARIABLES, Workspace, current
 from launcher.workspace.environment import LIBRARIES, merged, read
 from launcher.workspace.hooks import Hooks
 
@@ -89,7 +89,7 @@ def variables(
     result = dict(environ) if workspace is None else merged(hooks, environ, workspace.install)
     if LIBRARIES in hooks.front:
         result[LIBRARIES] = _in_order(result[LIBRARIES], hooks.front[LIBRARIES])
-    names = {_WHEELS, *hooks.front, *hooks.back, *hooks.values}
+    names = {_WHEELS, *ROS_VARIABLES, *hooks.front, *hooks.back, *hooks.values}
     return {name: result[name] for name in sorted(names) if name in result}
 
 

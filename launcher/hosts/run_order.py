@@ -14,7 +14,7 @@ from launcher.dispositions import for_exec
 from launcher.errors import ExitCode, LauncherError
 from launcher.hosts import order_json
 from launcher.hosts.resolution import resolve
-from launcher.workspace import add_wheels_to_ament_path, current
+from launcher.workspace import current, source_installation
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def main(path: str, folder: str | None = None) -> NoReturn:
 
 def enter_workspace() -> None:
     """Make visible what `hosts sync` has brought, or the workspace of the folder; UsageError."""
-    add_wheels_to_ament_path()
+    source_installation()
     workspace = current()
     if workspace is not None:
         from launcher.workspace.activation import activate

@@ -33,6 +33,19 @@ def test_interfaces_in_subfolders_and_from_elsewhere(tmp_path: Path):
     assert "2 built" in result.summary
 
 
+@pytest.mark.thorough
+def test_a_package_that_hides_one_that_other_wheels_use(tmp_path: Path):
+    """service_msgs, which services need, is linked to builtin_interfaces, for C++ too."""
+    times = ("msg/Time.msg", "msg/Duration.msg")
+    folder = message_package(tmp_path / "src", "builtin_interfaces", *times)
+    write(folder / "msg" / "Time.msg", "int32 sec\nuint32 nanosec\n")
+    write(folder / "msg" / "Duration.msg", "int32 sec\nuint32 nanosec\n")
+    folder = message_package(tmp_path / "src", "m", "srv/Go.srv", depends=["builtin_interfaces"])
+    write(folder / "srv" / "Go.srv", "builtin_interfaces/Time at\n---\n")
+
+    assert "2 built" in built(tmp_path).summary
+
+
 def test_a_package_that_names_what_it_needs_by_another_one(tmp_path: Path):
     cmake_package(tmp_path / "src", "a")
     cmake_package(tmp_path / "src", "b", depends=["a"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from launcher.doctor.workspace import inspect
-from launcher.workspace import Workspace
+from launcher.workspace import ROS_VARIABLES, Workspace
 from launcher.workspace.environment import environment, underlays
 from tests.build.small_packages import (
     build,
@@ -53,6 +53,19 @@ def test_a_second_build_starts_nothing(root: Path):
     assert first.summary == "2 packages: 2 built, 0 unchanged"
     assert second.summary == "2 packages: 0 built, 2 unchanged"
     assert sorted((root / "log").iterdir()) == logs  # colcon makes one in each run
+
+
+def test_another_distribution_configures_the_packages_again(tmp_path: Path):
+    lines = 'message(STATUS "for $ENV{ROS_DISTRO} $ENV{ROS_VERSION} $ENV{ROS_PYTHON_VERSION}")'
+    cmake_package(tmp_path / "src", "p", lines)
+    unset = {name: value for name, value in os.environ.items() if name not in ROS_VARIABLES}
+    log = tmp_path / "log/latest_build/p/stdout.log"
+
+    built(tmp_path, env=unset)
+    assert "for jazzy 2 3" in log.read_text()
+    assert "1 unchanged" in built(tmp_path, env=unset).summary
+    built(tmp_path, env={**unset, "ROS_DISTRO": "rolling"})
+    assert "for rolling 2 3" in log.read_text()
 
 
 @pytest.mark.thorough

@@ -16,7 +16,7 @@ import pytest
 
 from launcher.doctor.facts import WorkspaceFacts
 from launcher.doctor.workspace import inspect
-from launcher.workspace import Workspace
+from launcher.workspace import Workspace, ros_variables
 from tests.support.own_package import MANIFEST, write_package
 from tests.unit.build.source_tree import interface_package, write
 
@@ -130,7 +130,8 @@ def workspace(
 
 def test_the_environment_is_that_of_the_script(workspace: Path):
     ours = json.loads(launcher(workspace / "src/py_pkg", "env", "--json"))
-    theirs = sourced(workspace / "install/setup.sh", AMENT_PREFIX_PATH=sys.prefix)
+    installed = {"AMENT_PREFIX_PATH": sys.prefix, **ros_variables({})}
+    theirs = sourced(workspace / "install/setup.sh", **installed)
     assert {*PATHS, "ROS_BASE_DATA", "DATA_PKG_DATA"} <= {*ours}
     for name, value in ours.items():
         paths = [path for path in theirs[name].split(":") if path]  # scripts leave empty ones
@@ -306,8 +307,10 @@ def test_the_variables_of_env_serve_a_shell_twice(workspace: Path, tmp_path: Pat
 
 
 def test_outside_of_a_workspace_only_the_wheels_are_named(tmp_path: Path):
-    assert launcher(tmp_path, "env") == f"export AMENT_PREFIX_PATH={sys.prefix}\n"
-    assert json.loads(launcher(tmp_path, "env", "--json")) == {"AMENT_PREFIX_PATH": sys.prefix}
+    installed = {"AMENT_PREFIX_PATH": sys.prefix, **ros_variables({})}
+    lines = [f"export {name}={installed[name]}\n" for name in sorted(installed)]
+    assert launcher(tmp_path, "env") == "".join(lines)
+    assert json.loads(launcher(tmp_path, "env", "--json")) == installed
 
 
 def test_the_nearest_place_that_is_named_counts(tmp_path: Path):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from launcher import xml_tree
 from launcher.build.sources.source_text import SourceError, SourceText
 from launcher.text import did_you_mean, suggest
+from launcher.workspace import ros_variables
 from launcher.xml_tree import XmlElement, XmlError
 
 # XmlElement of a dependency -> colcon's kinds.
@@ -65,14 +66,14 @@ class Manifest:
 def read(path: str, env: Mapping[str, str]) -> Manifest:
     """The package.xml at `path`; SourceError for the first mistake in it.
 
-    `env` has the variables of conditions: ROS_VERSION is 2 if it is not set, ROS_DISTRO jazzy.
+    `env` has the variables of conditions; those of the installed ROS need not be set.
     Without catkin_pkg, which comes with what building needs, conditions are taken as met, and the
     contents of tags are not judged: enough to know the packages.
     """
     source = SourceText(path)
     root = _parse(source)
     try:
-        return _manifest(source, root, {"ROS_VERSION": "2", "ROS_DISTRO": "jazzy", **env})
+        return _manifest(source, root, {"ROS_VERSION": "2", **ros_variables(env), **env})
     except SourceError as error:
         error.package = next((t.text.strip() for t in root.children if t.name == "name"), None)
         raise

@@ -12,7 +12,7 @@ cmake_policy(VERSION 3.19)
 
 include("${CMAKE_CURRENT_LIST_DIR}/relocatable.cmake")
 
-function(_launcher_correct_include_folders)
+function(_launcher_correct_imported_targets)
   get_property(targets DIRECTORY PROPERTY IMPORTED_TARGETS)
   foreach(target IN LISTS targets)
     get_target_property(folders ${target} INTERFACE_INCLUDE_DIRECTORIES)
@@ -35,11 +35,34 @@ function(_launcher_correct_include_folders)
   endforeach()
 endfunction()
 
+# A package of the workspace that hides one of the wheels has no targets for C++, which those of
+# other wheels link to.
+function(_launcher_leave_out_missing_cpp_targets)
+  get_property(targets DIRECTORY PROPERTY IMPORTED_TARGETS)
+  foreach(target IN LISTS targets)
+    get_target_property(libraries ${target} INTERFACE_LINK_LIBRARIES)
+    if(NOT libraries)
+      continue()
+    endif()
+    set(existing "")
+    foreach(library IN LISTS libraries)
+      if(TARGET "${library}" OR NOT library MATCHES "^[a-z0-9_]+::[a-z0-9_]+__rosidl_[a-z_]+_cpp$")
+        list(APPEND existing "${library}")
+      endif()
+    endforeach()
+    set_target_properties(${target} PROPERTIES INTERFACE_LINK_LIBRARIES "${existing}")
+  endforeach()
+endfunction()
+
 # Deferred once, to the end of the top folder: a package may call project() more than once.
 get_property(_launcher_is_deferred GLOBAL PROPERTY LAUNCHER_IS_DEFERRED)
 if(NOT _launcher_is_deferred)
   set_property(GLOBAL PROPERTY LAUNCHER_IS_DEFERRED TRUE)
-  cmake_language(DEFER DIRECTORY "${CMAKE_SOURCE_DIR}" CALL _launcher_correct_include_folders)
+  cmake_language(DEFER DIRECTORY "${CMAKE_SOURCE_DIR}" CALL _launcher_correct_imported_targets)
+  if(NOT LAUNCHER_CPP)
+    cmake_language(DEFER DIRECTORY "${CMAKE_SOURCE_DIR}"
+      CALL _launcher_leave_out_missing_cpp_targets)
+  endif()
 endif()
 unset(_launcher_is_deferred)
 

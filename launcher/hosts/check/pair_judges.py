@@ -10,9 +10,9 @@ from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.model import LOCAL, DiscoveryMode
 from launcher.model.level import Level
 from launcher.text import count
+from launcher.workspace import DISTRIBUTIONS
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"
-_DISTROS = {"3": "humble", "4": "iron", "7": "jazzy", "9": "kilted"}  # by version of rclpy
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"
 
 
@@ -44,7 +44,7 @@ def distro_of(member: Member) -> str | None:
     version = member.facts["rclpy"]
     if version is None:
         return member.settings.get("ROS_DISTRO")
-    return _DISTROS.get(version.partition(".")[0], f"rclpy {version}")
+    return DISTRIBUTIONS.get(version.partition(".")[0], f"rclpy {version}")
 
 
 # ---- software and settings
