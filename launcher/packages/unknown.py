@@ -3,51 +3,30 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Sequence
 
 from launcher.errors import PackageNotFoundError
+from launcher.package_origins import clone_commands, has_wheel, needs_ros
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 from launcher.program import program
 from launcher.text import did_you_mean
-
-# Of ROS 2's distribution, without a wheel for pip.
-_WITHOUT_WHEEL = re.compile(
-    r"""
-    turtlesim | turtle_tf2_(py|cpp) | turtlebot3(_\w+)? | xacro | composition | lifecycle | joy
-    | rclcpp(_\w+)? | demo_nodes_\w+ | examples_rcl(cpp|py)_\w+ | action_tutorials_\w+
-    | logging_demo | topic_(monitor|tools) | (quality_of_service|intra_process)_demo(_\w+)?
-    | robot_(state_publisher|localization) | joint_state_publisher(_gui)? | dummy_robot_bringup
-    | rviz(2|_\w+) | rqt(_\w+)? | tf2(_\w+)? | teleop_twist_\w+ | twist_mux | kdl_parser
-    | urdf(_(launch|parser_plugin|tutorial))? | (nav2|moveit|ros_gz|rosbag2|realsense2|velodyne)_\w+
-    | slam_toolbox | cartographer(_\w+)? | moveit | ros_gz | gazebo_(ros|ros_pkgs|plugins|msgs)
-    | controller_(manager|interface) | ros2_control(lers|_test_nodes)? | joint_state_broadcaster
-    | (diff_drive|joint_trajectory|mecanum_drive|ackermann_steering|tricycle)_controller
-    | (forward_command|effort|velocity|position)_controllers? | hardware_interface
-    | image_(transport|proc|view|publisher|pipeline|rotate) | cv_bridge | vision_opencv | usb_cam
-    | v4l2_camera | camera_(info_manager|calibration|ros) | depth_image_proc | pcl_(ros|conversions)
-    | pointcloud_to_laserscan | laser_(filters|geometry) | apriltag_ros | foxglove_bridge
-    | rosbridge_(server|suite|library) | rosapi | ros2(bag|cli|run|topic|node|param|service|action)
-    | diagnostic_(aggregator|updater) | domain_bridge | control_msgs | vision_msgs
-    """,
-    re.VERBOSE,
-)
-
-
-def needs_ros(package: str) -> bool:
-    """Whether a package is known to come with ROS 2, and not from PyPI."""
-    return _WITHOUT_WHEEL.fullmatch(package) is not None
 
 
 def package_not_found(
     name: str, known: Iterable[str], prefixes: Sequence[os.PathLike[str]]
 ) -> PackageNotFoundError:
     """The error, with the nearest name, or where the package comes from."""
+    debian = f"ros-jazzy-{name.replace('_', '-')}"
+    commands = clone_commands(name)
     if name == "foxglove_bridge":
         hint: str | None = f"`{program()} foxglove` does the same, without this package"
+    elif commands:
+        steps = " && ".join((*commands, f"{program()} build"))
+        hint = f"it has no wheel; build it from its sources, in a workspace: {steps}"
+    elif has_wheel(name):
+        hint = f"install its wheel: pip install {debian}"
     elif needs_ros(name):
-        debian = f"ros-jazzy-{name.replace('_', '-')}"
         hint = (
             f"it has no wheel, but comes with an installation of ROS 2 (apt install {debian}): "
             f"source its setup.bash; `{program()}` runs there as well"

@@ -38,7 +38,7 @@ from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from launcher import dispositions, strict_json
-from launcher.interface_sources import INSTRUCTIONS, clone_commands
+from launcher.package_origins import INSTRUCTIONS, clone_commands
 from launcher.program import program
 from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.errors import did_you_mean

@@ -19,6 +19,7 @@ from launcher.build.checks.overlay import check_overlay
 from launcher.build.checks.python import check_python
 from launcher.build.sources import Found, Package, cycles
 from launcher.build.sources.source_text import SourceError, SourceWarning, shown
+from launcher.package_origins import is_of_launcher
 from launcher.text import did_you_mean, one_of
 
 _FOR_BUILDING = ("depend", "build_depend", "buildtool_depend")
@@ -170,7 +171,7 @@ def _dependencies(
     for one in manifest.dependencies:
         if one.name in known or origins.is_of_system(one.name) or one.name in reported:
             continue
-        if one.tag == "test_depend" or origins.is_of_launcher(one.name):
+        if one.tag == "test_depend" or is_of_launcher(one.name):
             continue
         if environment.has_cmake(one.name):
             continue

@@ -6,20 +6,18 @@ import difflib
 import re
 from collections.abc import Iterable
 
-from launcher.interface_sources import clone_commands
-from launcher.packages.unknown import needs_ros
+from launcher.package_origins import (
+    clone_commands,
+    has_wheel,
+    is_cpp,
+    is_of_launcher,
+    needs_ros,
+)
 from launcher.text import did_you_mean
 
-_CPP = re.compile(r"rclcpp(_\w+)?|pluginlib|class_loader|rclc|rmw_cyclonedds_cpp")
 # Keys of rosdep for packages of the operating system, and names that no package has.
 _SYSTEM = re.compile(r".*-.*|lib\w*|python3?_?\w*|ament_python|eigen|boost|opencv\d?|numpy|pytest")
-_LAUNCHER = re.compile(r"launch(_(ros|xml|yaml))?|ros2launch")
 _LAUNCH = re.compile(r"launch(_\w+)?|ros2launch|ros2cli|ament_\w+")
-
-
-def is_cpp(name: str) -> bool:
-    """Whether it is a library for C++ nodes."""
-    return _CPP.fullmatch(name) is not None
 
 
 def is_of_system(name: str) -> bool:
@@ -27,20 +25,16 @@ def is_of_system(name: str) -> bool:
     return _SYSTEM.fullmatch(name) is not None
 
 
-def is_of_launcher(name: str) -> bool:
-    """Whether the launcher itself replaces this package."""
-    return _LAUNCHER.fullmatch(name) is not None
-
-
 def is_of_ros(name: str, known: Iterable[str]) -> bool:
     """Whether the name, which is not known, is certainly meant as one of ROS 2."""
-    return is_cpp(name) or needs_ros(name) or bool(clone_commands(name)) or _is_near(name, known)
+    is_known = is_cpp(name) or needs_ros(name) or has_wheel(name) or bool(clone_commands(name))
+    return is_known or _is_near(name, known)
 
 
 def is_misspelt(name: str, known: Iterable[str]) -> bool:
     """Whether a name that is not needed for building is certainly a wrong one."""
-    others = (needs_ros(name), is_cpp(name), clone_commands(name), _LAUNCH.fullmatch(name))
-    return not any(others) and _is_near(name, known)
+    is_known = is_of_ros(name, ()) or _LAUNCH.fullmatch(name) is not None
+    return not is_known and _is_near(name, known)
 
 
 def _is_near(name: str, known: Iterable[str]) -> bool:
@@ -59,6 +53,10 @@ def missing(name: str, known: Iterable[str]) -> tuple[str, str]:
     commands = clone_commands(name)
     if commands:
         return message, f"get its sources, in the workspace's folder: {' && '.join(commands)}"
+    if has_wheel(name):
+        return message, f"install its wheel: pip install {debian}"
+    if is_of_launcher(name):
+        return message, "leave it out: launch files need only the launcher, not this package"
     if needs_ros(name):
         return message, f"it has no wheel, but comes with an installation of ROS 2 ({debian})"
     similar = did_you_mean(name, sorted(known))

@@ -10,7 +10,7 @@ import pytest
 from launcher.build import checks, sources
 from launcher.build.sources.source_text import SourceError, SourceWarning
 from launcher.errors import ExitCode
-from launcher.interface_sources import clone_commands
+from launcher.package_origins import clone_commands
 from tests.unit.build.source_tree import (
     INTERFACE_TAGS,
     MINIMUM,

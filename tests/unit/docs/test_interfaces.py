@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.interface_sources import INSTRUCTIONS, clone_commands, known_packages
+from launcher.package_origins import INSTRUCTIONS, clone_commands, known_packages
 
 ROOT = Path(__file__).resolve().parents[3]
 FILE = ROOT / INSTRUCTIONS.removeprefix("see ")

@@ -15,8 +15,8 @@ from launcher import packages
 from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.frontends.locate import locate
 from launcher.language.compat import vocabulary
+from launcher.package_origins import needs_ros
 from launcher.packages import overlay, sources
-from launcher.packages.unknown import needs_ros
 from launcher.program import program
 from tests.support.own_package import write_package
 
@@ -319,7 +319,7 @@ def test_packages_without_a_wheel_are_said_to_need_ros(name: str):
 
 
 def test_well_known_names_are_recognized_as_a_whole():
-    known = "demo_nodes_cpp demo_nodes_py robot_state_publisher xacro tf2_ros ros_gz_bridge"
+    known = "demo_nodes_cpp demo_nodes_py robot_state_publisher tf2_ros ros_gz_bridge"
     assert all(map(needs_ros, known.split()))
     others = "my_xacro rclpy std_msgs nav2 camera_driver joystick"
     assert not any(map(needs_ros, others.split()))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.interface_sources import HOST, clone_commands, known_packages
+from launcher.package_origins import HOST, clone_commands, known_packages
 
 IDENTITY = ["-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
 
