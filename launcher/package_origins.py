@@ -5,6 +5,7 @@ Repositories and branches are those of ROS 2 Jazzy's list of packages (rosdistro
 
 from __future__ import annotations
 
+import os
 import re
 
 # Without a wheel, to be built from source: repository on GitHub, branch, and the package's folders
@@ -180,6 +181,16 @@ def clone_commands(*packages: str) -> list[str]:
         if folders:
             commands.append(f"git -C {place} sparse-checkout add {' '.join(folders)}")
     return commands
+
+
+def debian(package: str) -> str:
+    """The package of apt, for the distribution in use."""
+    return f"ros-{os.environ.get('ROS_DISTRO') or 'jazzy'}-{package.replace('_', '-')}"
+
+
+def wheel(package: str) -> str:
+    """The distribution of PyPI; there may be none."""
+    return f"ros-jazzy-{package.replace('_', '-')}"
 
 
 def has_wheel(package: str) -> bool:

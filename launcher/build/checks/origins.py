@@ -8,10 +8,12 @@ from collections.abc import Iterable
 
 from launcher.package_origins import (
     clone_commands,
+    debian,
     has_wheel,
     is_cpp,
     is_of_launcher,
     needs_ros,
+    wheel,
 )
 from launcher.text import did_you_mean
 
@@ -43,22 +45,21 @@ def _is_near(name: str, known: Iterable[str]) -> bool:
 
 def missing(name: str, known: Iterable[str]) -> tuple[str, str]:
     """Message and hint for a package that building needs, and that is nowhere."""
-    debian = f"ros-jazzy-{name.replace('_', '-')}"
     if is_cpp(name):
         return (
             f"{name} has no wheel: C++ nodes need an installation of ROS 2",
-            f"build this package where ROS 2 is installed (apt install {debian})",
+            f"build this package where ROS 2 is installed (apt install {debian(name)})",
         )
     message = f"package '{name}' is neither in the workspace nor in the environment"
     commands = clone_commands(name)
     if commands:
         return message, f"get its sources, in the workspace's folder: {' && '.join(commands)}"
     if has_wheel(name):
-        return message, f"install its wheel: pip install {debian}"
+        return message, f"install its wheel: pip install {wheel(name)}"
     if is_of_launcher(name):
         return message, "leave it out: launch files need only the launcher, not this package"
     if needs_ros(name):
-        return message, f"it has no wheel, but comes with an installation of ROS 2 ({debian})"
+        return message, f"it has no wheel, but comes with an installation of ROS 2 ({debian(name)})"
     similar = did_you_mean(name, sorted(known))
-    wheel = f"put its sources into src/, or install its wheel if it has one: pip install {debian}"
-    return message, similar or wheel
+    sources = "put its sources into src/, or install its wheel if it has one"
+    return message, similar or f"{sources}: pip install {wheel(name)}"
