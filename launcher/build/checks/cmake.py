@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import glob
 import os
 import re
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 
 from launcher.build.checks import origins
 from launcher.build.checks.interface_index import InterfaceIndex
 from launcher.build.checks.interface_packages import check_interfaces
 from launcher.build.sources import Package
 from launcher.build.sources.cmake_file import Argument, CMakeFile, Command
-from launcher.build.sources.source_text import SourceError, SourceText
+from launcher.build.sources.source_text import SourceError
 from launcher.text import did_you_mean
 
 _INSTALL_ENDS = (
@@ -24,10 +22,6 @@ _INSTALL_ENDS = (
 )  # fmt: skip
 _OLDEST = (3, 3)  # whose policies the macros of rosidl need
 _OF_CORE = re.compile(r"ament_(package(_xml)?|index_\w+|(execute|register)_extensions?)")
-# A word for a folder of the package, or the folders that are searched already.
-_OWN_FOLDER = re.compile(
-    r"\$\{(CMAKE(_CURRENT)?_(SOURCE|LIST)_DIR|\w+_SOURCE_DIR|CMAKE_MODULE_PATH)\}"
-)
 _WITHOUT_GROUP = {"SKIP_GROUP_MEMBERSHIP_CHECK", "SKIP_INSTALL"}  # they leave out what fails
 
 
@@ -108,7 +102,8 @@ class CMakeCheck:
         argument = command.arguments[0]
         name, line = argument.text, argument.line
         environment = self._index.environment
-        is_elsewhere = environment.looks_elsewhere or self._looks_elsewhere(command)
+        is_elsewhere = self._index.may_be_elsewhere(self._package, name)
+        is_elsewhere = is_elsewhere or bool({"NAMES", "PATHS", "HINTS"} & {*command.words})
         report = self._source.warning if is_elsewhere else self._source.error
         if name in self._names:
             # colcon passes on what all that is needed, directly or not, has installed.
@@ -135,28 +130,6 @@ class CMakeCheck:
         folders = self._index.folders(self._package)
         found = (glob.glob(pattern, root_dir=folder, recursive=True) for folder in folders)
         return any(found) or self._index.environment.has_module(name)
-
-    def _looks_elsewhere(self, command: Command) -> bool:
-        """Whether find_package may find it where only CMake knows: the package's files say so."""
-        if {"NAMES", "PATHS", "HINTS"} & {*command.words}:
-            return True
-        name = re.escape(command.words[0])
-        places = rf"CMAKE_PREFIX_PATH|FetchContent|\b{name}_(DIR|ROOT)\b"
-        return any(
-            re.search(places, text) or not all(map(_OWN_FOLDER.match, _module_folders(text)))
-            for text in self._texts
-        )
-
-    @cached_property
-    def _texts(self) -> list[str]:
-        """The texts of all CMake files of the package, without comments."""
-        texts = []
-        for pattern in ("**/CMakeLists.txt", "**/*.cmake"):
-            for path in glob.glob(pattern, root_dir=self._package.folder, recursive=True):
-                with contextlib.suppress(SourceError):
-                    text = SourceText(self._package.file(path), errors="replace").text
-                    texts.append(re.sub(r"#.*", "", text))
-        return texts
 
     # ---- commands
 
@@ -219,13 +192,6 @@ class CMakeCheck:
             at=text,
             hint=hint or (f"create it: mkdir {text}" if is_folder else None),
         )
-
-
-def _module_folders(text: str) -> list[str]:
-    """What a CMake file adds to the places of modules."""
-    found = re.findall(r"\b(?:set|list)\s*\(([^()]*\bCMAKE_MODULE_PATH\b[^()]*)\)", text)
-    words = (word.strip('"') for arguments in found for word in arguments.split())
-    return [one for one in words if one not in ("APPEND", "PREPEND", "INSERT", "CMAKE_MODULE_PATH")]
 
 
 def _policies(words: Sequence[str]) -> tuple[int, ...] | None:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import cached_property
 
+from launcher.build.checks.elsewhere import looks_elsewhere
 from launcher.build.checks.interface_files import SUFFIXES
 from launcher.build.checks.known import Environment
 from launcher.build.sources import Package, dependencies_within, with_dependencies
@@ -63,6 +64,10 @@ class InterfaceIndex:
         self._files: dict[str, CMakeFile | None] = {}
         self._exports: dict[str, set[str]] = {}
         self._interfaces: dict[str, set[str]] = {}
+
+    def may_be_elsewhere(self, package: Package, name: str) -> bool:
+        """Whether CMake may find another package where only the package, or options, tell."""
+        return self.environment.looks_elsewhere or looks_elsewhere(package, name)
 
     def folders(self, package: Package) -> list[str]:
         """The folders of a package and of all of the workspace that it needs."""

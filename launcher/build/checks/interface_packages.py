@@ -245,7 +245,8 @@ class _Files:
         elif not index.has(package) and not index.is_in_workspace(package):
             known = [one for one in index.packages if one != package]
             message, origin = origins.missing(package, known)
-            yield source.error(message, reference.line, at=reference.written, hint=origin)
+            report = source.warning if self._may_be_there(package) else source.error
+            yield report(message, reference.line, at=reference.written, hint=origin)
         elif name not in index.of(package):
             known = [one.split("/")[1] for one in index.of(package) if one[:4] == "msg/"]
             hint = did_you_mean(reference.name, sorted(known)) or self._other(reference.name)
@@ -262,6 +263,14 @@ class _Files:
                 hint=f"add it in {place}, with find_package({package} REQUIRED) before, and "
                 f"<depend>{package}</depend> in package.xml",
             )
+
+    def _may_be_there(self, package: str) -> bool:
+        """Whether CMake may find a package that has no interfaces as far as is known."""
+        environment = self._index.environment
+        if package in environment.packages or package not in self._dependencies:
+            return False
+        is_found = environment.has_cmake(package)
+        return is_found or self._index.may_be_elsewhere(self._package, package)
 
     def _unknown_own(self, file: InterfaceFile, reference: Reference) -> SourceError:
         name = reference.name

@@ -142,6 +142,14 @@ CASES: dict[str, tuple[dict[str, str], str]] = {
         },
         "needs find_package(rosidl_default_generators REQUIRED) before it",
     ),
+    "types of a package that may be elsewhere": (
+        interfaces(
+            "set(far_msgs_DIR /opt/far)\nfind_package(far_msgs REQUIRED)\n"
+            "rosidl_generate_interfaces(m msg/A.msg DEPENDENCIES far_msgs)",
+            **{"msg/A": "far_msgs/Point p"},
+        ),
+        "package 'far_msgs' is neither in the workspace nor in the environment",
+    ),
     "a keyword of C++20": (
         interfaces("rosidl_generate_interfaces(m msg/A.msg)", **{"msg/A": "int8 concept"}),
         "'concept' is a keyword of C++20",
