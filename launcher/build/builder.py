@@ -94,7 +94,12 @@ class _Build:
         if changed:
             kept = {*changed} if self._selected is None else self._selected
             self._prepare([name for name in changed if name in kept])
+            self._progress.total = len(changed)
             self._run_colcon(changed, compiler, held)
+            if again := self._without_failed():
+                # colcon leaves out what needs a failed package in any way.
+                self._keep_logs()
+                self._run_colcon(again, compiler, held)
         return self._outcome
 
     # ---- what to build
@@ -154,12 +159,27 @@ class _Build:
 
     # ---- colcon
 
+    def _without_failed(self) -> list[str]:
+        """The packages that were not tried, and need those that failed only to run or to test."""
+        failed = [one.package.name for one in self._outcome.failed]
+        if not failed or self._selected is not None or self._outcome.code < 0:
+            return []
+        needing = sources.with_dependents(self._packages, failed, "build")
+        return [name for name in self._outcome.not_tried if name not in needing]
+
+    def _keep_logs(self) -> None:
+        """Name the folder of this run, not `latest_build`, which will be the next one."""
+        for failure in self._outcome.failed:
+            latest, name = os.path.split(failure.log)
+            failure.log = os.path.join(os.path.realpath(latest), name)
+
     def _run_colcon(self, changed: Sequence[str], compiler: Compiler | None, held: int) -> None:
         place, words = self._place, self._options.words
         env = environment.prepared(self._environ, place, compiler)
         shows = colcon_words.show(words)
-        self._progress.total = len(changed)
         self._progress.quiet = shows
+        known = {*changed, *self._outcome.built, *self._outcome.unchanged}
+        others = [one.name for one in self._packages if one.name not in known]
         if compiler is not None and compiler.is_zig and not zig_library_is_cached(compiler.cache):
             self._progress.note = "the first use of zig compiles its C++ library, 1 to 2 min"
         command = colcon_words.build(
@@ -167,7 +187,7 @@ class _Build:
             select=() if colcon_words.select(words) else changed,
             cmake_args=environment.cmake_args(compiler, cpp=self._options.cpp),
             links=self._options.links,
-            words=colcon_words.ignoring(words, self._outcome.refused),
+            words=colcon_words.ignoring(words, [*self._outcome.refused, *others]),
         )
         with (
             jobs.server(env) as shared,
@@ -179,12 +199,13 @@ class _Build:
                     self._progress.refresh()
                 else:
                     self._take(event)
-            self._outcome.code = colcon.wait()
-            self._outcome.errors = colcon.errors()
+            self._outcome.code = colcon.wait() or self._outcome.code
+            self._outcome.errors += colcon.errors()
         self._progress.clear()
         tried = {*self._outcome.built, *(one.package.name for one in self._outcome.failed)}
         if not colcon_words.select(words):
-            self._outcome.not_tried = [name for name in changed if name not in tried]
+            names = self._outcome.not_tried or changed
+            self._outcome.not_tried = [name for name in names if name not in tried]
 
     def _take(self, event: Event) -> None:
         kind, name, text = event["kind"], event["package"], event.get("text", "")

@@ -57,6 +57,21 @@ def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     assert (tmp_path / "install" / "running").is_dir()
 
 
+def test_a_failed_package_keeps_only_those_from_being_built_that_are_built_from_it(tmp_path: Path):
+    cmake_package(tmp_path / "src", "failing", 'message(FATAL_ERROR "no")')
+    files_package(tmp_path / "src", "building", depends=["failing"])
+    python_package(tmp_path / "src", "running", "failing")
+    python_package(tmp_path / "src", "above", "running")
+
+    result = build(tmp_path)
+
+    assert result.code == ExitCode.PROCESS_FAILED
+    counts = "2 built, 0 unchanged, 1 failed (failing), 1 not tried (building)"
+    assert result.summary == f"4 packages: {counts}"
+    assert "error: src/failing/CMakeLists.txt:4: no\n" in result.err
+    assert (tmp_path / result.err.split()[-1]).is_file()  # all of its output
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("missing", [["b"], ["b", "c"]])
 def test_a_package_that_needs_others_that_colcon_is_to_leave_out(
