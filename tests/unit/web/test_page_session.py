@@ -35,6 +35,13 @@ class Feed(RunFeed):
         return {"id": "1"}
 
 
+class NoGraph(GraphFeed):
+    """That of a machine where the probe cannot be started, which a slow test would start."""
+
+    async def start(self) -> None:
+        self.reason = "there is no probe"
+
+
 class Page:
     """A socket with a session: `said` is what the page is sent, `code` that of the close."""
 
@@ -43,7 +50,7 @@ class Page:
         self.said: asyncio.Queue[Any] = asyncio.Queue()
         self.code: int | None = None
         self._requests: asyncio.Queue[Message] = asyncio.Queue()
-        feeds = Feeds(self.hub, Feed(self.hub, lambda: None), GraphFeed(self.hub), read_only=False)
+        feeds = Feeds(self.hub, Feed(self.hub, lambda: None), NoGraph(self.hub), read_only=False)
         scope = {"type": "websocket", "path": "/feed", "headers": []}
         self._requests.put_nowait({"type": "websocket.connect"})
         socket = WebSocket(scope, self._requests.get, self._send)
