@@ -59,14 +59,20 @@ def pytest_configure(config: pytest.Config) -> None:
         pytest.exit(
             "colcon has built this checkout: rm -r build install log", pytest.ExitCode.USAGE_ERROR
         )
-    # With `&` or nohup signals are ignored, and children would inherit that. They do not inherit
-    # handlers.
+    if config.getoption("--hypothesis-profile", None) is None:
+        settings.load_profile("repeat")
+
+
+def pytest_collection_finish() -> None:
+    """Let tests begin with the same handlers: those of imports count no longer.
+
+    With `&` or nohup signals are ignored, and children would inherit that. They do not inherit
+    handlers. `launcher.__main__` leaves Ctrl-C to the kernel until the launcher is imported.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in (signal.SIGHUP, signal.SIGQUIT):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, lambda *_: None)
-    if config.getoption("--hypothesis-profile", None) is None:
-        settings.load_profile("repeat")
 
 
 def pytest_xdist_auto_num_workers() -> int:
