@@ -46,7 +46,7 @@ def test_a_recorder_forgets_publishers_that_have_gone(domain: Domain, observer, 
 
         def arrives(publisher=publisher, number=number) -> bool:
             publisher.publish(String(data=str(number)))
-            return recorder.topics["/often"].last.keys() & recorder.nodes.keys()
+            return recorder.topics["/often"].fitted.numbers.last.keys() & recorder.nodes.keys()
 
         polls_until(lambda: "/often" in recorder.topics, "the topic is recorded")
         polls_until(arrives, "a message")
@@ -54,7 +54,7 @@ def test_a_recorder_forgets_publishers_that_have_gone(domain: Domain, observer, 
         polls_until(lambda: not recorder.topics["/often"].publishers, "it has gone")
     recorded = recorder.topics["/often"]
     assert recorded.count >= 20
-    polls_until(lambda: not recorder.nodes and not recorded.last, "all are forgotten")
+    polls_until(lambda: not recorder.nodes and not recorded.fitted.numbers.last, "all are forgotten")
     assert len(recorded.topic.qos) == 1
     recorder.close()
 

@@ -16,8 +16,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
-
 KILL_S = 5.0  # between SIGTERM and SIGKILL
 WATCHDOG_STOP_S = 30.0  # an orderly stop with all its escalations
 WATCHDOG_EXIT_S = 2.0
@@ -74,6 +72,8 @@ class LauncherProcess:
 
     def forecast(self, within_s: float) -> Any:
         """What it will start; None if it ends before, or takes too long to read the launch file."""
+        from launcher import strict_json  # the watchdog cannot import it
+
         assert self._judge is not None
         self._judge.settimeout(within_s)
         with contextlib.suppress(OSError, ValueError), self._judge.makefile("rb") as answer:
