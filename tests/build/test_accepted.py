@@ -46,6 +46,7 @@ def test_a_package_that_hides_one_that_other_wheels_use(tmp_path: Path):
     assert "2 built" in built(tmp_path).summary
 
 
+@pytest.mark.thorough
 def test_a_package_that_names_what_it_needs_by_another_one(tmp_path: Path):
     cmake_package(tmp_path / "src", "a")
     cmake_package(tmp_path / "src", "b", depends=["a"])

@@ -55,6 +55,7 @@ def test_a_second_build_starts_nothing(root: Path):
     assert sorted((root / "log").iterdir()) == logs  # colcon makes one in each run
 
 
+@pytest.mark.thorough
 def test_another_distribution_configures_the_packages_again(tmp_path: Path):
     lines = 'message(STATUS "for $ENV{ROS_DISTRO} $ENV{ROS_VERSION} $ENV{ROS_PYTHON_VERSION}")'
     cmake_package(tmp_path / "src", "p", lines)

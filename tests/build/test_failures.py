@@ -57,6 +57,7 @@ def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     assert (tmp_path / "install" / "running").is_dir()
 
 
+@pytest.mark.thorough
 def test_a_failed_package_keeps_only_those_from_being_built_that_are_built_from_it(tmp_path: Path):
     cmake_package(tmp_path / "src", "failing", 'message(FATAL_ERROR "no")')
     files_package(tmp_path / "src", "building", depends=["failing"])

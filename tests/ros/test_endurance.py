@@ -54,7 +54,8 @@ def test_a_recorder_forgets_publishers_that_have_gone(domain: Domain, observer, 
         polls_until(lambda: not recorder.topics["/often"].publishers, "it has gone")
     recorded = recorder.topics["/often"]
     assert recorded.count >= 20
-    polls_until(lambda: not recorder.nodes and not recorded.fitted.numbers.last, "all are forgotten")
+    last = recorded.fitted.numbers.last
+    polls_until(lambda: not recorder.nodes and not last, "all are forgotten")
     assert len(recorded.topic.qos) == 1
     recorder.close()
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,8 @@ from launcher import strict_json
 
 ROOT = Path(__file__).resolve().parents[2] / "launcher"
 # Programs that run where the package is not: they are sent to hosts as their source.
-ALONE = ("hosts/check/probe.py", "hosts/sync/on_host/")
+ALONE = ("hosts/check/probe.py", "hosts/sync/on_host/", "engine/hosts/systemd/scripts.py")
+IMPORT = re.compile(r"^ *(import|from) +json\b", re.MULTILINE)
 
 
 def _values(texts: st.SearchStrategy[str]) -> st.SearchStrategy[object]:
@@ -106,16 +107,9 @@ def test_a_message_between_our_processes_is_not_deep_either():
 
 def test_no_other_module_writes_or_reads_json():
     others = [
-        f"{path.relative_to(ROOT)}:{node.lineno}"
+        str(path.relative_to(ROOT))
         for path in sorted(ROOT.rglob("*.py"))
         if path.name != "strict_json.py" and not str(path.relative_to(ROOT)).startswith(ALONE)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if _imports_json(node)
+        if IMPORT.search(path.read_text(encoding="utf-8"))
     ]
     assert others == []
-
-
-def _imports_json(node: ast.AST) -> bool:
-    if isinstance(node, ast.Import):
-        return any(alias.name.split(".")[0] == "json" for alias in node.names)
-    return isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "json"
