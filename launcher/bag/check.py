@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.errors import BagError
-from launcher.bag.mcap_file import topics_of
+from launcher.bag.mcap_file import parts_of
 from launcher.bag.mcap_scan import Fault, scan
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import Extent, Span, Topic
+from launcher.bag.model import Extent, Part, Span, Topic
 from launcher.bag.reader import check_storage, open_storage, storage_files
 
 MCAP, COMPRESSED = ".mcap", ".zstd"
@@ -21,7 +22,8 @@ MCAP, COMPRESSED = ".mcap", ".zstd"
 class FileReport:
     """What a storage file has, and what is wrong with it. A topic may have several channels.
 
-    `notes` are about topics, of whole bytes.
+    `notes` are about topics, of whole bytes. `conflicts` say which messages are of another type
+    than their topic, so that other verbs leave them out; the extent has them.
     """
 
     path: str
@@ -29,6 +31,7 @@ class FileReport:
     extent: Extent
     faults: list[Fault]
     notes: list[str] = field(default_factory=list)
+    conflicts: list[str] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -43,10 +46,22 @@ class FileReport:
     def is_whole(self) -> bool:
         return not self.faults
 
+    @property
+    def is_repairable(self) -> bool:
+        return bool(self.faults) and self.path.endswith(MCAP) and self.has_data
+
+    @property
+    def has_data(self) -> bool:
+        """Whether there is anything of a bag in it, or it was just begun."""
+        return bool(self.topics) or not self.loses
+
 
 @dataclass(slots=True)
 class Report:
-    """What `check` found. `problems` are those of `metadata.yaml`."""
+    """What `check` found. `problems` are those of `metadata.yaml`.
+
+    A repair does not change conflicts: that would be a choice of what to remove.
+    """
 
     path: str
     files: list[FileReport]
@@ -54,7 +69,18 @@ class Report:
 
     @property
     def is_whole(self) -> bool:
-        return not self.problems and all(file.is_whole for file in self.files)
+        return not self.is_damaged and not any(file.conflicts for file in self.files)
+
+    @property
+    def is_damaged(self) -> bool:
+        """Whether it is not whole for another reason than conflicts."""
+        return bool(self.problems) or not all(file.is_whole for file in self.files)
+
+    @property
+    def is_repairable(self) -> bool:
+        """Whether a repair would change anything, and is possible."""
+        broken = (file for file in self.files if not file.is_whole)
+        return self.is_damaged and all(file.is_repairable for file in broken)
 
     @property
     def extent(self) -> Extent:
@@ -73,31 +99,40 @@ def check(path: str) -> Report:
     if not os.path.isdir(path):
         if not os.path.exists(path):
             raise BagError(f"there is no bag at {path}")
-        return Report(path, [_check_file(path)], [])
+        return Report(path, [_check_file(path, Agreement())], [])
     names = storage_files(path)
     if not names:
         raise BagError(f"there is no bag in {path}", hint="it has no .mcap and no .db3 file")
-    files = [_check_file(os.path.join(path, name)) for name in names]
+    agreement = Agreement()
+    files = [_check_file(os.path.join(path, name), agreement) for name in names]
     return Report(path, files, list(_check_metadata(path, files)))
 
 
-def _check_file(path: str) -> FileReport:
+def _check_file(path: str, agreement: Agreement) -> FileReport:
     check_storage(path)
     if path.endswith(MCAP):
         with open(path, "rb") as stream:
             found = scan(stream)
         notes: list[str] = []
-        topics = topics_of(found.channels, found.schemas, notes)
-        return FileReport(path, topics, found.extent, found.faults, notes)
+        parts = parts_of(found.channels, found.schemas, found.counts, notes)
+        topics, conflicts = _agreed(parts, agreement)
+        return FileReport(path, topics, found.extent, found.faults, notes, conflicts)
     try:
         file = open_storage(path)
     except BagError as error:
         return FileReport(path, [], Extent(), [Fault(0, error.message)])
     try:
         faults = [Fault(0, file.unfinished, lost=False)] if file.unfinished else []
-        return FileReport(path, file.topics, file.extent, faults, file.notes)
+        topics, conflicts = _agreed(file.parts, agreement)
+        return FileReport(path, topics, file.extent, faults, file.notes, conflicts)
     finally:
         file.close()
+
+
+def _agreed(parts: list[Part], agreement: Agreement) -> tuple[list[Topic], list[str]]:
+    """The topics of the channels that agree, and sentences on the others."""
+    others = agreement.take(parts)
+    return [part.topic for part in parts if part.key not in others.keys], others.notes
 
 
 def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
@@ -119,15 +154,20 @@ def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
     if listed == there and told.extent.total != counted:
         yield f"{metadata.FILE} counts {told.extent.total} messages, the files have {counted}"
     for file in files:
-        yield from _check_qos(told, file)
+        yield from _check_topics(told, file)
 
 
-def _check_qos(told: Metadata, file: FileReport) -> Iterator[str]:
-    """The library `rosbags` reads only what has the same QoS in both."""
+def _check_topics(told: Metadata, file: FileReport) -> Iterator[str]:
+    """Types and QoS: the library `rosbags` reads only what has the same QoS in both."""
     for name, count in file.extent.counts.items():
-        known = [list(one.qos) for one in told.topics if one.name == name]
-        own = [list(one.qos) for one in file.topics if one.name == name]
-        if known and count and any(one not in known for one in own):
+        known = [one for one in told.topics if one.name == name]
+        own = [one for one in file.topics if one.name == name]
+        if not known or not own or not count:
+            continue
+        texts = [contradiction(one, other) for one in known for other in own]
+        if (text := texts[0]) and all(texts):
+            yield text
+        elif any(list(one.qos) not in [list(other.qos) for other in known] for one in own):
             yield (
                 f"{metadata.FILE} has other QoS of {name} than {file.name}, so that some readers "
                 "leave out its messages (bag convert writes a bag that has all)"

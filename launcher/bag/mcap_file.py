@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 from array import array
 from collections.abc import Callable, Iterator, Mapping
@@ -29,6 +30,7 @@ from launcher.bag.model import (
     Definition,
     Extent,
     Message,
+    Part,
     Span,
     Times,
     Topic,
@@ -58,9 +60,12 @@ class McapFile:
         self.extent = Extent()
         self._channels: Mapping[int, Channel] = {}
         self._schemas: Mapping[int, Schema] = {}
+        self._counts: Mapping[int, int] = {}
+        self._left_out: frozenset[int] = frozenset()  # channels
         if not self._take_summary():
             self._take_scan()
-        self.topics = merged(topics_of(self._channels, self._schemas, self.notes))
+        self.parts = parts_of(self._channels, self._schemas, self._counts, self.notes)
+        self.topics = merged(part.topic for part in self.parts)
 
     def _take_summary(self) -> bool:
         """Whether the file has one that says where the messages are."""
@@ -74,7 +79,7 @@ class McapFile:
         if told.message_count and not summary.chunk_indexes:
             return False
         self._channels, self._schemas = summary.channels, summary.schemas
-        self._chunks = summary.chunk_indexes
+        self._chunks, self._counts = summary.chunk_indexes, told.channel_message_counts
         self.extent = Extent(
             _by_topic(told.channel_message_counts, self._channels),
             told.message_start_time,
@@ -86,8 +91,23 @@ class McapFile:
         found = self._scan = scan(self._stream)
         self._chunks, self.extent = found.chunks, found.extent
         self._channels, self._schemas = found.channels, found.schemas
+        self._counts = found.counts
         if not found.finished or found.faults:
             self.unfinished = found.faults[-1].text if found.faults else "it has no summary"
+
+    def leave_out(self, keys: frozenset[int]) -> None:
+        """Without these channels from now on; the times of a damaged file stay those of all."""
+        if not keys:
+            return
+        self._left_out = keys
+        self.topics = merged(part.topic for part in self.parts if part.key not in keys)
+        counts = {one: n for one, n in self._counts.items() if one not in keys}
+        start_ns, end_ns = self.extent.start_ns, self.extent.end_ns
+        self.extent = Extent(_by_topic(counts, self._channels), start_ns, end_ns)
+        with contextlib.suppress(BagError):
+            if times := [one for one in self.times().values() if one]:
+                self.extent.start_ns = min(map(min, times))
+                self.extent.end_ns = max(map(max, times))
 
     def messages(
         self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
@@ -144,6 +164,8 @@ class McapFile:
             for channel_id, times in index_times(self._stream.read(chunk.message_index_length)):
                 if channel_id not in self._channels:
                     raise Damage("an index is of an unknown channel")
+                if channel_id in self._left_out:
+                    continue
                 topic = self._channels[channel_id].topic
                 found.setdefault(topic, array("q")).extend(times)
         return found
@@ -192,7 +214,7 @@ class McapFile:
                 channel = self._channels.get(record.channel_id)
                 if channel is None:
                     raise Damage(f"a message belongs to the unknown channel {record.channel_id}")
-                if _is_chosen(channel, record.log_time, topics, span):
+                if self._is_chosen(channel, record.log_time, topics, span):
                     yield offset, channel, record
 
     def _loose(
@@ -201,20 +223,21 @@ class McapFile:
         """Messages that are in no chunk."""
         for log_ns, channel_id, place in sorted(found.loose):
             channel = self._channels[channel_id]
-            if _is_chosen(channel, log_ns, topics, span):
+            if self._is_chosen(channel, log_ns, topics, span):
                 self._stream.seek(place.offset + HEAD.size)
                 yield channel, message_of(self._stream.read(place.length))
 
+    def _is_chosen(
+        self, channel: Channel, log_ns: int, topics: frozenset[str] | None, span: Span
+    ) -> bool:
+        if channel.id in self._left_out or (topics is not None and channel.topic not in topics):
+            return False
+        if span.start_ns is not None and log_ns < span.start_ns:
+            return False
+        return span.end_ns is None or log_ns < span.end_ns
+
     def close(self) -> None:
         self._stream.close()
-
-
-def _is_chosen(channel: Channel, log_ns: int, topics: frozenset[str] | None, span: Span) -> bool:
-    if topics is not None and channel.topic not in topics:
-        return False
-    if span.start_ns is not None and log_ns < span.start_ns:
-        return False
-    return span.end_ns is None or log_ns < span.end_ns
 
 
 def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dict[str, int]:
@@ -225,12 +248,17 @@ def _by_topic(counts: Mapping[int, int], channels: Mapping[int, Channel]) -> dic
     return found
 
 
-def topics_of(
-    channels: Mapping[int, Channel], schemas: Mapping[int, Schema], notes: list[str] | None = None
-) -> list[Topic]:
+def parts_of(
+    channels: Mapping[int, Channel],
+    schemas: Mapping[int, Schema],
+    counts: Mapping[int, int],
+    notes: list[str],
+) -> list[Part]:
     """A topic for each channel; `notes` gets what is wrong with them."""
-    notes = [] if notes is None else notes
-    return [_topic(one, schemas.get(one.schema_id), notes) for one in channels.values()]
+    return [
+        Part(number, _topic(one, schemas.get(one.schema_id), notes), counts.get(number, 0))
+        for number, one in channels.items()
+    ]
 
 
 def _topic(channel: Channel, schema: Any, notes: list[str]) -> Topic:

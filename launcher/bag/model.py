@@ -38,6 +38,14 @@ class Topic:
     definition: Definition | None = field(default=None, compare=False)
 
 
+class Part(NamedTuple):
+    """A topic as one channel of a file has it: the key of the channel, and its messages."""
+
+    key: int
+    topic: Topic
+    messages: int
+
+
 def distinct(profiles: Iterable[Qos]) -> list[Qos]:
     """Each profile once, in the order of their first occurrence."""
     found: dict[str, Qos] = {}
@@ -124,10 +132,15 @@ def never() -> bool:
 class Messages(Protocol):
     """A storage file that is open for reading. `notes` are about its topics."""
 
+    parts: list[Part]
     topics: list[Topic]
     extent: Extent
     unfinished: str | None
     notes: list[str]
+
+    def leave_out(self, keys: frozenset[int]) -> None:
+        """Without these parts from now on."""
+        ...
 
     def messages(
         self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from launcher import git_lfs
 from launcher.bag import compression, metadata
+from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.definitions import normalized
 from launcher.bag.errors import BagError
 from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged, never
@@ -26,6 +27,9 @@ _EVERYTHING = Span()
 class Bag:
     """A bag, for reading. `notes` say what is unusual about it.
 
+    A topic has one type, definition and encoding: messages with another one are left out, and
+    `left_out` counts them.
+
     BagError if there is no bag at `path`, or one of its files cannot be read. Files are opened when
     they are needed.
     """
@@ -37,6 +41,8 @@ class Bag:
         self.files = self._find_files()
         if self.metadata is not None:
             compression.check_format(self.metadata.compression_format)
+        self.left_out: dict[str, int] = {}
+        self._agreement = Agreement()
         self._known: dict[str, tuple[list[Topic], Extent]] = {}
         self.topics = self._topics()
         self.extent = self._extent()
@@ -95,19 +101,23 @@ class Bag:
         found: dict[str, Topic] = {}
         if self.metadata is not None:
             found = {topic.name: topic for topic in merged(self.metadata.topics)}
-        for path in self.files:
-            for topic in self.summary_of(path)[0]:
-                known = found.get(topic.name)
-                if known is None:
-                    found[topic.name] = topic
-                elif known.definition is None:
-                    found[topic.name] = replace(
-                        known,
-                        serialization=topic.serialization,
-                        definition=topic.definition,
-                        type_hash=known.type_hash or topic.type_hash,
-                        qos=known.qos or topic.qos,
-                    )
+        for topic in [topic for path in self.files for topic in self.summary_of(path)[0]]:
+            if self._agreement.difference(topic):  # that of a file without its messages
+                continue
+            known = found.get(topic.name)
+            if self.metadata and known and (note := contradiction(known, topic)):
+                self.notes.append(note)
+                known = None
+            if known is None:
+                found[topic.name] = topic
+            elif known.definition is None:
+                found[topic.name] = replace(
+                    known,
+                    serialization=topic.serialization,
+                    definition=topic.definition,
+                    type_hash=known.type_hash or topic.type_hash,
+                    qos=known.qos or topic.qos,
+                )
         return [normalized(topic) for topic in found.values()]
 
     def _extent(self) -> Extent:
@@ -121,12 +131,17 @@ class Bag:
         if path not in self._known:
             with self._opened(path) as file:
                 self._known[path] = file.topics, file.extent
-                self.notes += [f"{os.path.basename(path)}: {note}" for note in file.notes]
+                others = self._agreement.take(file.parts)
+                for topic, number in others.counts.items():
+                    self.left_out[topic] = self.left_out.get(topic, 0) + number
+                notes = [*file.notes, *others.notes]
                 if file.unfinished:
-                    self.notes.append(
-                        f"{os.path.basename(path)}: {file.unfinished} "
-                        f"(bag check --repair {self.path} makes it whole)"
+                    notes.append(
+                        f"{file.unfinished} (bag check --repair {self.path} makes it whole)"
                     )
+                # A bag that is a file is named where the notes are printed.
+                where = "" if path == self.path else f"{os.path.basename(path)}: "
+                self.notes += [f"{where}{note}" for note in notes]
         return self._known[path]
 
     @contextlib.contextmanager
@@ -136,6 +151,7 @@ class Bag:
         except OSError as error:
             raise BagError(f"cannot read {path}: {error.strerror or error}") from None
         try:
+            file.leave_out(self._agreement.take(file.parts).keys)
             yield file
         finally:
             file.close()

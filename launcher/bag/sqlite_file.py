@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Extent, Message, Span, Times, Topic, never
+from launcher.bag.model import Definition, Extent, Message, Part, Span, Times, Topic, merged, never
 
 _TABLES = ("topics", "messages", "message_definitions")
 _STEPS = 10_000  # of SQLite, between looks at Ctrl-C: less than a millisecond
@@ -47,8 +47,21 @@ class SqliteFile:
         rows = self._rows("SELECT id, name FROM topics ORDER BY id")
         self._ids = {number: str(topic) for number, topic in rows}
         definitions = self._definitions()
-        self.topics = [self._topic(row, definitions) for row in self._topic_rows()]
-        self.extent = self._extent()
+        self._extents = dict(self._read_extents())
+        self.parts = [
+            Part(number, self._topic(row, definitions), self._extents.get(number, Extent()).total)
+            for number, *row in self._topic_rows()
+        ]
+        self.leave_out(frozenset())
+
+    def leave_out(self, keys: frozenset[int]) -> None:
+        """Without these rows of the topics from now on."""
+        self._left_out = keys
+        self.topics = merged(part.topic for part in self.parts if part.key not in keys)
+        self.extent = Extent()
+        for number, extent in self._extents.items():
+            if number not in keys:
+                self.extent.merge(extent)
 
     @contextlib.contextmanager
     def _guarded(self, sentence: str) -> Iterator[None]:
@@ -102,10 +115,10 @@ class SqliteFile:
     def _topic_rows(self) -> list[tuple[Any, ...]]:
         optional = ("offered_qos_profiles", "type_description_hash")
         columns = [name if name in self._columns else "''" for name in optional]
-        query = f"SELECT name, type, serialization_format, {', '.join(columns)} FROM topics"
+        query = f"SELECT id, name, type, serialization_format, {', '.join(columns)} FROM topics"
         return list(self._rows(query))
 
-    def _topic(self, row: tuple[Any, ...], definitions: dict[str, Definition]) -> Topic:
+    def _topic(self, row: list[Any], definitions: dict[str, Definition]) -> Topic:
         texts = ("" if value is None else str(value) for value in row)
         name, type_name, serialization, qos, type_hash = texts
         return Topic(
@@ -117,16 +130,15 @@ class SqliteFile:
             definition=definitions.get(type_name),
         )
 
-    def _extent(self) -> Extent:
-        found = Extent()
+    def _read_extents(self) -> Iterator[tuple[int, Extent]]:
+        """Of each row of the topics that has messages."""
         rows = self._rows(
             "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages "
             "GROUP BY topic_id"
         )
         for topic_id, count, start, end in rows:
             name = self._topic_of(topic_id)
-            found.merge(Extent({name: count}, _time(start), _time(end)))
-        return found
+            yield topic_id, Extent({name: count}, _time(start), _time(end))
 
     def _topic_of(self, topic_id: Any) -> str:
         """ValueError if there is no such topic."""
@@ -138,7 +150,11 @@ class SqliteFile:
         self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
     ) -> Iterator[Message]:
         """In the order of their times; BagError at a damaged page."""
-        chosen = [one for one, name in self._ids.items() if topics is None or name in topics]
+        chosen = [
+            one
+            for one, name in self._ids.items()
+            if one not in self._left_out and (topics is None or name in topics)
+        ]
         limits = [(">=", span.start_ns), ("<", span.end_ns)]
         times = "".join(f"timestamp {sign} ? AND " for sign, ns in limits if ns is not None)
         query = (
@@ -162,7 +178,9 @@ class SqliteFile:
         found: Times = {}
         with self._damage():
             for topic_id, time_ns in self._rows("SELECT topic_id, timestamp FROM messages"):
-                found.setdefault(self._topic_of(topic_id), array("q")).append(_time(time_ns))
+                name = self._topic_of(topic_id)
+                if topic_id not in self._left_out:
+                    found.setdefault(name, array("q")).append(_time(time_ns))
         return found
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from launcher.bag.agreement import difference
 from launcher.bag.comparing.fields import Rules, first_difference
 from launcher.bag.comparing.traits import Difference, Tolerances, Traits, differences, traits_of
 from launcher.bag.decode import Decoder, decoder
@@ -64,7 +65,7 @@ def compare(a: Bag, b: Bag, options: Options) -> Comparison:
     topics = []
     for name in sorted(names):
         known = sides[0].traits(name), sides[1].traits(name)
-        found = [*differences(*known, options.tolerances)]
+        found = [*differences(*known, options.tolerances), *_mixture(name, sides)]
         if (contents := pairs.found.get(name)) is not None:
             found.append(contents)
         topics.append(
@@ -91,6 +92,20 @@ def _common(a: Bag, b: Bag) -> Span:
     return Span(start, end + 1)
 
 
+def _mixture(name: str, sides: tuple[_Side, _Side]) -> Iterator[Difference]:
+    """What is not comparable: other definitions or encodings, and messages that are left out."""
+    a, b = (side.topics.get(name) for side in sides)
+    if a is not None and b is not None and a.type == b.type:
+        both_hashed = a.type_hash and b.type_hash
+        if a.serialization != b.serialization:
+            yield Difference(kind="encoding", a=a.serialization, b=b.serialization)
+        elif not both_hashed and difference(a, b):
+            yield Difference(kind="definition", a=a.type, b=b.type)
+    left_out = [side.left_out.get(name, 0) for side in sides]
+    if any(left_out):
+        yield Difference(kind="left out", a=left_out[0], b=left_out[1])
+
+
 @dataclass(slots=True)
 class _Tally:
     """The times of a topic's messages, and how long they took."""
@@ -105,6 +120,7 @@ class _Side:
     def __init__(self, bag: Bag, selection: Selection, span: Span) -> None:
         chosen = [one for one in bag.topics if selection.has(one.name, one.type)]
         self.topics = {topic.name: topic for topic in chosen}
+        self.left_out = bag.left_out
         self._tallies = {name: _Tally() for name in self.topics}
         self.messages: Iterator[Message] = bag.messages(self.topics, span)
 

@@ -70,7 +70,9 @@ class Tolerances:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """`kind` is missing, extra, type, hash, count, rate, gap, field or data."""
+    """`kind` is missing, extra, type, hash, encoding, definition, count, rate, gap, field or data,
+    or `left out`: messages that are not compared, since they are not of the type of their topic.
+    """
 
     kind: str
     a: Any
@@ -119,6 +121,12 @@ def text_of(one: Difference, a: str = "in A", b: str = "in B") -> str:
             return f"{one.a} {a}, {one.b} {b}"
         case "hash":
             return f"the type is not defined in the same way ({one.a} {a}, {one.b} {b})"
+        case "encoding":
+            return f"messages are in '{one.a}' {a}, in '{one.b}' {b}"
+        case "definition":
+            return f"{one.a} is not defined in the same way {a} and {b}"
+        case "left out":
+            return f"{one.a} messages {a} and {one.b} {b} are of another type, and not compared"
         case "count":
             return f"{one.a} messages {a}, {one.b} {b}"
         case "rate":

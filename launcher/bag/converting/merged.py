@@ -6,6 +6,7 @@ import heapq
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from launcher.bag.agreement import difference
 from launcher.bag.errors import BagError
 from launcher.bag.model import Message, Span, Topic, distinct
 from launcher.bag.reader import Bag
@@ -72,7 +73,13 @@ class Merged:
                 f"{topic.name} is {known.type} in {origin} and {topic.type} in {bag.path}",
                 hint=hint,
             )
-        if known.type_hash and topic.type_hash and known.type_hash != topic.type_hash:
+        if known.serialization != topic.serialization:
+            raise BagError(
+                f"{topic.name} is in '{known.serialization}' in {origin} and in "
+                f"'{topic.serialization}' in {bag.path}",
+                hint=hint,
+            )
+        if difference(known, topic):
             raise BagError(
                 f"{topic.name}: {topic.type} is not defined in the same way in {origin} and "
                 f"in {bag.path}",

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.bag.agreement import difference
 from launcher.bag.model import CDR, Message, Qos, Topic
 from launcher.ros.bag import qos as bag_qos
 from launcher.ros.errors import VerbError
@@ -67,6 +68,8 @@ class Publishers:
                 self._added[topic.name] = topic
             elif topic.type != known.type:
                 raise VerbError(f"it is {topic.type} in this bag, and {known.type} in another one")
+            elif difference(known, topic):
+                raise VerbError(f"{topic.type} is not defined as in another bag")
         except VerbError as error:
             self._refuse(topic.name, error)
             return False

@@ -519,7 +519,7 @@ def test_qos_that_is_no_list_of_mappings_is_a_note(tmp_path: Path, text: str):
         writer.add_message(channel, 1, string_cdr("x"), 0)
         writer.finish()
     bag = Bag(str(path))
-    assert bag.notes[0].startswith("a.mcap: /a: its QoS profiles cannot be read: ")
+    assert bag.notes[0].startswith("/a: its QoS profiles cannot be read: ")
     assert [len(list(bag.messages())), bag.topics[0].qos] == [1, ()]
     report = check.check(str(path))
     assert report.is_whole

@@ -21,17 +21,17 @@ def _check(options: Parsed) -> int:
     reports = [check.check(path) for path in options.bags]
     if options.repair:
         for report in reports:
-            if not report.is_whole:
+            if report.is_damaged:
                 for line in check.repair(report, os.environ.get("ROS_DISTRO", "jazzy")):
                     print(line)
         reports = [check.check(path) for path in options.bags]
     show(options, [_document(one) for one in reports], _lines(reports))
     if all(report.is_whole for report in reports):
         return ExitCode.OK
-    if not options.repair:
+    broken = " ".join(report.path for report in reports if report.is_repairable)
+    if broken and not options.repair:
         from launcher.program import program
 
-        broken = " ".join(report.path for report in reports if not report.is_whole)
         warn(f"hint: {program()} bag check --repair {broken}")
     return ExitCode.PROCESS_FAILED
 
@@ -42,7 +42,7 @@ def _lines(reports: list[Report]) -> Iterator[str]:
             told = count(file.extent.total, "message")
             if file.is_whole:
                 yield f"{file.name}: whole, {told}"
-            for note in file.notes:
+            for note in (*file.notes, *file.conflicts):
                 yield f"{file.name}: {note}"
             for fault in file.faults:
                 yield f"{file.name}: {fault.text} (readable: {told})"
@@ -59,6 +59,7 @@ def _document(report: Report) -> dict[str, Any]:
                 "name": file.name,
                 "messages": file.extent.total,
                 "notes": file.notes,
+                "conflicts": file.conflicts,
                 "faults": [
                     {"offset": fault.offset, "text": fault.text, "lost": fault.lost}
                     for fault in file.faults

@@ -1,0 +1,101 @@
+"""Topics of one name that have several types, definitions or encodings in a bag."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+from launcher.bag.definitions import normalized
+from launcher.bag.metadata import FILE
+from launcher.bag.model import ROS2_MSG, Definition, Part, Topic
+from launcher.text import count
+
+_COMMENT = re.compile(r"#.*")
+
+
+class LeftOut(NamedTuple):
+    """The keys of the parts of a file that are left out, their messages, and sentences on them."""
+
+    keys: frozenset[int]
+    counts: dict[str, int]
+    notes: list[str]
+
+
+class Agreement:
+    """Keeps of each topic what is like the first part with messages, over all files of a bag.
+
+    Messages of other types, definitions or encodings cannot be in the same topic of a new bag, nor
+    be published on it.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[str, Topic] = {}
+
+    def take(self, parts: Iterable[Part]) -> LeftOut:
+        """What does not agree in the next file, or in one that was taken before."""
+        parts = list(parts)
+        for part in parts:
+            if part.messages:
+                self._known.setdefault(part.topic.name, part.topic)
+        first = {part.topic.name: part.topic for part in reversed(parts)} | self._known
+        keys: set[int] = set()
+        numbers: dict[tuple[str, str], int] = {}
+        for part in parts:
+            name = part.topic.name
+            if other := difference(first[name], part.topic):
+                keys.add(part.key)
+                numbers[name, other] = numbers.get((name, other), 0) + part.messages
+        counts: dict[str, int] = {}
+        for (name, _), number in numbers.items():
+            if number:
+                counts[name] = counts.get(name, 0) + number
+        notes = [self._note(*which, number) for which, number in numbers.items() if number]
+        return LeftOut(frozenset(keys), counts, notes)
+
+    def difference(self, topic: Topic) -> str | None:
+        """What `topic` has that is not as in the part that is kept; None if they agree."""
+        return difference(self._known.get(topic.name, topic), topic)
+
+    def _note(self, name: str, other: str, number: int) -> str:
+        known = normalized(self._known[name])
+        verb = "is" if number == 1 else "are"
+        return (
+            f"{name} is {known.type or 'of no type'} ({known.serialization or 'no encoding'}); "
+            f"{count(number, 'message')} of {other} {verb} left out"
+        )
+
+
+def contradiction(told: Topic, topic: Topic) -> str | None:
+    """What the metadata of a bag say of the type of a topic that its file has in another way."""
+    said = normalized(replace(told, serialization=topic.serialization)).type
+    found = normalized(topic).type
+    if not said or not found or said == found:
+        return None
+    return f"{FILE} says that {topic.name} is {said}; the files have {found}"
+
+
+def difference(kept: Topic, other: Topic) -> str | None:
+    """What `other` is of, if messages of both cannot be in one topic: `Int32 (cdr)`."""
+    kept, other = normalized(kept), normalized(other)
+    if (kept.type, kept.serialization) != (other.type, other.serialization):
+        return f"{other.type or 'no type'} ({other.serialization or 'no encoding'})"
+    if kept.type_hash and other.type_hash:
+        is_same = kept.type_hash == other.type_hash
+    else:
+        is_same = _is_same(kept.definition, other.definition)
+    return None if is_same else f"another definition of {other.type or 'no type'}"
+
+
+def _is_same(a: Definition | None, b: Definition | None) -> bool:
+    """Whether two definitions of a type are, or may be: one is unknown or in another language."""
+    if a is None or b is None or a == b or a.encoding != b.encoding:
+        return True
+    return a.encoding == ROS2_MSG and _sections(a.text) == _sections(b.text)
+
+
+def _sections(text: str) -> list[list[str]]:
+    """The words of the type, and those of the types that it needs, in any order."""
+    first, *others = re.split(r"^=+$", text.replace("/msg/", "/"), flags=re.MULTILINE)
+    return [_COMMENT.sub("", first).split(), *sorted(_COMMENT.sub("", o).split() for o in others)]
