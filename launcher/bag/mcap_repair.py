@@ -51,6 +51,15 @@ def append_summary(path: str) -> Extent:
     return found.extent
 
 
+def drop_chunks(path: str, number: int) -> bool:
+    """Cut off this many of the last chunks, with what follows; False if there is none. OSError."""
+    with open(path, "r+b") as stream:
+        chunks = sorted(chunk.chunk_start_offset for chunk in scan(stream).chunks)
+        if chunks:
+            stream.truncate(chunks[-min(number, len(chunks))])
+    return bool(chunks)
+
+
 def _write_empty(stream: IO[bytes]) -> None:
     stream.truncate(0)
     stream.seek(0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -170,11 +171,23 @@ def _dump(document: Any) -> str:
 def write(folder: str, metadata: Metadata) -> None:
     """Replace `metadata.yaml`; OSError."""
     path = os.path.join(folder, FILE)
-    with open(f"{path}.tmp", "w", encoding="utf-8") as file:
-        file.write(to_yaml(metadata))
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(f"{path}.tmp", path)
+    with removed_after_error(f"{path}.tmp"):
+        with open(f"{path}.tmp", "w", encoding="utf-8") as file:
+            file.write(to_yaml(metadata))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(f"{path}.tmp", path)
+
+
+@contextlib.contextmanager
+def removed_after_error(path: str) -> Iterator[None]:
+    """Remove a file that could not be written as a whole."""
+    try:
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(path)
+        raise
 
 
 def read(folder: str) -> Metadata | None:

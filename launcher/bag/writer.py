@@ -76,7 +76,12 @@ class BagWriter:
     def _new_file(self) -> McapOutput:
         name = os.path.basename(os.path.abspath(self.folder))
         path = os.path.join(self.folder, f"{name}_{len(self._files)}.mcap")
-        file = McapOutput(path, self._storage)
+        try:
+            file = McapOutput(path, self._storage)
+        except OSError:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(path)
+            raise
         for topic in self._topics.values():
             file.add_topic(topic)
         return file
@@ -173,11 +178,47 @@ class BagWriter:
         return found
 
     def rescue(self) -> None:
-        """After an OSError: make a whole bag of what was written; OSError if that fails, too."""
+        """After an OSError: make a whole bag of what was written; OSError if that fails, too.
+
+        On a full disk the last chunks are dropped, as many as the end of the bag needs room.
+        """
         self._file.abandon()
-        extent = mcap_repair.append_summary(self._file.path)
-        self._files.append(File(path=os.path.basename(self._file.path), extent=extent))
+        names = [file.path for file in self._files]
+        if (begun := os.path.basename(self._file.path)) not in names and self._is_there(begun):
+            names.append(begun)
+        number = 1
+        while True:
+            try:
+                self._finish_rescued(names)
+                return
+            except OSError:
+                if not self._make_room(names, number):
+                    raise
+            number *= 2  # each time, the file is read
+
+    def _is_there(self, name: str) -> bool:
+        return os.path.exists(os.path.join(self.folder, name))
+
+    def _finish_rescued(self, names: Sequence[str]) -> None:
+        """Write the end of the last file, and `metadata.yaml`. OSError."""
+        files = {file.path: file for file in self._files}
+        last = names[-1]
+        if last.endswith(".mcap"):
+            extent = mcap_repair.append_summary(os.path.join(self.folder, last))
+            files[last] = File(path=last, extent=extent)
+        self._files = [files[name] for name in names]
         metadata.write(self.folder, self._metadata(self._files))
+
+    def _make_room(self, names: list[str], number: int) -> bool:
+        """Drop the last chunks, or a last file without any; whether there was something to drop."""
+        path = os.path.join(self.folder, names[-1])
+        if path.endswith(".mcap") and mcap_repair.drop_chunks(path, number):
+            return True
+        if len(names) < 2:
+            return False
+        os.unlink(path)
+        del names[-1]
+        return True
 
     def discard(self) -> None:
         """Remove the bag, whatever it has."""
