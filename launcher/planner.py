@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Iterable
 from pathlib import Path
 
+from launcher import text_file
 from launcher.errors import LaunchFileError
 from launcher.interpreter.core import Interpreter
 from launcher.language.compat import vocabulary
@@ -414,7 +415,7 @@ def _with_content(source: ParameterSource) -> ParameterSource:
     from launcher.model.parameter_text import read
 
     try:
-        content = read(path.read_text(encoding="utf-8"))
+        content = read(text_file.read(path))
     except (OSError, ValueError, yaml.YAMLError):
         return source  # the node will complain
     return replace(source, generated=content) if isinstance(content, dict) else source

@@ -10,6 +10,7 @@ import re
 from typing import Any
 
 import yaml
+from yaml.reader import ReaderError
 
 MAX_CHARACTERS = 16 * 1024 * 1024
 MAX_DEPTH = 100
@@ -38,6 +39,28 @@ def compose(text: str, loader: Any = None) -> Any:
     """The tree of nodes, None if the text is empty; raises yaml.YAMLError."""
     check(text, loader)
     return yaml.compose(text, Loader=loader or LOADER)
+
+
+def sentence(error: Exception, path: str) -> str:
+    """What is wrong with the YAML of a file, in one line: `FILE:LINE: invalid YAML: ...`."""
+    mark = place_of(error)
+    where = path if mark is None else f"{path}:{mark.line + 1}"
+    return f"{where}: invalid YAML: {message_of(error)}"
+
+
+def place_of(error: Exception) -> Any:
+    """The mark of PyYAML where the error is (line and column from 0); None if it has none."""
+    return getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+
+
+def message_of(error: Exception) -> str:
+    """What is wrong, in one line without the place."""
+    if isinstance(error, ReaderError):
+        return f"the character U+{error.character:04X} is not allowed"
+    message = getattr(error, "problem", None) or str(error)
+    if message.startswith("but "):
+        message = f"{getattr(error, 'context', None)}, {message}"
+    return " ".join(message.split())
 
 
 def check(text: str, loader: Any = None) -> None:

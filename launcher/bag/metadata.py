@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from launcher import git_lfs, yaml_bounds
+from launcher import text_file, yaml_bounds
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, LAST_NS, Extent, Qos, Topic
 from launcher.text import typed_error
@@ -195,18 +195,17 @@ def read(folder: str) -> Metadata | None:
     path = os.path.join(folder, FILE)
     hint = _REPAIR.format(folder)
     try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read(yaml_bounds.MAX_CHARACTERS + 1)
+        text = text_file.read(path)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
         raise BagError(f"cannot read {path}: {_one_line(error)}", hint=hint) from None
-    if git_lfs.is_pointer(text):
-        raise BagError(git_lfs.sentence(path), hint=git_lfs.HINT)
+    if text_file.is_pointer(text):
+        raise BagError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
     try:
         document = yaml_bounds.load(text)
     except yaml.YAMLError as error:
-        raise BagError(f"cannot read {path}: {_one_line(error)}", hint=hint) from None
+        raise BagError(f"cannot read {yaml_bounds.sentence(error, path)}", hint=hint) from None
     try:
         return _from(document[_ROOT])
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -12,7 +12,7 @@ import stat
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.bag import compression, metadata
 from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.definitions import normalized
@@ -236,8 +236,8 @@ def check_storage(path: str) -> None:
     if not stat.S_ISREG(os.stat(path).st_mode):
         raise BagError(f"{path} is not a file")
     with open(path, "rb") as file:
-        if git_lfs.is_pointer(file.read(len(git_lfs.POINTER))):
-            raise BagError(git_lfs.sentence(path), hint=git_lfs.HINT)
+        if text_file.is_pointer(file.read(len(text_file.POINTER))):
+            raise BagError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
 
 
 def _storage_file(path: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher import strict_json, xml_tree
+from launcher import strict_json, text_file, xml_tree
 from launcher.doctor.facts import SettingsFacts
 from launcher.errors import UsageError
 from launcher.hosts.crowd import PROFILES
@@ -70,8 +70,7 @@ def _file_fault(path: str, read: Callable[[str], object]) -> str | None:
     if os.path.lexists(path) and not os.path.isfile(path):
         return f"{path} is no file"
     try:
-        with open(path, encoding="utf-8-sig") as file:
-            read(file.read())
+        read(text_file.read(path).removeprefix("\ufeff"))
     except OSError as error:
         return f"{path}: {error.strerror}"
     except xml_tree.XmlError as error:

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from launcher import git_lfs, yaml_bounds
+from launcher import text_file, yaml_bounds
 from launcher.document.fields import Field, FieldType, near
 from launcher.document.source_location import KeyPath, SourceMap, entries_of
 from launcher.errors import LauncherError, LaunchFileError, SeveralErrors
@@ -41,8 +41,7 @@ class TextLoader(_YAML):  # type: ignore[misc]
 def text_of(path: str, what: str) -> str:
     """The text of a file; LaunchFileError if it cannot be read. `what`: `the expectations`."""
     try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
+        text = text_file.read(path)
     except OSError as error:
         raise LaunchFileError(f"cannot read {what}: {error.strerror}", where=path) from None
     except UnicodeDecodeError as error:
@@ -54,8 +53,10 @@ def text_of(path: str, what: str) -> str:
         ) from None
     except ValueError as error:  # a path with a NUL
         raise LaunchFileError(f"cannot read {what}: {error}") from None
-    if git_lfs.is_pointer(text):
-        raise LaunchFileError(git_lfs.sentence("it"), hint=git_lfs.HINT, where=path)
+    if text_file.is_pointer(text):
+        raise LaunchFileError(
+            text_file.pointer_sentence("it"), hint=text_file.POINTER_HINT, where=path
+        )
     return text
 
 
@@ -128,10 +129,7 @@ class DocumentReader:
         )
 
     def _yaml_error(self, error: Exception) -> LauncherError:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        message = getattr(error, "problem", None) or str(error)
-        if message.startswith("but "):
-            message = f"{getattr(error, 'context', None)}, {message}"
+        mark, message = yaml_bounds.place_of(error), yaml_bounds.message_of(error)
         if mark is None:
             return LaunchFileError(f"invalid YAML: {message}", where=self.path)
         lines = self.source.lines

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends import expose, grammar, grammar_substitutions
 from launcher.frontends.entity import Entity, SourceText
@@ -196,11 +196,7 @@ def read_text(file: Any) -> SourceText:
     """The text of a path or an open file; FrontendError if it cannot be read or decoded."""
     path = str(getattr(file, "name", file))
     try:
-        if hasattr(file, "read"):
-            text = file.read()
-        else:
-            with open(file, encoding="utf-8") as stream:
-                text = stream.read()
+        text = file.read() if hasattr(file, "read") else text_file.read(file)
     except UnicodeDecodeError as problem:
         wrong = problem.object[problem.start]
         raise FrontendError(
@@ -212,8 +208,10 @@ def read_text(file: Any) -> SourceText:
     except OSError as problem:
         message = f"cannot read {path}: {problem.strerror}"
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
-    if git_lfs.is_pointer(text):
-        raise FrontendError(git_lfs.sentence("it"), place=Place(path, 1), hint=git_lfs.HINT)
+    if text_file.is_pointer(text):
+        raise FrontendError(
+            text_file.pointer_sentence("it"), place=Place(path, 1), hint=text_file.POINTER_HINT
+        )
     return SourceText(path, text)
 
 

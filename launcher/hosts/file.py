@@ -8,6 +8,7 @@ import stat
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from launcher import text_file
 from launcher.document.fields import near
 from launcher.document.reader import (
     BAD,
@@ -239,10 +240,9 @@ class _Reader(DocumentReader):
             return None
 
     def _content(self, path: str) -> str:
-        with open(path, encoding="utf-8") as file:
-            if stat.S_IMODE(os.fstat(file.fileno()).st_mode) & 0o077:
-                self._warnings.append(f"{path} can be read by others: chmod 600 {path}")
-            text = file.read().rstrip("\n")
+        text = text_file.read(path).rstrip("\n")
+        if stat.S_IMODE(os.stat(path).st_mode) & 0o077:
+            self._warnings.append(f"{path} can be read by others: chmod 600 {path}")
         if "\0" in text:
             raise ValueError
         return text

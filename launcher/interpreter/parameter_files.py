@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Callable, Mapping
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.model.parameter_sections import PARAMETERS, Section, sections
 from launcher.model.ros_arguments import PARAMETER_FILE, full_node_name, ros_options
 from launcher.model.spec import ProcessSpec
@@ -82,13 +82,12 @@ class ParameterFiles:
         if not os.path.isfile(path):
             return None  # a pipe, perhaps, which only the node may read
         try:
-            with open(path, encoding="utf-8") as file:
-                text = file.read()
+            text = text_file.read(path)
         except (OSError, ValueError):
             return None  # the node will report it
-        if git_lfs.is_pointer(text):
-            what = git_lfs.sentence(f"the parameter file {shown_path(name)}")
-            self._warn(f"{what}; hint: {git_lfs.HINT}", origin)
+        if text_file.is_pointer(text):
+            what = text_file.pointer_sentence(f"the parameter file {shown_path(name)}")
+            self._warn(f"{what}; hint: {text_file.POINTER_HINT}", origin)
             return None
         return _File(name, origin, text=text)
 

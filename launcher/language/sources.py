@@ -8,6 +8,7 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import ModuleType
 
+from launcher import text_file
 from launcher.language import frontend_registry
 from launcher.language.context import LaunchContext
 from launcher.language.naming import public
@@ -228,7 +229,7 @@ class _Loader(SourceFileLoader):
     """Writes no byte code next to launch files."""
 
     def get_code(self, fullname: str) -> Any:
-        return self.source_to_code(self.get_data(self.path), self.path)
+        return self.source_to_code(text_file.read_bytes(self.path), self.path)
 
 
 def load_python_launch_file_as_module(python_launch_file_path: FilePath) -> ModuleType:

@@ -11,6 +11,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from launcher import text_file
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.record import Record
 from launcher.model.spec import ProcessSpec
@@ -40,8 +41,8 @@ def _content(word: str, generated: Mapping[str | None, Mapping[str, object]]) ->
     option, _, path = word.rpartition("=")
     if os.path.dirname(path) != tempfile.gettempdir():
         return word
-    with contextlib.suppress(OSError, ValueError), open(path, "rb") as file:
-        return option, file.read()
+    with contextlib.suppress(OSError, ValueError):
+        return option, text_file.read_bytes(path)
     return word
 
 

@@ -11,6 +11,8 @@ import os
 import re
 from collections.abc import Iterator
 
+from launcher import text_file
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -203,8 +205,7 @@ def has_interfaces(folder: str) -> bool:
 
 def _manifest(folder: str) -> str:
     try:
-        with open(os.path.join(folder, "package.xml"), encoding="utf-8", errors="replace") as file:
-            return file.read()
+        return text_file.read(os.path.join(folder, "package.xml"), errors="replace")
     except OSError:
         return ""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 
+from launcher import text_file
 from launcher.errors import PackageNotFoundError
 from launcher.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.packages import sources
@@ -70,7 +71,7 @@ def _manifest_hint(name: str) -> str | None:
     from xml.etree import ElementTree
 
     try:
-        ElementTree.parse(file)
+        ElementTree.fromstring(text_file.read_bytes(file))
     except (ElementTree.ParseError, OSError) as error:
         return f"{file} could not be read: {error}"
     return f"{file} has no <name>"

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import yaml
 
-from launcher import dispositions, strict_json, yaml_bounds
+from launcher import dispositions, strict_json, text_file, yaml_bounds
 from launcher.model.parameter_sections import parameters, sections
 from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.stdio import keep_for_messages
@@ -112,8 +112,7 @@ class NodeToCheck:
 def file_parameters(path: str, node: str) -> Iterator[tuple[str, int]]:
     """(parameter, line) of a parameter file for the node with this full name."""
     try:
-        with open(path, encoding="utf-8") as file:
-            root = yaml_bounds.compose(file.read(), yaml.SafeLoader)
+        root = yaml_bounds.compose(text_file.read(path), yaml.SafeLoader)
     except (OSError, ValueError, yaml.YAMLError):
         return  # the node has reported it
     for section in sections(root):

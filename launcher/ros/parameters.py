@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
@@ -17,7 +16,7 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 
-from launcher import git_lfs
+from launcher import text_file, yaml_bounds
 from launcher.model.parameter_sections import PARAMETERS, parameters_for, sections
 from launcher.model.parameter_text import rcl_loader, word_value
 from launcher.ros.errors import VerbError, did_you_mean
@@ -377,8 +376,9 @@ def dump_document(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Written]:
     """Name -> value for a node from a parameter file; VerbError if it has none for it."""
+    text = _text(path)
     values, words = (
-        _of_node(_read(path, loader), path, node, use_wildcard=use_wildcard)
+        _of_node(_tree(text, loader, path), path, node, use_wildcard=use_wildcard)
         for loader in (rcl_loader(), TEXTS)
     )
     return {name: Written(value, words.get(name)) for name, value in values.items()}
@@ -388,8 +388,13 @@ def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict
     try:
         known = list(sections(document))
         usable = [one for one in known if one.is_exact or use_wildcard]
-        if any(one.is_for(node) for one in usable):
-            return {name: value for name, _, value in parameters_for(node, usable)}
+        own = [one for one in usable if one.is_for(node)]
+        for one in own:
+            if one.parameters not in (None, "") and not isinstance(one.parameters, Mapping):
+                where = f"'{PARAMETERS}' of '{one.selector}'"
+                raise VerbError(f"{path}: expected names of parameters below {where}")
+        if own:
+            return {name: value for name, _, value in parameters_for(node, own)}
     except RecursionError:
         raise VerbError(f"{path}: a section contains itself") from None
     if not known and document:
@@ -402,16 +407,21 @@ def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict
     raise VerbError(f"Param file does not contain parameters for {node}", hint=hint)
 
 
-def _read(path: str, loader: Any) -> dict[str, Any]:
+def _text(path: str) -> str:
     try:
-        text = Path(path).read_text(encoding="utf-8")
-        document = value_of(text, loader)
-    except (OSError, UnicodeDecodeError) as error:
+        text = text_file.read(path)
+    except (OSError, ValueError) as error:
         raise VerbError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if text_file.is_pointer(text):
+        raise VerbError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
+    return text
+
+
+def _tree(text: str, loader: Any, path: str) -> dict[str, Any]:
+    try:
+        document = value_of(text, loader)
     except yaml.YAMLError as error:
-        raise VerbError(f"{path} is not YAML: {error}") from None
-    if git_lfs.is_pointer(text):
-        raise VerbError(git_lfs.sentence(path), hint=git_lfs.HINT)
+        raise VerbError(yaml_bounds.sentence(error, path)) from None
     if not isinstance(document, dict):
         raise VerbError(f"{path}: expected names of nodes at the top")
     return document

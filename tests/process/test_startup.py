@@ -23,7 +23,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 # must be ours before there is one, and ctypes itself would take eight times as long.
 ALLOWED = """__future__ _ctypes collections.abc contextlib enum errno fcntl fnmatch functools gc
     importlib.util re runpy select signal"""
-MAX_OWN_MODULES = 78  # as many as there were when this was written
+MAX_OWN_MODULES = 79  # as many as there were when this was written
 
 # Tells which modules there are when the launcher starts the first program of the launch file.
 TELL = """

@@ -150,10 +150,11 @@ def test_what_dump_writes_load_takes(verb, tmp_path):
     [
         ("/other: {ros__parameters: {a: 1}}", "does not contain parameters for /talker"),
         ("/talker: {a: 1}", "expected 'ros__parameters'"),
-        ("/talker: [", "is not YAML"),
+        ("/talker: {ros__parameters: 3}", "below 'ros__parameters' of '/talker'"),
+        ("/talker: [", "params.yaml:1: invalid YAML: "),
         ("/talker: {ros__parameters: {speed: [1, x]}}", "'speed' cannot hold [1, 'x']"),
     ],
-    ids=["node", "shape", "yaml", "value"],
+    ids=["node", "shape", "content", "yaml", "value"],
 )
 def test_a_parameter_file_that_does_not_fit_is_reported(verb, tmp_path, text, error):
     path = tmp_path / "params.yaml"

@@ -21,10 +21,10 @@ GROUND = {
     "stdio",
     "strict_json",
     "package_origins",
+    "text_file",
     "xml_tree",
     "yaml_bounds",
     "yaml_dumper",
-    "git_lfs",
 }
 
 # Room -> rooms that it may import besides. `compat` is the folder in `language`, a room of its own
@@ -37,10 +37,10 @@ MAY_IMPORT = {
     "stdio": set(),
     "strict_json": set(),
     "package_origins": set(),
+    "text_file": set(),
     "xml_tree": set(),
     "yaml_bounds": set(),
     "yaml_dumper": set(),
-    "git_lfs": set(),
     "github": set(),
     "errors": set(),
     "socket_directory": {"errors"},

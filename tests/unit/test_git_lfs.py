@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.bag.converting import output_options
 from launcher.cli import main
 from launcher.document.reader import text_of
@@ -16,8 +16,7 @@ from launcher.language.context import LaunchContext
 from launcher.language.substitution import SubstitutionFailure
 from launcher.language.substitutions.files import FileContent
 from launcher.ros.bag.qos import read_overrides
-from launcher.ros.messages.from_yaml import TEXTS
-from launcher.ros.parameters import _read
+from launcher.ros.parameters import file_values
 
 POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"
 SENTENCE = "is a pointer of Git LFS in place of the file"
@@ -45,14 +44,14 @@ def test_launch_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: 
         lambda path: text_of(path, "the hosts"),
         read_overrides,
         output_options.read,
-        lambda path: _read(path, TEXTS),
+        lambda path: file_values(path, "/n", use_wildcard=True),
     ],
 )
 def test_files_of_options(pointer: Path, read: Callable[[str], object]):
     with pytest.raises(LauncherError) as caught:
         read(str(pointer))
     assert SENTENCE in caught.value.message
-    assert caught.value.hint == git_lfs.HINT
+    assert caught.value.hint == text_file.POINTER_HINT
 
 
 def test_the_content_of_a_file(pointer: Path):
@@ -72,5 +71,5 @@ def test_a_parameter_file_is_a_warning(
 
 @pytest.mark.parametrize("text", ["", "version https://git-lfs", "version: 1", POINTER[1:]])
 def test_other_files_are_none(text: str):
-    assert not git_lfs.is_pointer(text)
-    assert not git_lfs.is_pointer(text.encode())
+    assert not text_file.is_pointer(text)
+    assert not text_file.is_pointer(text.encode())

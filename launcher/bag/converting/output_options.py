@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from launcher import git_lfs, yaml_bounds
+from launcher import text_file, yaml_bounds
 from launcher.bag import compression
 from launcher.bag.converting.convert import Output
 from launcher.bag.converting.moments import Moment
@@ -135,14 +135,13 @@ class _Place:
 
 def read(path: str) -> list[Output]:
     """UsageError for a mistake in the file, OSError."""
-    with open(path, encoding="utf-8") as file:
-        try:
-            text = file.read()
-            document = yaml_bounds.load(text)
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise UsageError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
-    if git_lfs.is_pointer(text):
-        raise UsageError(git_lfs.sentence(path), hint=git_lfs.HINT)
+    try:
+        text = text_file.read(path)
+        document = yaml_bounds.load(text)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise UsageError(yaml_bounds.sentence(error, path)) from None
+    if text_file.is_pointer(text):
+        raise UsageError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
     entries = document.get(_ROOT) if isinstance(document, dict) else None
     if not isinstance(entries, list) or not entries:
         raise UsageError(f"{path} has no list '{_ROOT}'", hint="it begins with: output_bags:")

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from launcher import text_file
 from launcher.build.sources import manifest
 from launcher.build.sources.manifest import Dependency, Manifest
 from launcher.build.sources.source_text import SourceError, SourceText, shown
@@ -128,8 +129,7 @@ def _is_catkin_toplevel(folder: str) -> bool:
     """Whether it is the `src/` of a workspace of ROS 1, which has a CMakeLists.txt."""
     path = os.path.join(folder, "CMakeLists.txt")
     try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return "catkin_workspace()" in file.read().splitlines()
+        return "catkin_workspace()" in text_file.read(path, errors="replace").splitlines()
     except OSError:
         return False
 

@@ -6,6 +6,7 @@ import os
 import re
 from functools import cached_property, partialmethod
 
+from launcher import text_file
 from launcher.errors import ExitCode, LauncherError
 
 _BOM = "\ufeff"
@@ -95,12 +96,9 @@ def shown(path: str) -> str:
 
 def _read(path: str, errors: str) -> str:
     try:
-        with open(path, "rb") as file:
-            data = file.read()
+        data = text_file.read_bytes(path)
     except OSError as error:
-        raise SourceError(
-            f"cannot be read: {os.strerror(error.errno or 0)}", where=shown(path)
-        ) from None
+        raise SourceError(f"cannot be read: {error.strerror}", where=shown(path)) from None
     try:
         return data.decode("utf-8", errors)
     except UnicodeDecodeError as error:

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from launcher import text_file
 from launcher.command_line import Command, option
 from launcher.commands import VERBS
 from launcher.commands.launch.core import LaunchCore, supervising
@@ -135,8 +136,10 @@ def _is_script(path: str) -> bool:
     """Whether a Python file describes nothing, but runs a LaunchService itself."""
     if not path.endswith(".py"):
         return False
-    with open(path, "rb") as file:
-        text = file.read()
+    try:
+        text = text_file.read_bytes(path)
+    except OSError:
+        return False  # loading it reports the error
     return b"LaunchService" in text and b"generate_launch_description" not in text
 
 

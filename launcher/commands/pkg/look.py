@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher import packages
+from launcher import packages, text_file
 from launcher.command_line import DEBUG, Command, Parsed, option
 from launcher.errors import ExitCode, PackageNotFoundError
 from launcher.ros.errors import VerbError
@@ -55,10 +55,12 @@ def _xml(options: Parsed) -> int:
     with _found("Package not found"):
         path = Path(packages.share_directory(options.package, os.environ), "package.xml")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = text_file.read(path)
         root = ElementTree.fromstring(text)
     except FileNotFoundError:
         raise VerbError(f"Package '{options.package}' has no package.xml: {path}") from None
+    except OSError as error:
+        raise VerbError(f"cannot read {path}: {error.strerror}") from None
     except (UnicodeDecodeError, ElementTree.ParseError) as error:
         raise VerbError(f"{path}: {error}") from None
     if options.tag is None:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from launcher import text_file
 from launcher.errors import LauncherError
 from launcher.hosts.check.facts import Needs
 from launcher.hosts.order import Order
@@ -38,7 +39,7 @@ def _interfaces(package: str, environ: Mapping[str, str]) -> list[str]:
     """The message packages that a package depends on, by its manifest."""
     try:
         manifest = Path(share_directory(package, environ), "package.xml")
-        text = manifest.read_text(encoding="utf-8", errors="replace")
+        text = text_file.read(manifest, errors="replace")
     except (LauncherError, OSError):
         return []
     text = re.sub(r"(?s)<!--.*?-->", "", text)

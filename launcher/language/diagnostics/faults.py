@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from types import TracebackType
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.errors import LauncherError, LaunchFileError
 from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_types
 from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
@@ -168,7 +168,7 @@ def _column(error: BaseException, message: str, line: str, word: str | None) -> 
 def _is_pointer(path: str) -> bool:
     try:
         with open(path, "rb") as file:
-            return git_lfs.is_pointer(file.read(len(git_lfs.POINTER)))
+            return text_file.is_pointer(file.read(len(text_file.POINTER)))
     except (OSError, ValueError):  # the name of a piece of code that is in no file
         return False
 
@@ -177,7 +177,9 @@ def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
     """The error about a file that is not UTF-8, at that line, or no text; None if it is UTF-8."""
     name = getattr(error, "filename", None) or path
     if isinstance(error, SyntaxError) and _is_pointer(name):
-        return LaunchFileError(git_lfs.sentence("it"), hint=git_lfs.HINT, where=name)
+        return LaunchFileError(
+            text_file.pointer_sentence("it"), hint=text_file.POINTER_HINT, where=name
+        )
     if isinstance(error, (SyntaxError, ValueError)) and _NULL_BYTES in str(error):
         return LaunchFileError("the launch file is not a text file", where=name)
     is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from launcher import text_file
 from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
@@ -58,7 +59,7 @@ def full_name(node_name: str, namespace: str | None) -> str:
 def _from_file(path: Path, node: str) -> dict[str, Any]:
     from launcher.model.parameter_text import read
 
-    content = read(path.read_text(encoding="utf-8"))
+    content = read(text_file.read(path))
     if not isinstance(content, dict):
         raise RuntimeError(f"invalid yaml file {path}, error: it holds no parameters")
     known = list(sections(content))

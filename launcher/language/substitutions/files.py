@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable
 
-from launcher import git_lfs
+from launcher import text_file
 from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public
@@ -221,8 +221,10 @@ class FileContent(Substitution):
             raise SubstitutionFailure(f"Permission denied: {path}") from None
         except Exception as error:
             raise SubstitutionFailure(f"Error reading file: {path}: {error}") from error
-        if git_lfs.is_pointer(text):
-            raise SubstitutionFailure(f"{git_lfs.sentence(path)} ({git_lfs.HINT})")
+        if text_file.is_pointer(text):
+            raise SubstitutionFailure(
+                f"{text_file.pointer_sentence(path)} ({text_file.POINTER_HINT})"
+            )
         return text
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from launcher import git_lfs, yaml_bounds
+from launcher import text_file, yaml_bounds
 from launcher.bag.metadata import TIMES
 from launcher.bag.model import Qos
 from launcher.errors import UsageError
@@ -52,15 +52,14 @@ def _nanoseconds(value: Mapping[str, int]) -> int:
 def read_overrides(path: str) -> dict[str, Qos]:
     """Topic -> policies, from a file of rosbag2's form; UsageError with the place."""
     try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
+        text = text_file.read(path)
         document = yaml_bounds.load(text)
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror}") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
-    if git_lfs.is_pointer(text):
-        raise UsageError(git_lfs.sentence(path), hint=git_lfs.HINT)
+        raise UsageError(yaml_bounds.sentence(error, path)) from None
+    if text_file.is_pointer(text):
+        raise UsageError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
     if not isinstance(document, dict):
         raise UsageError(
             f"{path} does not map topics to policies",

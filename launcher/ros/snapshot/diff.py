@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher import strict_json, text_file
 from launcher.ros.errors import VerbError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.ros.snapshot.qos_matching import links
 
 VERSION = 1
+_MAX_BYTES = 256 * 1024 * 1024  # a thousand nodes make 10 MiB
 
 
 def to_document(snapshot: TopicGraph) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def to_document(snapshot: TopicGraph) -> dict[str, Any]:
 def load(path: str) -> TopicGraph:
     """A graph from a file that `graph --json` wrote; VerbError if it is not one."""
     try:
-        document = strict_json.loads(Path(path).read_text(encoding="utf-8"))
+        document = strict_json.loads(text_file.read(path, limit=_MAX_BYTES))
         return TopicGraph(
             nodes=tuple(document["nodes"]),
             endpoints=tuple(sorted(Endpoint(**entry) for entry in document["endpoints"])),

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from launcher import strict_json
+from launcher import strict_json, text_file
 from launcher.document.source_location import Origin
 from launcher.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
@@ -138,7 +138,7 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
 def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
     """(tolerances by kind, measures) of a baseline; UsageError."""
     try:
-        document = strict_json.loads(path.read_text(encoding="utf-8"))
+        document = strict_json.loads(text_file.read(path))
         tolerances = dict(TOLERANCES)
         for kind, given in document.get("tolerances", {}).items():
             base = TOLERANCES[kind]
@@ -148,7 +148,9 @@ def read(path: Path) -> tuple[dict[str, Tolerance], list[Measure]]:
             Measure(name, m["kind"], float(m["value"]), m["unit"])
             for name, m in document["measures"].items()
         ]
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         hint = "--update-baseline replaces it"
         raise UsageError(f"{path} is not a baseline: {error}", hint=hint) from None
     unknown = {m.kind for m in measures} - tolerances.keys()

@@ -306,7 +306,7 @@ def test_the_options_of_ros2_bag_convert(tmp_path: Path, whole: Path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("[", "is not YAML"),
+        ("[", "o.yaml:2: invalid YAML: "),
         ("{}", "has no list 'output_bags'"),
         ("output_bags: []", "has no list 'output_bags'"),
         ("output_bags: [x]", "output_bags, entry 1: it is not a mapping"),

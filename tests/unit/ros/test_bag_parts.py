@@ -159,7 +159,7 @@ def test_the_profile_of_several_publishers():
         ("/a: {depth: many}", "/a: "),
         ("/a: {depth: 9999999999}", "/a: a depth is at most 2147483647"),
         ("/a: {deadline: 3}", "/a: deadline is a time"),
-        ("{", "is not YAML"),
+        ("{", "qos.yaml:2: invalid YAML: "),
     ],
 )
 def test_overrides_with_mistakes(tmp_path: Path, text: str, problem: str):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 import yaml
 from std_msgs.msg import (
@@ -189,3 +191,29 @@ def test_a_word_of_a_parameter_file_is_read_as_its_parameter(tmp_path, word, dec
     (given,) = parameters.file_values(str(path), "/n", use_wildcard=True).values()
     message = parameters.written_parameter("p", given, declared)
     assert parameters.plain_value(message.value) == value
+
+
+@pytest.mark.parametrize("content", ["3", "text", "[a, b]"])
+def test_a_section_without_names_is_an_error(tmp_path, content):
+    path = tmp_path / "p.yaml"
+    path.write_text(f"/n: {{ros__parameters: {content}}}", encoding="utf-8")
+    expected = f"{path}: expected names of parameters below 'ros__parameters' of '/n'"
+    with pytest.raises(VerbError, match=re.escape(expected)):
+        parameters.file_values(str(path), "/n", use_wildcard=True)
+
+
+@pytest.mark.parametrize("content", ["", "{}"])
+def test_a_section_may_be_empty(tmp_path, content):
+    path = tmp_path / "p.yaml"
+    path.write_text(f"/n:\n  ros__parameters: {content}", encoding="utf-8")
+    assert parameters.file_values(str(path), "/n", use_wildcard=True) == {}
+
+
+@pytest.mark.parametrize("text", ["/n:\n  a: [", "/n:\n\ta: 1", "a: b: c", "a: \x07"])
+def test_an_error_of_yaml_is_one_line_with_its_place(tmp_path, text):
+    path = tmp_path / "p.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(VerbError) as raised:
+        parameters.file_values(str(path), "/n", use_wildcard=True)
+    place = rf"{re.escape(str(path))}(:[1-3])?"
+    assert re.fullmatch(rf"{place}: invalid YAML: (?!.*unicode string).+", raised.value.message)
