@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -14,6 +16,7 @@ from launcher.bag.model import CDR, ROS2_MSG, Definition, Topic
 Decoder = Callable[[bytes], Any]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
 _SEPARATOR = "=" * 80
+_PRINTED = re.compile("Error processing '(.*)' of '")
 # The library takes `char` for signed, and both times for unsigned if their definitions are missing.
 _CHAR = re.compile(r"^(\s*)char\b", re.MULTILINE)
 _NAME = "DecodedByLauncher"  # since the library refuses names such as AddTwoInts_Event
@@ -53,11 +56,15 @@ def _compiled(topic: Topic, text: str) -> Decoder:
     if f"MSG: {_DURATION}\n" not in text:
         text += _DURATION_TEXT
     name = f"{topic.type.partition('/')[0]}/msg/{_NAME}"
+    printed = io.StringIO()  # the parser prints the line that it cannot read
     try:
-        return compiled(name, _CHAR.sub(r"\1uint8", text), also=topic.type)
+        with contextlib.redirect_stderr(printed):
+            return compiled(name, _CHAR.sub(r"\1uint8", text), also=topic.type)
     except Exception as error:  # the parser raises errors of many classes
+        line = _PRINTED.search(printed.getvalue())
+        reason = _one_line(error) + (f" (line {line[1][:100]!r})" if line else "")
         raise BagError(
-            f"{topic.name}: the definition of {topic.type} cannot be read: {_one_line(error)}"
+            f"{topic.name}: the definition of {topic.type} cannot be read: {reason}"
         ) from None
 
 

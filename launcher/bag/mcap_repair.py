@@ -25,6 +25,7 @@ from mcap.records import (
 from launcher.bag.errors import BagError
 from launcher.bag.mcap_records import HEAD, MAGIC, chunk_contents, parse, records_in
 from launcher.bag.mcap_scan import Scan, message_indexes, scan
+from launcher.bag.metadata import removed_after_error
 from launcher.bag.model import Extent
 
 PROFILE, LIBRARY = "ros2", "launcher"
@@ -137,10 +138,10 @@ def rewrite(path: str, damaged: str) -> Extent:
         if not found.channels:
             raise BagError(f"nothing in {path} can be read")
         try:
-            _copy(stream, found, target)
-        except BaseException:
-            os.unlink(target)
-            raise
+            with removed_after_error(target):
+                _copy(stream, found, target)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, path) from None
     os.replace(path, damaged)
     os.replace(target, path)
     return found.extent

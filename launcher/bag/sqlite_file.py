@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 from array import array
 from collections.abc import Callable, Iterator
@@ -28,6 +29,8 @@ class SqliteFile:
         self._name = name
         self._stopped: Callable[[], bool] = never
         self.notes: list[str] = []
+        if not os.path.getsize(path):
+            raise BagError(f"{name} is empty")
         try:
             self._database = sqlite3.connect(f"file:{quote(path)}?mode=ro", uri=True)
         except sqlite3.Error as error:
@@ -73,12 +76,13 @@ class SqliteFile:
                 if self._stopped():
                     return
                 raise KeyboardInterrupt from None
-            raise BagError(sentence.format(self._name, error), hint=self._hint) from None
+            raise BagError(sentence.format(self._name, error), hint=self._hint(error)) from None
         except (sqlite3.Error, MemoryError, OverflowError, ValueError) as error:
-            raise BagError(sentence.format(self._name, error), hint=self._hint) from None
+            raise BagError(sentence.format(self._name, error), hint=self._hint(error)) from None
 
-    @property
-    def _hint(self) -> str:
+    def _hint(self, error: Exception) -> str | None:
+        if "not a database" in str(error):
+            return None
         return f"what sqlite3 can read of it: sqlite3 {self._name} .recover | sqlite3 NEW.db3"
 
     def _refuse_programs(self) -> None:

@@ -202,6 +202,7 @@ def test_a_topic_that_appears_later_and_one_that_changes_its_qos(domain, tmp_pat
         (["-b", "8k", "--compression-mode", "file"], "bag_[0-9]+.mcap.zstd"),
         (["--compression-mode", "message", "--compression-format", "zstd"], "bag_0.mcap"),
         (["--storage-preset-profile", "none"], "bag_0.mcap"),
+        (["--storage-preset-profile", "none", "-b", "0", "-d", "0"], "bag_0.mcap"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -369,3 +370,11 @@ def test_mistakes(tmp_path: Path, domain):
     code, text = errors("-a", "--qos-profile-overrides-path", str(file))
     assert code == 2
     assert "/x: unknown reliability 'sometimes'" in text
+
+
+@pytest.mark.parametrize("words", [["bad name"], ["--topics", "/a//b"], ["--services", "a-b"]])
+def test_names_that_no_topic_can_have(domain, tmp_path: Path, words: list[str]):
+    done = launcher(domain, "bag", "record", "-o", str(tmp_path / "bag"), *words)
+    assert done.code == 2, done
+    assert "Invalid topic name" in done.err
+    assert not (tmp_path / "bag").exists()

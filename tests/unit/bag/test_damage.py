@@ -29,6 +29,7 @@ from launcher.bag.mcap_records import HEAD, MAGIC
 from launcher.bag.model import Definition, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.sqlite_file import SqliteFile
+from launcher.commands.ros import bag as bag_verb
 from tests.support.bags import (
     counting,
     foreign_bag,
@@ -616,3 +617,42 @@ def test_a_pipe_is_no_bag(tmp_path: Path):
     os.mkfifo(tmp_path / "a.mcap")
     with pytest.raises(BagError, match=r"a\.mcap is not a file"):
         Bag(str(tmp_path / "a.mcap"))
+
+
+@pytest.mark.parametrize(
+    ("name", "contents", "text"),
+    [
+        ("a.db3", b"", "is empty"),
+        ("a.db3", b"no database", "file is not a database"),
+        ("a.mcap", b"no bag at all", "it is not an MCAP file"),
+        ("a.txt", b"no bag at all", "is not an MCAP file"),
+    ],
+)
+def test_no_repair_of_what_is_no_bag(tmp_path: Path, capsys, name: str, contents: bytes, text: str):
+    path = tmp_path / name
+    path.write_bytes(contents)
+    assert bag_verb.main(["check", str(path)]) == 1
+    found = capsys.readouterr()
+    assert text in found.out
+    assert not found.err
+    with pytest.raises(BagError) as caught:
+        Bag(str(path))
+    assert "recover" not in caught.value.render()
+
+
+def test_a_repair_that_cannot_be_written_names_the_file(tmp_path: Path):
+    path = tmp_path / ("x" * 248 + ".mcap")  # its name has no room for .tmp
+    path.write_bytes(
+        next(write_bag(tmp_path / "b", counting("/a", 95)).glob("*.mcap")).read_bytes()
+    )
+    edit(path, len(MAGIC) + HEAD.size, b"\xff")
+    with pytest.raises(OSError, match="File name too long") as caught:
+        check.repair(check.check(str(path)), "jazzy")
+    assert caught.value.filename == str(path)
+
+
+def test_a_definition_that_cannot_be_read_prints_nothing(capfd):
+    topic = bytes_topic("string 1dat\n")
+    with pytest.raises(BagError, match=r"cannot be read: '1dat' is an invalid .*'string 1dat'"):
+        decoder(topic)
+    assert capfd.readouterr() == ("", "")

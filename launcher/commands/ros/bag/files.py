@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from launcher.bag.compression import FORMATS, MODES
-from launcher.command_line import Parsed, count, option, positive_seconds
+from launcher.command_line import Parsed, count, option, seconds
 
 if TYPE_CHECKING:
     from launcher.bag.writer import Storage
@@ -24,11 +24,13 @@ def byte_count(word: str) -> int:
 SPLIT = (
     option(
         "-b, --max-bag-size BYTES",
-        "begin a new file after so many bytes (k, M or G may follow)",
+        "begin a new file after so many bytes (k, M or G may follow); 0 is never",
         byte_count,
         0,
     ),
-    option("-d, --max-bag-duration S", "begin a new file after S seconds", positive_seconds, 0.0),
+    option(
+        "-d, --max-bag-duration S", "begin a new file after S seconds; 0 is never", seconds, 0.0
+    ),
 )
 COMPRESSION = (
     option(

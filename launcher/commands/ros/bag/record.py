@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 
 from launcher.bag.selection import Selection, expression
 from launcher.command_line import Parsed, count, option, positive_seconds
@@ -31,6 +32,7 @@ def _record(options: Parsed) -> int:
         raise UsageError(
             "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
         )
+    _check_names((*selection.topics, *selection.services))
     path = options.qos_profile_overrides_path
     return record(
         options,
@@ -52,6 +54,18 @@ def _record(options: Parsed) -> int:
             include_unpublished=options.include_unpublished_topics,
         ),
     )
+
+
+def _check_names(names: Iterable[str]) -> None:
+    """UsageError for what cannot be the name of a topic or a service."""
+    from launcher.ros.errors import VerbError
+    from launcher.ros.topics.listener import full_topic
+
+    for name in names:
+        try:
+            full_topic(name)
+        except VerbError as error:
+            raise UsageError(error.message) from None
 
 
 def _selection(options: Parsed) -> Selection:
