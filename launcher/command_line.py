@@ -425,7 +425,15 @@ class _Reader:
 
 
 def _is_negative(word: str) -> bool:
-    return word[:1] == "-" and word[1:].replace(".", "", 1).isdecimal()
+    """Whether it is a number below 0, for Python or YAML: `-5`, `-.5`, `-1e3`, `-.inf`."""
+    text = word[1:]
+    if word[:1] != "-" or text[:1] not in tuple("0123456789."):
+        return False
+    try:
+        float(text.lower().removeprefix(".") if text.lower() == ".inf" else text)
+    except ValueError:
+        return False
+    return True
 
 
 def _least(argument: Option) -> int:

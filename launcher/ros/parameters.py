@@ -284,10 +284,30 @@ def plain_parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
     return parameter(name, value, declared_type)
 
 
-def declared_types(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, int]:
-    """Name -> type number of those names that the node has."""
+def type_for_words(descriptor: Any) -> int:
+    """The type that a value of YAML is made to fit; NOT_SET if the parameter may change it."""
+    return NOT_SET if descriptor.dynamic_typing else descriptor.type
+
+
+def type_for_json(descriptor: Any) -> int:
+    """The type that a value of JSON is made to fit, also if the parameter may change it.
+
+    JSON of a browser has one kind of numbers: `5` for a double is one. A number is a text only
+    where the type is fixed.
+    """
+    is_changed = descriptor.dynamic_typing and descriptor.type == STRING
+    return NOT_SET if is_changed else descriptor.type
+
+
+def declared_types(
+    caller: ServiceCaller,
+    node: str,
+    names: Sequence[str],
+    type_for: Callable[[Any], int] = lambda descriptor: descriptor.type,
+) -> dict[str, int]:
+    """Name -> type number of those names that the node has, by their descriptors."""
     found = _descriptors(caller, node, names)
-    return {name: descriptor.type for name, descriptor in found.items()}
+    return {name: type_for(descriptor) for name, descriptor in found.items()}
 
 
 def _descriptors(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, Any]:
@@ -314,13 +334,14 @@ def set_values(
     node: str,
     values: Mapping[str, Any],
     make: Callable[[str, Any, int], Any],
+    type_for: Callable[[Any], int] = type_for_words,
 ) -> dict[str, Outcome]:
     """Set all of them; one that is refused does not keep the others from being set.
 
-    `make` gets a name, a value and the declared type, and returns a Parameter message, or raises
-    VerbError.
+    `make` gets a name, a value and the type for it by `type_for`, and returns a Parameter message,
+    or raises VerbError.
     """
-    types = declared_types(caller, node, list(values))
+    types = declared_types(caller, node, list(values), type_for)
     messages: dict[str, Any] = {}
     outcomes: dict[str, Outcome] = {}
     for name, value in values.items():

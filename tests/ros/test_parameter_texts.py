@@ -210,3 +210,19 @@ def test_dump_leaves_out_what_has_no_value(env: dict[str, str]):
     assert dumped.code == 0, dumped
     assert "later" not in dumped.out
     assert '    serial: "A7"' in dumped.lines
+
+
+def test_only_a_parameter_that_may_changes_its_type(env: dict[str, str]):
+    with talking(env, "tests.support.parameter_node"):
+        words = ("5", "abc", "-.inf", "-1e3")
+        for word, shown in zip(words, ("5", "abc", "-inf", "-1000.0"), strict=True):
+            done = launcher(env, "param", "set", "/tunable", "loose", word)
+            assert (done.code, done.err) == (0, ""), done
+            assert (
+                launcher(env, "param", "get", "/tunable", "loose", "--hide-type").out
+                == f"{shown}\n"
+            )
+        done = launcher(env, "param", "set", "/tunable", "loose", "7", "--atomic")
+        assert done.code == 0, done
+        assert launcher(env, "param", "get", "/tunable", "loose").out == "Integer value is: 7\n"
+        assert launcher(env, "param", "set", "/tunable", "gears", "x").code == 1

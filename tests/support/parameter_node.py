@@ -38,6 +38,7 @@ class ParameterNode(Node):
         self.declare_parameter("speed", 0.5, speed)
         self.declare_parameter("serial", "A7", ParameterDescriptor(read_only=True))
         self.declare_parameter("later", Parameter.Type.INTEGER)
+        self.declare_parameter("loose", "abc", ParameterDescriptor(dynamic_typing=True))
         self.declare_parameter("bytes", [b"\x00", b"\xff"])
         self.add_on_set_parameters_callback(_judge)
         self._more = [self.create_publisher(String, "grown", 1)]

@@ -151,7 +151,7 @@ def _set(options: Parsed) -> int:
     words = dict(zip(options.pairs[::2], options.pairs[1::2], strict=True))
     with _asking(options) as (caller, node):
         if options.atomic:
-            types = parameters.declared_types(caller, node, list(words))
+            types = parameters.declared_types(caller, node, list(words), parameters.type_for_words)
             messages = [
                 parameters.typed_parameter(name, word, types.get(name, parameters.NOT_SET))
                 for name, word in words.items()

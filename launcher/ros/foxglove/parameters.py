@@ -72,7 +72,8 @@ class Parameters:
         wanted, problems = [], []
         for name, item in zip(names, items, strict=True):
             try:
-                kind = declared[name].type if declared[name] else ros_parameters.NOT_SET
+                known = declared[name]
+                kind = ros_parameters.type_for_json(known) if known else ros_parameters.NOT_SET
                 wanted.append(to_parameter(name, item, kind))
             except VerbError as error:
                 problems.append(f"{item['name']}: {error.message}")

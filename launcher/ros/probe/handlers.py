@@ -68,7 +68,9 @@ def describe_type(caller: ServiceCaller, request: Request) -> dict[str, Any]:
 def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
     node, values = full_topic(request.text("node")), request.values()
     caller.answer_s = request.number("timeout_s", ANSWER_S)
-    outcomes = parameters.set_values(caller, node, values, parameters.plain_parameter)
+    outcomes = parameters.set_values(
+        caller, node, values, parameters.plain_parameter, parameters.type_for_json
+    )
     return {
         "results": {
             name: {"successful": one.result.successful, "reason": one.result.reason}

@@ -6,6 +6,7 @@ import re
 
 import pytest
 import yaml
+from rcl_interfaces.msg import ParameterDescriptor
 from std_msgs.msg import (
     ByteMultiArray,
     Int8MultiArray,
@@ -112,6 +113,43 @@ def test_a_word_of_the_command_line_is_what_rcl_takes_it_for(word, declared, val
 def test_a_text_of_json_is_a_number_only_where_one_is_declared(given, declared, value):
     held = parameters.plain_value(parameters.plain_parameter("p", given, declared).value)
     assert (type(held), held) == (type(value), value)
+
+
+@pytest.mark.parametrize(
+    ("word", "declared", "value"),
+    [
+        ("5", parameters.STRING, 5),
+        ("5", parameters.DOUBLE, 5),
+        ("[1, 2]", parameters.STRINGS, [1, 2]),
+        ("abc", parameters.INTEGER, "abc"),
+        ("'5'", parameters.STRING, "5"),
+    ],
+)
+def test_a_word_changes_the_type_of_a_parameter_that_may(word, declared, value):
+    kind = parameters.type_for_words(ParameterDescriptor(type=declared, dynamic_typing=True))
+    held = parameters.plain_value(parameters.typed_parameter("p", word, kind).value)
+    assert (type(held), held) == (type(value), value)
+
+
+@pytest.mark.parametrize(
+    ("given", "declared", "value"),
+    [
+        (5, parameters.STRING, 5),
+        ("5", parameters.STRING, "5"),
+        (5, parameters.DOUBLE, 5.0),
+        ([], parameters.DOUBLES, []),
+    ],
+)
+def test_json_changes_the_type_of_a_parameter_that_may(given, declared, value):
+    kind = parameters.type_for_json(ParameterDescriptor(type=declared, dynamic_typing=True))
+    held = parameters.plain_value(parameters.plain_parameter("p", given, kind).value)
+    assert (type(held), held) == (type(value), value)
+
+
+@pytest.mark.parametrize("type_for", [parameters.type_for_words, parameters.type_for_json])
+def test_the_type_of_other_parameters_is_kept(type_for):
+    kind = type_for(ParameterDescriptor(type=parameters.STRING))
+    assert parameters.typed_parameter("p", "5", kind).value.string_value == "5"
 
 
 @pytest.mark.parametrize(
