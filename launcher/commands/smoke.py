@@ -119,8 +119,9 @@ what is left behind. Expectations are described in docs/smoke.md.
     ),
     exclusive=(github_options.EXCLUSIVE,),
     epilog="""\
-exit codes: 0 all met, 1 a process exited unexpectedly or was killed, 2 bad command line or file,
-3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM, SIGHUP or SIGQUIT""",
+exit codes: 0 all met, 1 a process exited unexpectedly or was killed, or there is no control socket,
+2 bad command line or file, 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM,
+SIGHUP or SIGQUIT""",
 )
 _NOT_RECORDED = (
     *("--expect FILE", "--no-file", "--junit FILE", "--html FILE", "--github"),

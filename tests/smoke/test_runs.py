@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,6 +49,30 @@ def test_exit_codes_are_known_where_sigchld_is_ignored(bench: Bench, action: str
     )
     assert done.returncode == code, done.stdout
     assert bench.report()["ending"]["returncode"] is not None
+
+
+@pytest.fixture
+def short_folder() -> Iterator[Path]:
+    """For sockets, whose paths have a limit."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        yield Path(folder)
+
+
+def test_without_a_control_socket_nothing_is_started(bench: Bench, short_folder: Path):
+    sockets = short_folder / f"ros-launcher-{os.getuid()}"
+    sockets.mkdir()
+    sockets.chmod(0o755)
+    bench.environment["TMPDIR"] = str(sockets.parent)
+    bench.environment.pop("XDG_RUNTIME_DIR", None)
+    bench.write(PATIENT)
+    junit = bench.folder / "junit.xml"
+    done = bench.smoke(f"--junit={junit}", "--expect-process=patient")
+    problem = f"cannot open the control socket: {sockets} is accessible to other users"
+    assert (done.returncode, done.stderr.count(problem)) == (1, 1), done
+    assert "fix: chmod 700" in done.stderr
+    assert "not met" not in done.stdout
+    assert problem in junit.read_text(encoding="utf-8")
+    assert not (bench.evidence / "launcher.out").exists()
 
 
 @pytest.mark.thorough

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from launcher import socket_directory
 from launcher.document.fields import near
 from launcher.domain_lease import leased_domain
 from launcher.hosts.model import LOCAL
@@ -93,7 +94,11 @@ class System(Waits):
     # ---- start and stop
 
     def start(self) -> None:
-        """Lease a domain, start the probe, then the launcher."""
+        """Lease a domain, start the probe, then the launcher.
+
+        ControlError if the launcher could not open its control socket.
+        """
+        _refuse_without_socket(self._environment)
         self.folder.mkdir(parents=True, exist_ok=True)
         with contextlib.ExitStack() as stack:
             self.domain_id = stack.enter_context(leased_domain())
@@ -372,3 +377,11 @@ class System(Waits):
 
 def _ends(facts: Facts, process: str) -> int:
     return sum(1 for _ in facts.of(Ended, process))
+
+
+def _refuse_without_socket(environment: Mapping[str, str]) -> None:
+    """ControlError if the launcher will find no place for its socket: nothing could be observed."""
+    try:
+        socket_directory.prepare("1-00000000", environment, os.getuid())  # as short as any run's
+    except ControlError as error:
+        raise ControlError(f"cannot open the control socket: {error.message}") from None
