@@ -42,8 +42,8 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         if span.low == 0 and not times:
             return when.met(seen="no message", value=0.0, unit="Hz")
         return when.violated(
-            seen=f"{len(times)} messages are too few for a rate",
-            guess=explain.silence(expectation.subject, facts),
+            seen=f"{len(times)} messages are too few for a rate{_refused(expectation, received)}",
+            guess=None if received else explain.silence(expectation.subject, facts),
             about=explain.processes_on(expectation.subject, facts),
         )
     rate_hz, seconds = _measured(times, when, counts_start=expectation.after != START)
@@ -59,6 +59,15 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         guess=explain.wrong_rate(expectation.subject, facts, is_slow=rate_hz < span.low),
         about=explain.processes_on(expectation.subject, facts),
     )
+
+
+def _refused(expectation: Expectation, received: Sequence[Message]) -> str:
+    """How many more messages there were, and why the last one of them does not count."""
+    reasons = [why for _, fits, why in _judged(expectation, received) if not fits]
+    if not reasons:
+        return ""
+    why = f" ({reasons[-1]})" if reasons[-1] else ""
+    return f"; {len(reasons)} do not match{why}"
 
 
 def _measured(times: Sequence[float], when: Window, *, counts_start: bool) -> tuple[float, float]:

@@ -174,6 +174,12 @@ CASES = {
         "5 Hz",
         "talker-1 was busy: 100 % of a core on average",
     ),
+    "rate of messages for which the condition fails": Case(
+        "rate: /t, is: 10 Hz, where: 1 / float(m.data) > 0",
+        {"messages": ticks("/t", 0.1)[1:]},
+        {"messages": tuple(replace(one, content={"data": 0}) for one in ticks("/t", 0.1))},
+        "do not match (ZeroDivisionError: ",
+    ),
     "message": Case(
         "message: /t, where: \"json['a'] == 1 and json.b > 2\", within: 5 s",
         {"messages": texts("/t", {"a": 0}, {"a": 1, "b": 3})},
