@@ -9,14 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from launcher import text_file, yaml_bounds
+from launcher import frontends, text_file, yaml_bounds
 from launcher.bag import metadata
 from launcher.bag.converting import output_options
 from launcher.build.sources.source_text import SourceText
 from launcher.commands.launch.supervise import file as supervision
-from launcher.errors import LauncherError
+from launcher.errors import LauncherError, LaunchFileError
 from launcher.frontends.parser import read_text
 from launcher.hosts import file as hosts
+from launcher.language.compat import vocabulary
 from launcher.language.sources import load_python_launch_file_as_module
 from launcher.packages.sources import has_interfaces
 from launcher.ros import parameters
@@ -95,3 +96,12 @@ def test_lines_end_in_one_way(tmp_path: Path):
     path = tmp_path / "lines"
     path.write_bytes(b"a\r\nb\rc\n")
     assert text_file.read(path) == path.read_text(encoding="utf-8") == "a\nb\nc\n"
+
+
+@pytest.mark.parametrize("suffix", ["py", "yaml", "xml"])
+def test_a_launch_file_of_gigabytes(huge: str, suffix: str):
+    path = f"{huge.removesuffix('.yaml')}.launch.{suffix}"
+    os.rename(huge, path)
+    with vocabulary([path]), pytest.raises(LaunchFileError) as raised:
+        frontends.load(path)
+    assert "it has more than 16 MiB" in raised.value.message

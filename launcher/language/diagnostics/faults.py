@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from collections.abc import Iterator
@@ -180,6 +181,10 @@ def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
         return LaunchFileError(
             text_file.pointer_sentence("it"), hint=text_file.POINTER_HINT, where=name
         )
+    for one in (error, error.__cause__, error.__context__):
+        if isinstance(one, OSError) and one.errno == errno.EFBIG:  # its lines are not to be read
+            message = f"cannot read the file: {one.strerror}"
+            return LaunchFileError(message, where=str(one.filename or path))
     if isinstance(error, (SyntaxError, ValueError)) and _NULL_BYTES in str(error):
         return LaunchFileError("the launch file is not a text file", where=name)
     is_coding = isinstance(error, SyntaxError) and "codec can't decode" in str(error.msg)
