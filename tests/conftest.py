@@ -59,15 +59,20 @@ def pytest_configure(config: pytest.Config) -> None:
         pytest.exit(
             "colcon has built this checkout: rm -r build install log", pytest.ExitCode.USAGE_ERROR
         )
+    _handle_signals()
     if config.getoption("--hypothesis-profile", None) is None:
         settings.load_profile("repeat")
 
 
 def pytest_collection_finish() -> None:
-    """Let tests begin with the same handlers: those of imports count no longer.
+    """Let tests begin with the same handlers: those of imports count no longer."""
+    _handle_signals()
 
-    With `&` or nohup signals are ignored, and children would inherit that. They do not inherit
-    handlers. `launcher.__main__` leaves Ctrl-C to the kernel until the launcher is imported.
+
+def _handle_signals() -> None:
+    """With `&` or nohup signals are ignored, and children would inherit that.
+
+    They do not inherit handlers. `launcher.__main__` leaves Ctrl-C to the kernel while it imports.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in (signal.SIGHUP, signal.SIGQUIT):
