@@ -44,6 +44,7 @@ def greeting(root: Path) -> str:
     return done.stdout.strip()
 
 
+@pytest.mark.thorough
 def test_a_second_build_starts_nothing(root: Path):
     first = built(root)
     logs = sorted((root / "log").iterdir())

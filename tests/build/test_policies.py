@@ -20,6 +20,7 @@ def rewrite(folder: Path, head: str) -> None:
     file.write_text(text.replace(MINIMUM.format("3.10"), head), encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_a_project_before_the_minimum_version(tmp_path: Path):
     folder = cmake_package(
         tmp_path / "src", "p", "find_package(rosidl_default_generators REQUIRED)"

@@ -92,6 +92,7 @@ def test_robot_3_starts_5_s_after_the_dispatcher(world: World, options: tuple[st
     assert min(before, 5) <= int(received) <= 5
 
 
+@pytest.mark.thorough
 def test_robot_2_is_left_out_on_request_and_can_join_from_a_second_terminal(
     world: World, launched_system: Launch
 ):

@@ -64,6 +64,7 @@ def wait_until_watched(run: ControlledRun, *names: str) -> None:
         wait_until(lambda name=name: silent_s(run, name) == 0, f"{name} answers")
 
 
+@pytest.mark.thorough
 def test_a_blocked_callback_is_told_with_its_place_until_it_returns(bench: ControlBench):
     with bench.launch(node(bench, "arm"), "--responsive") as run:
         wait_until_watched(run, "arm")

@@ -128,6 +128,7 @@ def workspace(
     return root
 
 
+@pytest.mark.thorough
 def test_the_environment_is_that_of_the_script(workspace: Path):
     ours = json.loads(launcher(workspace / "src/py_pkg", "env", "--json"))
     installed = {"AMENT_PREFIX_PATH": sys.prefix, **ros_variables({})}

@@ -264,6 +264,7 @@ def test_goal_errors(fleet_workspace: BuiltWorkspace, domain: dict[str, str], wo
     assert (answer.code, error in answer.err) == (1, True), answer
 
 
+@pytest.mark.thorough
 def test_an_action_is_used_by_its_topics_and_services(site):
     def call() -> Answer:
         uuid = [*range(n := next(IDS), n + 16)]

@@ -96,6 +96,7 @@ def test_who_follows_discovery_messages_forgets_participants_that_have_ended(dom
         assert {len(one) for one in kept} == {1}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("ways", ["probe", "graph", "snapshot"])
 def test_a_node_that_rmw_lists_after_its_end_is_not_shown(
     domain: Domain, observer, ways, monkeypatch

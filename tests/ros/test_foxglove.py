@@ -236,7 +236,10 @@ def test_odd_texts_are_answered_and_the_client_is_still_served(client: FoxgloveC
         "/odd: no String: objects and lists",
     ):
         assert text in texts(client)
-    assert "/talker.speed" in client.get_parameters("/talker.speed", "\udcff")
+    client.wait(
+        lambda: "/talker.speed" in client.get_parameters("/talker.speed", "\udcff"),
+        "an answer of the node, once it is discovered",
+    )
 
 
 def test_another_type_for_a_topic_is_refused(client: FoxgloveClient):

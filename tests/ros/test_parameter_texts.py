@@ -212,6 +212,7 @@ def test_dump_leaves_out_what_has_no_value(env: dict[str, str]):
     assert '    serial: "A7"' in dumped.lines
 
 
+@pytest.mark.thorough
 def test_only_a_parameter_that_may_changes_its_type(env: dict[str, str]):
     with talking(env, "tests.support.parameter_node"):
         words = ("5", "abc", "-.inf", "-1e3")
