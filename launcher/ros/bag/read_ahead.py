@@ -49,7 +49,7 @@ class ReadAhead:
                         return
                     self._queue.append(message)
                     self._changed.notify()
-        except Exception as error:  # the thread that plays tells it
+        except Exception as error:  # raised again in the thread that plays
             self._error = error
         finally:
             with self._changed:

@@ -34,7 +34,7 @@ SILENCE_S = 3.0
 def until_interrupted(*, is_end: bool = True) -> Iterator[None]:
     """Take a closed pipe for a normal end, and Ctrl-C where there `is_end` no other.
 
-    What has an end of its own, such as `--once` or `--for`, is not done if it is interrupted.
+    What has a set end, such as `--once` or `--for`, is not done if it is interrupted.
     """
     try:
         yield

@@ -21,7 +21,7 @@ _BUILTINS = {
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
 # The methods of these are available. Others lead elsewhere, as the frame of a generator does.
 _PLAIN = (bool, dict, float, int, list, range, set, str, tuple)
-# A format text has names of its own ('{0.__class__}'), and `mro` leads to `object`.
+# A format text can name attributes ('{0.__class__}'), and `mro` leads to `object`.
 _WITHHELD = ("format", "format_map", "mro")
 _GUARD = "_attribute"  # no expression can use the name
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
