@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from launcher.bag.definitions import normalized
 from launcher.bag.metadata import FILE
-from launcher.bag.model import ROS2_MSG, Definition, Part, Topic
+from launcher.bag.model import ROS2_MSG, ChannelTopic, Definition, Topic
 from launcher.text import count
 
 _COMMENT = re.compile(r"#.*")
@@ -33,7 +33,7 @@ class Agreement:
     def __init__(self) -> None:
         self._known: dict[str, Topic] = {}
 
-    def take(self, parts: Iterable[Part]) -> LeftOut:
+    def take(self, parts: Iterable[ChannelTopic]) -> LeftOut:
         """What does not agree in the next file, or in one that was taken before."""
         parts = list(parts)
         for part in parts:

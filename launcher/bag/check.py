@@ -12,7 +12,7 @@ from launcher.bag.errors import BagError
 from launcher.bag.mcap_file import parts_of
 from launcher.bag.mcap_scan import Fault, scan
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import Extent, Part, Span, Topic
+from launcher.bag.model import ChannelTopic, Extent, Span, Topic
 from launcher.bag.reader import check_storage, open_storage, storage_files
 
 MCAP, COMPRESSED = ".mcap", ".zstd"
@@ -129,7 +129,7 @@ def _check_file(path: str, agreement: Agreement) -> FileReport:
         file.close()
 
 
-def _agreed(parts: list[Part], agreement: Agreement) -> tuple[list[Topic], list[str]]:
+def _agreed(parts: list[ChannelTopic], agreement: Agreement) -> tuple[list[Topic], list[str]]:
     """The topics of the channels that agree, and sentences on the others."""
     others = agreement.take(parts)
     return [part.topic for part in parts if part.key not in others.keys], others.notes

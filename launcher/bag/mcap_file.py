@@ -27,10 +27,10 @@ from launcher.bag.mcap_records import (
 from launcher.bag.mcap_scan import Scan, index_times, scan
 from launcher.bag.mcap_summary import is_ended, read_summary
 from launcher.bag.model import (
+    ChannelTopic,
     Definition,
     Extent,
     Message,
-    Part,
     Span,
     Times,
     Topic,
@@ -253,10 +253,10 @@ def parts_of(
     schemas: Mapping[int, Schema],
     counts: Mapping[int, int],
     notes: list[str],
-) -> list[Part]:
+) -> list[ChannelTopic]:
     """A topic for each channel; `notes` gets what is wrong with them."""
     return [
-        Part(number, _topic(one, schemas.get(one.schema_id), notes), counts.get(number, 0))
+        ChannelTopic(number, _topic(one, schemas.get(one.schema_id), notes), counts.get(number, 0))
         for number, one in channels.items()
     ]
 

@@ -38,7 +38,7 @@ class Topic:
     definition: Definition | None = field(default=None, compare=False)
 
 
-class Part(NamedTuple):
+class ChannelTopic(NamedTuple):
     """A topic as one channel of a file has it: the key of the channel, and its messages."""
 
     key: int
@@ -132,7 +132,7 @@ def never() -> bool:
 class Messages(Protocol):
     """A storage file that is open for reading. `notes` are about its topics."""
 
-    parts: list[Part]
+    parts: list[ChannelTopic]
     topics: list[Topic]
     extent: Extent
     unfinished: str | None

@@ -12,7 +12,17 @@ from urllib.parse import quote
 
 from launcher.bag import metadata
 from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Extent, Message, Part, Span, Times, Topic, merged, never
+from launcher.bag.model import (
+    ChannelTopic,
+    Definition,
+    Extent,
+    Message,
+    Span,
+    Times,
+    Topic,
+    merged,
+    never,
+)
 
 _TABLES = ("topics", "messages", "message_definitions")
 _STEPS = 10_000  # of SQLite, between looks at Ctrl-C: less than a millisecond
@@ -52,7 +62,9 @@ class SqliteFile:
         definitions = self._definitions()
         self._extents = dict(self._read_extents())
         self.parts = [
-            Part(number, self._topic(row, definitions), self._extents.get(number, Extent()).total)
+            ChannelTopic(
+                number, self._topic(row, definitions), self._extents.get(number, Extent()).total
+            )
             for number, *row in self._topic_rows()
         ]
         self.leave_out(frozenset())
