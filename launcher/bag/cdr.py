@@ -99,7 +99,7 @@ def compiled(name: str, text: str, also: str = "") -> Callable[[bytes], Any]:
     many classes if it cannot be read; the function raises ValueError, struct.error, and
     NotImplementedError for what cannot be decoded.
     """
-    read = _Types(name, text, also).known(_short(name)).read
+    read = _CompiledTypes(name, text, also).known(_short(name)).read
     return lambda data: read(_Cursor(data))
 
 
@@ -108,7 +108,7 @@ def _short(name: str) -> str:
     return f"{name.partition('/')[0]}/{name.rpartition('/')[2]}"
 
 
-class _Types:
+class _CompiledTypes:
     def __init__(self, name: str, text: str, also: str) -> None:
         self._definitions: dict[str, Any] = {
             "builtin_interfaces/Time": _dynamic.TimeDefinition,

@@ -18,7 +18,7 @@ from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
     Damage,
-    Source,
+    RecordSource,
     chunk_contents,
     message_of,
     parse,
@@ -155,7 +155,7 @@ class McapFile:
 
     def _index_times(self) -> Times:
         found: Times = {}
-        size = Source(self._stream).size
+        size = RecordSource(self._stream).size
         for chunk in self._chunks:
             start = chunk.chunk_start_offset + chunk.chunk_length
             if start + chunk.message_index_length > size:
@@ -201,7 +201,7 @@ class McapFile:
     def _of_chunk(
         self, chunk: ChunkIndex, topics: frozenset[str] | None, span: Span
     ) -> Iterator[tuple[int, Channel, Record]]:
-        source = Source(self._stream, chunk.chunk_start_offset)
+        source = RecordSource(self._stream, chunk.chunk_start_offset)
         place = source.head()
         if place.opcode != Opcode.CHUNK:
             raise Damage("its summary says that a chunk is where none is")

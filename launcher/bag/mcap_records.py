@@ -41,7 +41,7 @@ class Damage(Exception):
     """A record, or a part of a file, cannot be read; the message is a sentence without a dot."""
 
 
-class Place(NamedTuple):
+class RecordPlace(NamedTuple):
     """Where a record is; `length` is that of its contents, behind the head."""
 
     offset: int
@@ -65,7 +65,7 @@ def name_of(opcode: int) -> str:
     return Opcode(opcode).name.lower().replace("_", " ") if opcode in _OPCODES else "record"
 
 
-class Source:
+class RecordSource:
     """A file from `offset` on, with the checksum of what has been read of it."""
 
     def __init__(self, stream: IO[bytes], offset: int = 0) -> None:
@@ -84,7 +84,7 @@ class Source:
             raise Damage(f"it says that a record is at {offset}, and has {self.size} bytes")
         self._stream.seek(offset)
 
-    def head(self) -> Place:
+    def head(self) -> RecordPlace:
         """Of the record that follows; Damage if it does not end within the file."""
         offset = self.offset
         if offset == self.size:
@@ -92,12 +92,12 @@ class Source:
         head = self.read(HEAD.size)
         if len(head) < HEAD.size:
             raise Damage(f"it ends within a record, after {offset} bytes")
-        place = Place(offset, *HEAD.unpack(head))
+        place = RecordPlace(offset, *HEAD.unpack(head))
         if place.end > self.size:
             raise Damage(f"it ends within a {place.name}, after {offset} bytes")
         return place
 
-    def contents(self, place: Place) -> bytes:
+    def contents(self, place: RecordPlace) -> bytes:
         """Of the record whose head was read. Damage before a chunk of a wrong length is."""
         if place.opcode == Opcode.CHUNK:
             check_chunk_length(self.peek(place, 128), place.length)
@@ -108,20 +108,20 @@ class Source:
         self.crc = zlib.crc32(data, self.crc)
         return data
 
-    def peek(self, place: Place, most: int) -> bytes:
+    def peek(self, place: RecordPlace, most: int) -> bytes:
         """What the contents of the record whose head was read begin with."""
         start = self._stream.read(min(place.length, most))
         self._stream.seek(place.contents)
         return start
 
-    def resume(self, place: Place) -> None:
+    def resume(self, place: RecordPlace) -> None:
         """Behind a record that may have been read in part; its bytes count once."""
         if self._stream.tell() == place.contents:
             self.skip(place)
         else:
             self._stream.seek(place.end)
 
-    def skip(self, place: Place) -> None:
+    def skip(self, place: RecordPlace) -> None:
         """Over the contents of the record whose head was read."""
         self._stream.seek(place.contents)
         rest = place.length
@@ -226,7 +226,7 @@ def records_in(data: bytes) -> Iterator[tuple[int, Any]]:
         offset = begin + length
 
 
-def attachment_index(source: Source, place: Place) -> AttachmentIndex:
+def attachment_index(source: RecordSource, place: RecordPlace) -> AttachmentIndex:
     """Of the attachment whose head was read, without reading its data at once. Damage."""
     start = source.peek(place, 1 << 16)
     try:

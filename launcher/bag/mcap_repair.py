@@ -147,7 +147,7 @@ def rewrite(path: str, damaged: str) -> Extent:
     return found.extent
 
 
-class _Sink:
+class _ChecksummedFile:
     """Writes a file, with the checksum of what was written."""
 
     def __init__(self, stream: IO[bytes], crc: int = 0) -> None:
@@ -173,7 +173,7 @@ def _copy(stream: IO[bytes], found: Scan, target: str) -> None:
     new = Scan(schemas=found.schemas, channels=found.channels, counts=found.counts)
     new.extent = found.extent
     with open(target, "xb") as file:
-        sink = _Sink(file)
+        sink = _ChecksummedFile(file)
         sink.write(MAGIC)
         header = found.header or Header(PROFILE, LIBRARY)
         for record in (header, *found.schemas.values(), *found.channels.values()):
@@ -192,14 +192,14 @@ def _copy(stream: IO[bytes], found: Scan, target: str) -> None:
         os.fsync(file.fileno())
 
 
-def _copy_bytes(stream: IO[bytes], offset: int, length: int, sink: _Sink) -> None:
+def _copy_bytes(stream: IO[bytes], offset: int, length: int, sink: _ChecksummedFile) -> None:
     stream.seek(offset)
     while length and (piece := stream.read(min(length, 1 << 20))):
         sink.write(piece)
         length -= len(piece)
 
 
-def _copy_chunk(stream: IO[bytes], index: ChunkIndex, sink: _Sink) -> ChunkIndex:
+def _copy_chunk(stream: IO[bytes], index: ChunkIndex, sink: _ChecksummedFile) -> ChunkIndex:
     """Copy a chunk whose contents are whole; its new index."""
     chunk = _chunk_at(stream, index)
     chunk.message_start_time = index.message_start_time
@@ -216,7 +216,7 @@ def _chunk_at(stream: IO[bytes], index: ChunkIndex) -> Chunk:
     return chunk
 
 
-def _write_indexes(chunk: Chunk, index: ChunkIndex, sink: _Sink) -> ChunkIndex:
+def _write_indexes(chunk: Chunk, index: ChunkIndex, sink: _ChecksummedFile) -> ChunkIndex:
     """Write the message indexes behind a chunk; its index with them."""
     offsets, start = {}, sink.offset
     for channel_id, entries in message_indexes(records_in(chunk_contents(chunk))).items():
@@ -237,7 +237,7 @@ def _complete_indexes(stream: IO[bytes], found: Scan) -> None:
         return
     chunk = _chunk_at(stream, last)
     stream.seek(0)
-    sink = _Sink(stream, _checksum(stream, end))
+    sink = _ChecksummedFile(stream, _checksum(stream, end))
     stream.truncate(end)
     stream.seek(end)
     found.chunks.append(_write_indexes(chunk, last, sink))

@@ -38,8 +38,8 @@ from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
     Damage,
-    Place,
-    Source,
+    RecordPlace,
+    RecordSource,
     attachment_index,
     check_chunk_length,
     chunk_contents,
@@ -98,7 +98,7 @@ class Scan:
     end: int = 0
     crc: int = 0
     finished: bool = False
-    loose: list[tuple[int, int, Place]] = field(default_factory=list)
+    loose: list[tuple[int, int, RecordPlace]] = field(default_factory=list)
     chunk: ChunkIndex | None = None  # the one whose message indexes follow
     indexes: dict[int, list[tuple[int, int]]] = field(default_factory=dict)  # what they should have
 
@@ -141,7 +141,7 @@ class _Reader:
         self._is_gapless = True  # no record was skipped, so that the checksum counts
         self._chunks = frozenset(one.chunk_start_offset for one in _chunks_of(summary))
         starts = sorted(_starts(stream, summary))
-        self._source = Source(stream)
+        self._source = RecordSource(stream)
         self._starts = [one for one in starts if one < self._source.size]
         self._source.read(len(MAGIC))
 
@@ -174,12 +174,12 @@ class _Reader:
         index = bisect.bisect_right(self._starts, offset)
         return self._starts[index] if index < len(self._starts) else None
 
-    def _is_end(self, place: Place) -> bool:
+    def _is_end(self, place: RecordPlace) -> bool:
         if place.opcode == Opcode.FOOTER:
             return place.end + len(MAGIC) == self._source.size
         return place.opcode == Opcode.DATA_END and place.length == _DATA_END_BYTES
 
-    def _check_place(self, place: Place) -> None:
+    def _check_place(self, place: RecordPlace) -> None:
         """Damage if a record is not where, or what, it can be."""
         following = self._next_start(place.offset)
         if place.offset in self._chunks and place.opcode != Opcode.CHUNK:
@@ -189,7 +189,7 @@ class _Reader:
         if place.opcode in _OF_SUMMARY:
             raise Damage("the end of its data is damaged")
 
-    def _is_chunk(self, place: Place) -> bool:
+    def _is_chunk(self, place: RecordPlace) -> bool:
         """Whether a record is a chunk of this length, whatever the summary says of it."""
         if place.opcode != Opcode.CHUNK:
             return False
@@ -199,7 +199,7 @@ class _Reader:
             return False
         return True
 
-    def _go_on(self, offset: int, place: Place | None) -> bool:
+    def _go_on(self, offset: int, place: RecordPlace | None) -> bool:
         """Behind a damaged record: at its end, or else at the next one; whether there is one."""
         following = self._next_start(offset)
         if place is not None and (following is None or place.end <= following):
@@ -211,7 +211,7 @@ class _Reader:
             self._source.seek(following)
         return following is not None
 
-    def _take(self, place: Place) -> None:
+    def _take(self, place: RecordPlace) -> None:
         found = self._found
         if not found.header and place.opcode != Opcode.HEADER and place.offset == len(MAGIC):
             found.faults.append(Fault(place.offset, "its header is damaged"))
@@ -243,7 +243,7 @@ class _Reader:
                 )
                 found.custom[one.name] = one.metadata
 
-    def _take_chunk(self, place: Place, chunk: Chunk) -> None:
+    def _take_chunk(self, place: RecordPlace, chunk: Chunk) -> None:
         found = self._found
         try:
             records = list(records_in(chunk_contents(chunk)))
@@ -271,7 +271,7 @@ class _Reader:
         if (chunk.message_start_time, chunk.message_end_time) != (min(times), max(times)):
             raise Damage("the head of a chunk does not fit its messages")
 
-    def _take_index(self, place: Place, index: MessageIndex) -> None:
+    def _take_index(self, place: RecordPlace, index: MessageIndex) -> None:
         chunk = self._found.chunk
         if chunk is None:
             return
@@ -294,7 +294,7 @@ class _Reader:
                 found.counts[channel.id] = found.counts.get(channel.id, 0) + 1
                 found.extent.add(channel.topic, record.log_time)
 
-    def _read_end(self, place: Place) -> None:
+    def _read_end(self, place: RecordPlace) -> None:
         """What is behind the data; faults there lose none."""
         found = self._found
         try:

@@ -18,7 +18,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
-from launcher.bag.mcap_records import HEAD, MAGIC, Damage, Source, parse
+from launcher.bag.mcap_records import HEAD, MAGIC, Damage, RecordSource, parse
 
 _FOOTER_BYTES = 20
 _CRC_BYTES = 4
@@ -49,7 +49,7 @@ def read_summary(stream: IO[bytes]) -> Summary | None:
         return None
     check_footer(stream, end, footer)
     found = Summary()
-    source = Source(stream, footer.summary_start)
+    source = RecordSource(stream, footer.summary_start)
     while source.offset < end:
         place = source.head()
         if place.end > end:
