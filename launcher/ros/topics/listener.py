@@ -239,7 +239,6 @@ class Listener:
 
     @staticmethod
     def _sample(topic: _Topic, raw: RawMessage) -> Sample:
-        history = topic.history
         return Sample(
             topic=topic.target.name,
             message=topic.decode(raw.data),
@@ -249,7 +248,7 @@ class Listener:
                 "publication_sequence_number": raw.sequence,
                 "reception_sequence_number": None,
             },
-            is_history=history is not None and history.has(raw.source_ns, raw.received_ns),
+            is_history=_is_history(topic, raw),
         )
 
     def close(self) -> None:
@@ -287,6 +286,11 @@ class Listener:
             text_of = functools.partial(_nothing_received, name, len(publishers))
             if text := topic.unmatched.news([*publishers, own], text_of):
                 warn(text)
+
+
+def _is_history(topic: _Topic, raw: RawMessage) -> bool:
+    history = topic.history
+    return history is not None and history.has(raw.publisher, raw.source_ns, raw.received_ns)
 
 
 def _history(profile: Any) -> History | None:
