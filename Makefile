@@ -19,7 +19,7 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
         -c requirements/build.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check lint types unit coverage browser fuzz smoke overflow picture drill \
+.PHONY: help run test thorough check lint types unit coverage browser fuzz smoke overflow picture drill \
         picker env dev lock clean
 
 ## help: print this list
@@ -33,8 +33,8 @@ run: $(VENV)/.run
 # Tests marked `alone` inspect shared memory and processes of the whole machine: they run last.
 define run_tests
 	status=0; \
-	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/tests.xml $(2) || status=1; \
-	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/alone.xml $(2) || status=1; \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) || status=1; \
+	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) || status=1; \
 	exit $$status
 endef
 
@@ -42,9 +42,12 @@ endef
 test: lint types
 	$(call run_tests,unit or basic)
 
-## check: lint, types, and every test that needs no browser (20 minutes)
-check: lint types
-	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
+## thorough: what make test leaves out: long tests, and all examples of hypothesis (16 minutes)
+thorough: lint types
+	$(call run_tests,thorough or hypothesis,--hypothesis-profile=search)
+
+## check: make test, then make thorough: every test that needs no browser (20 minutes)
+check: test thorough
 
 ## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev

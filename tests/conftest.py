@@ -46,7 +46,7 @@ LONGEST = {"build", "e2e", "smoke"}  # folders with tests of a minute
 NEVER_WAITING = {"unit", "launch_cases"}
 WORKERS_PER_CORE, MAX_WORKERS = 3, 12  # most of the time a test waits
 
-# Examples that hypothesis tries: `make check` searches, the other tiers repeat the same ones.
+# Examples that hypothesis tries: `make thorough` searches, the other tiers repeat the same ones.
 settings.register_profile("repeat", max_examples=10, derandomize=True, deadline=None, database=None)
 settings.register_profile(
     "search", max_examples=100, derandomize="CI" in os.environ, deadline=None, print_blob=True

@@ -8,5 +8,5 @@ FEW = 4
 
 
 def examples(count: int) -> int:
-    """`count` when searching (`make check`), else a share of it; the profiles decide."""
+    """`count` when searching (`make thorough`), else a share of it; the profiles decide."""
     return max(min(count, FEW), count * settings.default.max_examples // 100)
