@@ -30,7 +30,10 @@ from group_gp1.settings import SettingError
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NAP_S = 0.05  # maximum delay of a stop during nap()
 _LOOK_S = 0.5  # maximum delay of a stop that did not wake the executor
-_CLEAN_UP_CPU_S = 2.0  # CPU time for the destruction of a node, which takes 0.05 s
+# Limits for the destruction of a node, which takes 0.05 s. `ros2 launch` and the launcher kill a
+# node 10 s after SIGINT.
+_CLEAN_UP_CPU_S = 2.0
+_CLEAN_UP_S = 8.0
 
 # What rclpy raises if it is used after the shutdown of its context.
 _AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
@@ -57,7 +60,7 @@ def run(
     Returns or raises ExternalShutdownException, as the executor does; raises SystemExit with a
     message if the arguments or a parameter are invalid. The node is always destroyed; the caller
     shuts the context down if that has not happened. For the main thread only. If the destruction
-    hangs, the process dies of SIGPROF.
+    hangs, the process dies of SIGPROF or SIGALRM.
     """
     stop = _StopNote()
     for signum in _STOP_SIGNALS:
@@ -111,9 +114,12 @@ def _spin(
             executor.spin_once(timeout_sec=_LOOK_S)
     finally:
         # Fast DDS may loop here for ever, with the GIL held, if another participant leaves just
-        # then (eProsima/Fast-DDS#6513). SIGPROF ends the process in that case.
+        # then (eProsima/Fast-DDS#6513), or wait for ever for a lock. The default action of a signal
+        # ends the process.
         signal.setitimer(signal.ITIMER_PROF, _CLEAN_UP_CPU_S)
+        signal.setitimer(signal.ITIMER_REAL, _CLEAN_UP_S)
         try:
             node.destroy_node()
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
+            signal.setitimer(signal.ITIMER_REAL, 0)

@@ -27,12 +27,13 @@ ROBOTS = ("robot_1", "robot_2", "robot_3")
 
 # A node whose destruction loops in C with the GIL held, as that of Fast DDS may do.
 HANGING = """
+import time
 from rclpy.node import Node
 from group_gp1 import runner
 
 class Hanging(Node):
     def destroy_node(self):
-        sum(range(10**15))
+        {hang}
 
 def make():
     print("ready", flush=True)
@@ -117,13 +118,18 @@ def test_a_second_signal_does_not_disturb_the_end(domain, name):
 
 
 @pytest.mark.thorough
-def test_a_node_whose_destruction_hangs_dies():
-    command = [sys.executable, "-c", HANGING]
+@pytest.mark.parametrize(
+    ("hang", "signum"),
+    [("sum(range(10**15))", signal.SIGPROF), ("time.sleep(600)", signal.SIGALRM)],
+    ids=["loops", "waits"],
+)
+def test_a_node_whose_destruction_hangs_dies(hang: str, signum: int):
+    command = [sys.executable, "-c", HANGING.format(hang=hang)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY) as process:
         try:
             assert process.stdout is not None
             process.stdout.readline()
             process.send_signal(signal.SIGINT)
-            assert process.wait(60) == -signal.SIGPROF
+            assert process.wait(60) == -signum
         finally:
             process.kill()

@@ -99,7 +99,11 @@ class Terminal:
 
     def exit_code(self, timeout_s: float = TIMEOUT_S) -> int:
         """Read to the end; the exit code, negative for a signal."""
-        self._child.expect(pexpect.EOF, timeout=timeout_s)
+        try:
+            self._child.expect(pexpect.EOF, timeout=timeout_s)
+        except pexpect.TIMEOUT:
+            self._keep()
+            raise AssertionError(f"it has not ended; saw:\n{self.text}") from None
         self._keep()
         self._child.wait()
         if self._child.signalstatus is not None:
