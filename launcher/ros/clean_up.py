@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 
 CPU_S = 2.0  # the destruction of a node takes 0.05 s
-WALL_S = 20.0
+WALL_S = 8.0  # a process is killed 10 s after SIGINT
 
 
 @contextlib.contextmanager
