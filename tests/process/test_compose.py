@@ -260,6 +260,21 @@ try:
 except KeyboardInterrupt:
     print("interrupted", flush=True)
 """
+# Timers that would end a process of its own, and those that it handles.
+TIMERS = """
+import signal
+for which in (signal.ITIMER_REAL, signal.ITIMER_VIRTUAL, signal.ITIMER_PROF):
+    assert signal.setitimer(which, 0.001) == (0.0, 0.0)
+assert signal.alarm(1) == 0
+signal.signal(signal.SIGALRM, lambda *_: None)
+for call in (lambda: signal.alarm(1), lambda: signal.setitimer(signal.ITIMER_REAL, 1.0)):
+    try:
+        call()
+    except RuntimeError as error:
+        print(error, flush=True)
+signal.setitimer(signal.ITIMER_PROF, 2.0)
+print("all tried", flush=True)
+"""
 
 
 def script(path: Path, text: str) -> str:
@@ -279,6 +294,16 @@ def test_an_interrupt_that_a_destructor_drops_comes_again(bench: ControlBench, t
         end(run)
     assert "[slow-1] interrupted" in run.screen
     assert "escalating" not in run.screen
+
+
+def test_a_timer_is_refused_if_its_node_would_be_called(bench: ControlBench, tmp_path: Path):
+    action = script(tmp_path / "timers.py", TIMERS)
+    with bench.launch(f"{action}, {plain('careful')}", "--compose", "*") as run:
+        run.wait_for("[timers-1] all tried")
+        end(run)
+    for name in ("alarm", "setitimer"):
+        text = f"[timers-1] signal.{name} does not work in a composed node: it is of the process"
+        assert run.screen.count(text) == 1, run.screen
 
 
 def test_an_interrupt_waits_for_the_end_of_an_import(bench: ControlBench, tmp_path: Path):

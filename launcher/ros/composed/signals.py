@@ -18,7 +18,12 @@ from launcher.ros.composed import current
 from launcher.ros.composed.member import Member
 
 _own_signal, _own_getsignal = signal.signal, signal.getsignal
-_TIMERS = ("setitimer", "alarm", "pause", "sigwait", "sigtimedwait", "set_wakeup_fd")
+_OF_THE_PROCESS = ("pause", "sigwait", "sigtimedwait", "set_wakeup_fd")
+_SENT_BY = {
+    signal.ITIMER_REAL: signal.SIGALRM,
+    signal.ITIMER_VIRTUAL: signal.SIGVTALRM,
+    signal.ITIMER_PROF: signal.SIGPROF,
+}
 
 _AGAIN_S = 0.02
 _IMPORTING_S = 3.0  # a program may do all its work while it is imported
@@ -47,8 +52,19 @@ def install(forward: Forward) -> None:
         return _own_getsignal(signum) if one is None else handler_of(one, signum)
 
     signal.signal, signal.getsignal = set_handler, get_handler  # type: ignore[assignment]
-    for name in _TIMERS:
+    for name in _OF_THE_PROCESS:
         setattr(signal, name, _refusing(name, getattr(signal, name)))
+    refuse_alarm = _refusing("alarm", signal.alarm)
+    refuse_timer = _refusing("setitimer", signal.setitimer)
+
+    def alarm(seconds: int) -> Any:
+        return 0 if _is_limit(signal.SIGALRM) else refuse_alarm(seconds)
+
+    def set_timer(which: int, seconds: float, interval_s: float = 0.0) -> Any:
+        is_limit = which in _SENT_BY and _is_limit(_SENT_BY[which])
+        return (0.0, 0.0) if is_limit else refuse_timer(which, seconds, interval_s)
+
+    signal.alarm, signal.setitimer = alarm, set_timer
     sys.unraisablehook = _repeating(sys.unraisablehook)
 
 
@@ -72,11 +88,15 @@ def _refusing(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         if current.member() is None:
             return function(*arguments)
-        if name == "setitimer" and arguments[0] == signal.ITIMER_PROF:
-            return 0.0, 0.0  # it limits a clean-up, which the group does itself
         raise RuntimeError(f"signal.{name} does not work in a composed node: it is of the process")
 
     return call
+
+
+def _is_limit(signum: int) -> bool:
+    """Whether a timer with this signal would end the member: the group limits its end itself."""
+    one = current.member()
+    return one is not None and not callable(handler_of(one, signum))
 
 
 def handler_of(one: Member, signum: int) -> Any:
