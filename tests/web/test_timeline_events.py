@@ -53,8 +53,8 @@ def test_every_event_has_a_mark_and_its_words(started: Browser, tmp_path: Path, 
         expect(rows).to_have_count(len(items))
         for number, item in enumerate(items):
             row = rows.nth(number)
-            text = row.locator(".event-text").text_content()
-            assert ascii(text) == ascii(item["text"])  # half a character cannot be printed
+            text = item["text"].replace("\udcff", "\ufffd")  # what is no character is replaced
+            assert row.locator(".event-text").text_content() == text
             assert "undefined" not in (row.text_content() or "")
             path = row.locator("svg path").get_attribute("d") or ""
             assert path.startswith("M") and "undefined" not in path
