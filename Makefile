@@ -42,11 +42,11 @@ endef
 test: lint types
 	$(call run_tests,unit or basic)
 
-## thorough: what make test leaves out: long tests, and all examples of hypothesis (16 minutes)
+## thorough: what make test leaves out: long tests, and all examples of hypothesis (22 minutes)
 thorough: lint types
 	$(call run_tests,thorough or hypothesis,--hypothesis-profile=search)
 
-## check: make test, then make thorough: every test that needs no browser (20 minutes)
+## check: make test, then make thorough: every test that needs no browser (27 minutes)
 check: test thorough
 
 ## unit: unit tests only; options of pytest in ARGS
