@@ -1,9 +1,9 @@
 """Limits the destruction of nodes, which may hang in Fast DDS.
 
 It may loop for ever with the GIL held if another participant leaves just then
-(eProsima/Fast-DDS#6513), or wait for ever for a lock, of its own threads or in shared memory whose
-owner has died. Only a signal's default action ends such a process: no thread and no Python handler
-runs.
+(eProsima/Fast-DDS#6513), or wait for ever for a lock, which another thread has, or an owner in
+shared memory that has died. Only a signal's default action ends such a process: no thread and no
+Python handler runs.
 """
 
 from __future__ import annotations
