@@ -51,12 +51,12 @@ check: test thorough
 
 ## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev
-	$(PY) -m pytest -n 2 -m unit tests/unit $(ARGS)
+	$(PY) -m pytest -n 2 -m unit tests/base/unit $(ARGS)
 
 ## coverage: unit tests with coverage, as text and in build/coverage; more tests with ARGS=tests
 coverage: $(VENV)/.dev
 	$(PY) -m pytest -n 2 --cov=launcher --cov=group_gp1 --cov-report=term:skip-covered \
-	  --cov-report=html:build/coverage $(or $(ARGS),tests/unit)
+	  --cov-report=html:build/coverage $(or $(ARGS),tests/base/unit)
 
 ## lint: ruff, and the format of the code
 lint: $(VENV)/.dev

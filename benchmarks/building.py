@@ -10,7 +10,11 @@ from pathlib import Path
 
 from benchmarks.contestant import python_environment
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
-from tests.build.small_packages import files_package, message_package, python_package
+from tests.workspace.process.building.small_packages import (
+    files_package,
+    message_package,
+    python_package,
+)
 
 SYSTEM_S, ZIG_S, UNCHANGED_S = 15.0, 30.0, 2.0
 

@@ -131,7 +131,7 @@ def _when_settled(pid: int, fd: int, *, has_console: bool) -> int | None:
     if (READY in seen) != has_console:
         raise RuntimeError(f"console expected: {has_console}; output: {seen!r}")
     for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        if b"launcher.console" in Path(f"/proc/{child}/cmdline").read_bytes():
+        if b"launcher.control.console" in Path(f"/proc/{child}/cmdline").read_bytes():
             return int(child)
     return None
 

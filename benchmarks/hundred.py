@@ -13,9 +13,9 @@ from typing import NamedTuple
 from benchmarks.contestant import REPOSITORY, wait_for_end
 from benchmarks.harness import Row
 from benchmarks.warm import COLD, WARM, Domain, Run
-from launcher import proc
-from launcher.domain_lease import leased_domain
-from launcher.engine.monitor.shared_memory import FOLDER, held
+from launcher.posix import proc
+from launcher.posix.domain_lease import leased_domain
+from launcher.run.monitor.shared_memory import FOLDER, held
 
 ROBOTS = 100
 TIMEOUT_S = 400.0

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from benchmarks.harness import Row, interleaved, median, ratio
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 
 PROCESSES, NODES_EACH = 4, 5
 NODES = PROCESSES * NODES_EACH

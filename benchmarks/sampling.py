@@ -14,7 +14,7 @@ import psutil
 from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, scratch
-from launcher.engine.monitor.resources import Sampler
+from launcher.run.monitor.resources import Sampler
 
 NODES = 50
 IDLE = 20  # interpreters whose samples are compared with those of psutil

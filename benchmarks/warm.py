@@ -22,7 +22,7 @@ from typing import NamedTuple
 from benchmarks.contestant import REPOSITORY, end, python_environment, wait_for_end
 from benchmarks.harness import Row, interleaved, median, milliseconds, ratio, scratch
 from launcher.control.client import Connection
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 
 COLD, WARM = "--cold", "--warm"
 FLEET = ("dispatcher", "monitor", "robot_1", "robot_2", "robot_3", "debug_logger")

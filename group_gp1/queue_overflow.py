@@ -28,7 +28,7 @@ from std_msgs.msg import String
 
 from group_gp1 import qos, topics
 from group_gp1.messages import RobotStatus, Status, TaskAssignment
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 
 ROBOT = "robot_2"
 IDLE_REPORTS = 3  # between two queued tasks a robot repeats its done at most once

@@ -15,7 +15,7 @@ try:
     if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    from launcher import dispositions
+    from launcher.posix import dispositions
 
     dispositions.take_over()
 except KeyboardInterrupt:  # imports are where a Ctrl-C is noticed
@@ -35,7 +35,7 @@ def open_standard_files() -> None:
 
 
 def _replacement(error: UnicodeError) -> tuple[str | bytes, int]:
-    from launcher.stdio import replacement
+    from launcher.posix.stdio import replacement
 
     return replacement(error)
 
@@ -56,7 +56,7 @@ def run() -> int:
         # What is made on the way to the first process stays, so collecting would find nothing;
         # the supervisor enables it again, and so does every verb that supervises nothing.
         gc.disable()
-        from launcher.cli import main
+        from launcher.cli.dispatch import main
 
         return main(sys.argv[1:])
     except KeyboardInterrupt:
@@ -77,7 +77,7 @@ def flushed(code: int) -> int:
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
         except OSError as error:
-            from launcher.stdio import report_lost_output
+            from launcher.posix.stdio import report_lost_output
 
             report_lost_output(error, stream)
             code = code or 1

@@ -11,9 +11,9 @@ raise SystemExit(service.run())
 
 import atexit
 
-from launcher.cli import enter_workspace
-from launcher.commands.launch.service import script_vocabulary
-from launcher.model.options import RunOptions
+from launcher.base.model.options import RunOptions
+from launcher.cli.dispatch import enter_workspace
+from launcher.launch.service import script_vocabulary
 from launcher.workspace import source_installation
 
 source_installation()

@@ -21,29 +21,36 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from launcher.workspace import is_install
 from tests.support.waiting import wait_until
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
 
+# Fixtures that tests of several folders use.
+pytest_plugins = (
+    "tests.support.benches",
+    "tests.support.command_folder",
+    "tests.support.ros_domain",
+)
+
 TIERS = ("unit", "basic", "thorough", "browser")
-# The tier of tests without a marker, by folder; that of all others is `basic`.
-TIER_OF_FOLDER = {"unit": "unit", "hosts": "thorough"}
+LAB = "tests/hosts/lab/"  # several hosts on one machine
 # A fixture of these takes long, or makes a network with hosts, and serves all tests of the file.
 TOGETHER = (
-    "tests/build/test_package_tests.py",
-    "tests/hosts/",
-    "tests/nodes/test_fleet.py",
-    "tests/process/test_plan_leaks.py",
-    "tests/process/test_ros_installation.py",
-    "tests/process/test_workspace.py",
-    "tests/ros/test_probe.py",
-    "tests/ros/test_processes.py",
-    "tests/smoke/test_ros_kinds.py",
-    "tests/unit/",  # short tests: handing them out one by one would take longer than they do
+    "tests/workspace/process/building/test_package_tests.py",
+    LAB,
+    "tests/group_gp1/ros/test_fleet.py",
+    "tests/launch/process/test_plan_leaks.py",
+    "tests/workspace/process/test_ros_installation.py",
+    "tests/workspace/process/test_workspace.py",
+    "tests/ros/ros/test_probe.py",
+    "tests/ros/ros/test_processes.py",
+    "tests/smoke/process/test_ros_kinds.py",
 )
-LONGEST = {"build", "e2e", "smoke"}  # folders with tests of a minute
-NEVER_WAITING = {"unit", "launch_cases"}
+# Folders with tests of a minute.
+LONGEST = ("tests/workspace/process/building/", "tests/system/", "tests/smoke/process/")
+# They do not wait; and they are short: handing them out one by one would take longer than they do.
+UNIT = "/unit/"
 WORKERS_PER_CORE, MAX_WORKERS = 3, 12  # most of the time a test waits
 
 # Examples that hypothesis tries: `make thorough` searches, the other tiers repeat the same ones.
@@ -94,7 +101,7 @@ class Scheduling(LoadScopeScheduling):
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.partition("::")[0]
-        return file if file.startswith(TOGETHER) else nodeid
+        return file if UNIT in file or file.startswith(TOGETHER) else nodeid
 
 
 @pytest.hookimpl(wrapper=True)
@@ -111,23 +118,30 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     for item in items:
         tiers = [mark.name for mark in item.iter_markers() if mark.name in TIERS]
         if not tiers:
-            tiers = [TIER_OF_FOLDER.get(_folder(item), "basic")]
+            tiers = [_tier(item.nodeid)]
             item.add_marker(tiers[0])
         elif len(set(tiers)) > 1:
             raise pytest.UsageError(f"{item.nodeid} belongs to more than one tier: {tiers}")
         item.user_properties.append(("tier", tiers[0]))  # for tools/tiers.py
     yield  # here pytest leaves out the tiers that were not asked for
     files = [list(tests) for _, tests in groupby(items, key=lambda item: item.path)]
-    waiting = [file for file in files if _folder(file[0]) not in NEVER_WAITING]
-    waiting.sort(key=lambda file: _folder(file[0]) not in LONGEST)
-    others = [file for file in files if _folder(file[0]) in NEVER_WAITING]
+    waiting = [file for file in files if not _never_waits(file[0].nodeid)]
+    waiting.sort(key=lambda file: not file[0].nodeid.startswith(LONGEST))
+    others = [file for file in files if _never_waits(file[0].nodeid)]
     # Those that never wait use the processor while others wait, and while the last of these run.
     placed = sorted([*_spread(waiting, 0.85), *_spread(others, 1.0)], key=itemgetter(0))
     items[:] = [item for _, file in placed for item in file]
 
 
-def _folder(item: pytest.Item) -> str:
-    return item.nodeid.removeprefix("tests/").partition("/")[0]
+def _tier(nodeid: str) -> str:
+    """That of a test without a marker."""
+    if UNIT in nodeid:
+        return "unit"
+    return "thorough" if nodeid.startswith(LAB) else "basic"
+
+
+def _never_waits(nodeid: str) -> bool:
+    return UNIT in nodeid or nodeid.startswith("tests/launch_cases/")
 
 
 def _spread(

@@ -9,9 +9,10 @@ import importlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher.command_help import explanation, sentence
-from launcher.command_line import Command, Option
-from launcher.commands import VERBS, control, module_of
+from launcher.base.command_help import explanation, sentence
+from launcher.base.command_line import Command, Option
+from launcher.base.verb_table import VERBS, module_of
+from launcher.control import verb as control
 from launcher.control import verbs
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "command-line.md"

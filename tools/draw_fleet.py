@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.draw.dot import to_dot, to_svg
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph

@@ -10,9 +10,9 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher.model.event_entries import FIELD_TYPES, annotations_of
-from launcher.model.record import Record
-from launcher.model.run_events import TYPES, Sample
+from launcher.base.model.event_entries import FIELD_TYPES, annotations_of
+from launcher.base.model.record import Record
+from launcher.base.model.run_events import TYPES, Sample
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "events.md"
 HEAD = """\

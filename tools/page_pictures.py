@@ -17,7 +17,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from tests.support.browser import chromium
 from tests.support.controlled_run import ControlledRun
 from tests.support.web_page import run_with_page

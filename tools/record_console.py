@@ -21,7 +21,7 @@ from rich.segment import Segment, Segments
 from rich.style import Style
 from rich.terminal_theme import DIMMED_MONOKAI
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from tests.support.console_scenes import drill, picker, picker_log
 from tests.support.screen_terminal import Cell, ScreenTerminal
 

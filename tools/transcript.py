@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from tests.support.workspaces import EXAMPLE, copy_sources
 
 BEGIN, END = "<!-- transcript: made by tools/transcript.py -->\n", "<!-- end of transcript -->\n"

@@ -28,7 +28,7 @@ import psutil
 
 from benchmarks.faults import hostile
 from launcher.control.client import Connection
-from launcher.socket_directory import ControlError
+from launcher.posix.socket_directory import ControlError
 
 LAUNCHER, WATCHDOG, PREPARING, NODE = "launcher", "watchdog", "preparing process", "node"
 WATCHER, PAGE, RECORDER, CONSOLE = "file watcher", "page", "flight recorder", "console"
@@ -36,10 +36,10 @@ WATCHER, PAGE, RECORDER, CONSOLE = "file watcher", "page", "flight recorder", "c
 HELPERS = {
     WATCHDOG: ("watchdog.py", None),
     PREPARING: ("preparing.py", "--warm"),
-    WATCHER: ("launcher.watch", "--watch"),
+    WATCHER: ("launcher.run.watch", "--watch"),
     PAGE: ("launcher.web.server", "--web"),
-    RECORDER: ("launcher.ros.bag.flight", "--record"),
-    CONSOLE: ("launcher.console", None),
+    RECORDER: ("launcher.bag.ros.flight", "--record"),
+    CONSOLE: ("launcher.control.console", None),
 }
 PHASES = ("start", "run", "restart", "stop")
 READY_S = 60.0

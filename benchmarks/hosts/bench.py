@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.contestant import REPOSITORY, end
 from benchmarks.harness import NotHereError
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from tests.support.hosts import Host, Lab, Robot
 from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.requirements import why_no_hosts, why_no_robots

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from benchmarks.footprint import cpu_s
-from launcher import proc
+from launcher.posix import proc
 
 KINDS = ("launcher", "watchdog", "ssh")
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from launcher.bag.definitions import normalized
 from launcher.bag.metadata import FILE
 from launcher.bag.model import ROS2_MSG, ChannelTopic, Definition, Topic
-from launcher.text import count
+from launcher.base.text import count
 
 _COMMENT = re.compile(r"#.*")
 

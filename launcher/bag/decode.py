@@ -9,9 +9,9 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from launcher import strict_json
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, ROS2_MSG, Definition, Topic
+from launcher.base import strict_json
 
 Decoder = Callable[[bytes], Any]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name

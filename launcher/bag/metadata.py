@@ -10,11 +10,11 @@ from typing import Any
 
 import yaml
 
-from launcher import text_file, yaml_bounds
 from launcher.bag.errors import BagError
 from launcher.bag.model import CDR, LAST_NS, Extent, Qos, Topic
-from launcher.text import typed_error
-from launcher.yaml_dumper import Dumper
+from launcher.base import text_file, yaml_bounds
+from launcher.base.text import typed_error
+from launcher.base.yaml_dumper import Dumper
 
 FILE = "metadata.yaml"
 VERSION = 9

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
 
 _EVENTS = "/_service_event"
 

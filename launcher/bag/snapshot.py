@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from launcher.bag.model import Message, Topic
 from launcher.bag.words import size
 from launcher.bag.writer import BagWriter, Storage
-from launcher.model.event_entries import entry_in
-from launcher.model.run_events import Entry
-from launcher.text import count, escape
+from launcher.base.model.event_entries import entry_in
+from launcher.base.model.run_events import Entry
+from launcher.base.text import count, escape
 
 INDEX = "index.txt"
 _LOG_BYTES = 1024 * 1024  # of each log file, counted from its end

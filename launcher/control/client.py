@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
+from launcher.base.errors import ExitCode
+from launcher.base.model.record import Record
 from launcher.control.protocol import Request
-from launcher.errors import ExitCode
-from launcher.model.record import Record
-from launcher.socket_directory import ControlError
+from launcher.posix.socket_directory import ControlError
 
 HELLO_TIMEOUT_S = 5.0
 READ_BYTES = 64 * 1024

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.control.peer import Exchange
 from launcher.control.results import sentence
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.debugger import Debugger, NotDebuggableError, debugger_for
-from launcher.engine.process import Process
-from launcher.engine.request_queue import ProcessRequest, Purpose
-from launcher.engine.request_result import Kind, Result
-from launcher.engine.run_control import RunControl
+from launcher.run.debugger import Debugger, NotDebuggableError, debugger_for
+from launcher.run.process import Process
+from launcher.run.request_queue import ProcessRequest, Purpose
+from launcher.run.request_result import Kind, Result
+from launcher.run.run_control import RunControl
 
 POLL_S = 0.1
 LISTENS_S = 60.0  # importing debugpy takes a second, or much longer on a busy machine

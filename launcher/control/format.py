@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from launcher import strict_json
-from launcher.model.event_entries import entry_of, line_of
-from launcher.text import count, escape, shown_path
+from launcher.base import strict_json
+from launcher.base.model.event_entries import entry_of, line_of
+from launcher.base.text import count, escape, shown_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 
+from launcher.base.program import program
+from launcher.base.text import did_you_mean
 from launcher.control.peer import Exchange
 from launcher.control.selection import ProcessNames, parts_meant
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.helpers.logger_levels import Answers, Question
-from launcher.engine.process import Process
-from launcher.engine.run_control import RunControl
-from launcher.program import program
-from launcher.text import did_you_mean
+from launcher.run.helpers.logger_levels import Answers, Question
+from launcher.run.process import Process
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

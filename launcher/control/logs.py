@@ -6,12 +6,12 @@ import time
 from collections.abc import Iterable, Sequence
 from functools import partial
 
+from launcher.base.model.record import Record
 from launcher.control.line_allowance import LineAllowance
 from launcher.control.peer import Exchange
-from launcher.engine.output.lines import Block, LogRing, for_terminal, texts_of
-from launcher.engine.process import Process
-from launcher.engine.run_control import RunControl
-from launcher.model.record import Record
+from launcher.output.lines import Block, LogRing, for_terminal, texts_of
+from launcher.run.process import Process
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from launcher.base.errors import LauncherError
 from launcher.control.peer import Exchange
 from launcher.control.verbs import BadCallError
-from launcher.engine.run_control import RunControl
-from launcher.errors import LauncherError
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
 from launcher.control.verbs import BadCallError
-from launcher.engine.posix.reactor import Reactor
+from launcher.posix.reactor import Reactor
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from launcher import strict_json
+from launcher.base import strict_json
+from launcher.base.model.record import Record
 from launcher.control.verbs import BadCallError
-from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

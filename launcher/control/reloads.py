@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from launcher.base.errors import LauncherError, LaunchFileError
+from launcher.base.text import count
 from launcher.control.peer import Exchange
 from launcher.control.results import sentence
 from launcher.control.verbs import DRY_RUN, BadCallError, Call
-from launcher.engine.reload import Change, Entry
-from launcher.engine.run_control import RunControl
-from launcher.errors import LauncherError, LaunchFileError
-from launcher.text import count
+from launcher.run.reload import Change, Entry
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

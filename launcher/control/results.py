@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from launcher.engine.machine import ProcessState
-from launcher.engine.output.filters import LEVELS
-from launcher.engine.output.screen_filters import Change, Shown
-from launcher.engine.request_result import Kind, Result
-from launcher.model.events import signal_name
-from launcher.text import count
+from launcher.base.model.events import signal_name
+from launcher.base.text import count
+from launcher.output.filters import LEVELS
+from launcher.run.machine import ProcessState
+from launcher.run.output.screen_filters import Change, Shown
+from launcher.run.request_result import Kind, Result
 
 
 def sentence(result: Result) -> str:

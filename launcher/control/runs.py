@@ -10,19 +10,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import proc, socket_directory
+from launcher.base.model.record import Record
+from launcher.base.program import program
+from launcher.base.text import count
 from launcher.control.client import (
     HELLO_TIMEOUT_S,
     Connection,
     NoRunError,
     SilentError,
 )
-from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.engine.logs.run_directory import EVENTS, MERGED, PLAN, current_root
-from launcher.model.record import Record
-from launcher.program import program
-from launcher.socket_directory import ControlError
-from launcher.text import count
+from launcher.output.logs.run_directory import EVENTS, MERGED, PLAN, current_root
+from launcher.posix import proc, socket_directory
+from launcher.posix.cleanup import RUN_ID_VARIABLE
+from launcher.posix.socket_directory import ControlError
 
 POLL_S = 0.02
 SUSPENDED_TIMEOUT_S = 0.2  # for the first line of a suspended launcher

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
+from launcher.base.model.record import Record
+from launcher.base.model.spec import ProcessSpec
+from launcher.base.text import one_of, suggest
 from launcher.control.verbs import BadCallError
-from launcher.model.record import Record
-from launcher.model.spec import ProcessSpec
-from launcher.text import one_of, suggest
 
 _PATTERN = "*?["
 _SHOWN = 12  # names in a message

@@ -10,14 +10,14 @@ import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from launcher import socket_directory
 from launcher.control import protocol
 from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
 from launcher.control.verbs import BadCallError
-from launcher.engine.posix.reactor import Reactor, Timer
-from launcher.engine.posix.spawn import keep_free
-from launcher.socket_directory import ControlError
+from launcher.posix import socket_directory
+from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.socket_directory import ControlError
+from launcher.posix.spawn import keep_free
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -8,7 +8,9 @@ import re
 import signal
 from collections.abc import Callable, Mapping, Sequence
 
-from launcher import socket_directory
+from launcher.base.errors import LauncherError
+from launcher.base.model.record import Record
+from launcher.base.text import count
 from launcher.control import format, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
@@ -17,17 +19,15 @@ from launcher.control.results import sentence, shown_sentence, shown_sentences
 from launcher.control.selection import ProcessNames, refuse_part, resolve
 from launcher.control.server import Server
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.output.filters import Pattern, level_named
-from launcher.engine.output.screen_filters import ScreenFilters, Shown
-from launcher.engine.process import Process
-from launcher.engine.process_control import ProcessControl
-from launcher.engine.request_queue import Done, ProcessRequest
-from launcher.engine.request_result import Kind, Result
-from launcher.engine.run_control import RunControl
-from launcher.errors import LauncherError
-from launcher.model.record import Record
-from launcher.socket_directory import ControlError
-from launcher.text import count
+from launcher.output.filters import Pattern, level_named
+from launcher.posix import socket_directory
+from launcher.posix.socket_directory import ControlError
+from launcher.run.output.screen_filters import ScreenFilters, Shown
+from launcher.run.process import Process
+from launcher.run.process_control import ProcessControl
+from launcher.run.request_queue import Done, ProcessRequest
+from launcher.run.request_result import Kind, Result
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -326,7 +326,7 @@ class Service:
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""
-        from launcher.engine.output import line_format
+        from launcher.output import line_format
 
         word, screen = call.options.get("format"), self._control.screen
         if word is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from launcher.control.peer import Exchange
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.run_control import RunControl
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from launcher.control.peer import Exchange
 from launcher.control.verbs import BadCallError, Call
-from launcher.engine.process import Process
-from launcher.engine.run_control import RunControl
-from launcher.engine.stacks.dump import Dump, document, lines
-from launcher.engine.stacks.stacks import Wish, members
+from launcher.run.process import Process
+from launcher.run.run_control import RunControl
+from launcher.run.stacks.dump import Dump, document, lines
+from launcher.run.stacks.stacks import Wish, members
 
 
 class StackRequest:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.control.selection import ProcessNames
-from launcher.engine.output.filters import LEVELS, LineFilter
-from launcher.engine.process import Process
-from launcher.engine.run_control import RunControl
-from launcher.model.spec import ProcessSpec, RestartMode, RestartPolicy
+from launcher.output.filters import LEVELS, LineFilter
+from launcher.run.process import Process
+from launcher.run.run_control import RunControl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

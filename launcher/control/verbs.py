@@ -6,11 +6,11 @@ import math
 import signal
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher import command_line
-from launcher.command_line import Command, HelpRequested, Option, Parsed, option
-from launcher.errors import UsageError
-from launcher.model.record import Record
-from launcher.text import did_you_mean
+from launcher.base import command_line
+from launcher.base.command_line import Command, HelpRequested, Option, Parsed, option
+from launcher.base.errors import UsageError
+from launcher.base.model.record import Record
+from launcher.base.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -277,7 +277,7 @@ def explained(verb: Verb) -> str:
 
 def manual(verb: Verb) -> list[str]:
     """How a verb is used in the console, line by line."""
-    from launcher.command_help import help_text
+    from launcher.base.command_help import help_text
 
     return help_text(verb.command()).split("\n")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from launcher.base.errors import LauncherError
+from launcher.base.model.record import replace
+from launcher.base.text import count
 from launcher.control.peer import Exchange
 from launcher.control.verbs import STATE, BadCallError, Call
-from launcher.engine.process import Process
-from launcher.engine.run_control import RunControl
-from launcher.errors import LauncherError
-from launcher.model.record import replace
-from launcher.text import count
+from launcher.run.process import Process
+from launcher.run.run_control import RunControl
 
 _STATES = {"on": True, "off": False}
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
+from launcher.base.model.level import Level
+from launcher.base.program import program
+from launcher.base.text import count
 from launcher.doctor.facts import Facts, Finding, Leftover, Unreachable
 from launcher.doctor.network_checks import check_network
 from launcher.doctor.settings_checks import check_settings
 from launcher.doctor.workspace_checks import check_workspace
-from launcher.model.level import Level
-from launcher.program import program
-from launcher.text import count
 
 MB = 1024**2
 NODE_SHM_BYTES = 700_000  # of an rclpy node: a segment and two ports

@@ -13,15 +13,16 @@ from importlib import metadata
 from pathlib import Path
 
 import launcher
-from launcher import log_folder, proc, strict_json
+from launcher.base import strict_json
+from launcher.base.text import escape
 from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.doctor.network import collect_network
 from launcher.doctor.settings import collect_settings
-from launcher.engine.cleanup.run_id import abandoned_groups, abandoned_runs
-from launcher.engine.logs.old_runs import kept_beyond
-from launcher.engine.logs.run_directory import log_root
-from launcher.engine.monitor import shared_memory
-from launcher.text import escape
+from launcher.output.logs.old_runs import kept_beyond
+from launcher.output.logs.run_directory import log_root
+from launcher.posix import log_folder, proc
+from launcher.posix.cleanup.run_id import abandoned_groups, abandoned_runs
+from launcher.run.monitor import shared_memory
 
 MARKERS = Path("share/ament_index/resource_index/packages")
 # A prefix with one of these is another ROS, not a workspace on top of the wheels.

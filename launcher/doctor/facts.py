@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.engine.monitor.shared_memory import Stale
-from launcher.model.level import Level
-from launcher.model.record import Record
+from launcher.base.model.level import Level
+from launcher.base.model.record import Record
+from launcher.run.monitor.shared_memory import Stale
 
 
 class Finding(Record):

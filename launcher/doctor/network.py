@@ -8,13 +8,13 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 
-from launcher import proc
 from launcher.doctor.facts import NetworkFacts, Node
-from launcher.engine.monitor import shared_memory
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
-from launcher.hosts.crowd import PROFILES
+from launcher.hosts.file.crowd import PROFILES
+from launcher.posix import proc
+from launcher.posix.ports import announcement_ports, participants_by_domain
 from launcher.ros.discovery.gids import holders
-from launcher.ros.discovery.ports import announcement_ports, participants_by_domain
+from launcher.run.monitor import shared_memory
 
 _BACK_S = 0.2  # a datagram to the own group comes back at once
 _LAST_PORT = 65535

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from launcher.base.model.level import Level
+from launcher.base.program import program
+from launcher.base.text import count
 from launcher.doctor.facts import Finding, NetworkFacts, Node
-from launcher.hosts.crowd import too_many
-from launcher.model.level import Level
-from launcher.program import program
-from launcher.text import count
+from launcher.hosts.file.crowd import too_many
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"

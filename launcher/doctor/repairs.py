@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher import proc
 from launcher.doctor.checks import MB
 from launcher.doctor.facts import Facts
-from launcher.engine.cleanup import cgroup, run_id, sweep
-from launcher.engine.cleanup.leftovers import Leftovers, stop_policy_for
-from launcher.engine.monitor import shared_memory
-from launcher.engine.posix.reactor import Reactor
+from launcher.posix import proc
+from launcher.posix.cleanup import cgroup, run_id, sweep
+from launcher.posix.reactor import Reactor
+from launcher.run.leftovers import Leftovers, stop_policy_for
+from launcher.run.monitor import shared_memory
 
 
 def repair(facts: Facts) -> list[str]:

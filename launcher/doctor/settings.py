@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 
-from launcher import strict_json, text_file, xml_tree
+from launcher.base import strict_json, text_file, xml_tree
+from launcher.base.errors import UsageError
 from launcher.doctor.facts import SettingsFacts
-from launcher.errors import UsageError
-from launcher.hosts.crowd import PROFILES
+from launcher.hosts.file.crowd import PROFILES
 from launcher.ros.discovery.environment import check_environment
 
 FASTDDS_ENVIRONMENT, CYCLONE, KEYSTORE = (

@@ -8,17 +8,17 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from launcher.build import records, sources
-from launcher.build.place import Place
-from launcher.build.sources import Package
-from launcher.build.toolchain import environment
-from launcher.build.toolchain import versions as tools
+from launcher.base.errors import LauncherError
+from launcher.base.program import program
 from launcher.doctor.facts import WorkspaceFacts
-from launcher.errors import LauncherError
 from launcher.packages import search_prefixes
 from launcher.packages.sources import MARKERS, name_in
-from launcher.program import program
 from launcher.workspace import Workspace
+from launcher.workspace.building import records, sources
+from launcher.workspace.building.place import Place
+from launcher.workspace.building.sources import Package
+from launcher.workspace.building.toolchain import environment
+from launcher.workspace.building.toolchain import versions as tools
 from launcher.workspace.environment import of_build, read, underlays
 from launcher.workspace.environment import packages as installed_packages
 from launcher.workspace.links import built_elsewhere, dead_link

@@ -6,8 +6,8 @@ import os
 import shlex
 from collections.abc import Mapping
 
+from launcher.base.model.level import Level
 from launcher.doctor.facts import Finding, WorkspaceFacts
-from launcher.model.level import Level
 
 _SHOWN = 5  # packages in one line
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from launcher.base.model.record import Record
+from launcher.base.model.spec import UNLIMITED, Limits
 from launcher.export.model import FileOf, Interpreter, Part, Process, Scratch
-from launcher.model.record import Record
-from launcher.model.spec import UNLIMITED, Limits
 
 PYTHON_IN_IMAGE = "python3"
 FOLDER_IN_IMAGE = "/etc/launcher/files"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from launcher.base.model.spec import RestartMode
 from launcher.export.command import (
     FOLDER_IN_IMAGE,
     after,
@@ -18,7 +19,6 @@ from launcher.export.model import Output, Process, System
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document
 from launcher.hosts.unit import seconds
-from launcher.model.spec import RestartMode
 
 
 class Compose:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterator, Sequence
 
+from launcher.base.model.record import replace
 from launcher.export.model import Gap, Process
 from launcher.hosts.discovery import PEERS, RANGE
-from launcher.hosts.model import Discovery, DiscoveryMode
-from launcher.model.record import replace
+from launcher.hosts.file.model import Discovery, DiscoveryMode
 
 _WHAT = "discovery"
 

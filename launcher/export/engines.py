@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from launcher.base.model.record import Record, replace
 from launcher.export.compose import Compose
 from launcher.export.image import files as image_files
 from launcher.export.image import image_of
@@ -15,8 +16,7 @@ from launcher.export.quadlet import Quadlet
 from launcher.export.readme import readme
 from launcher.export.system import gaps_of_each, merged
 from launcher.export.systemd import Systemd
-from launcher.hosts.order import MAX_FILE_BYTES
-from launcher.model.record import Record, replace
+from launcher.hosts.file.order import MAX_FILE_BYTES
 
 if TYPE_CHECKING:
     from launcher.export.image import Image

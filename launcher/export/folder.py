@@ -7,8 +7,8 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from launcher import strict_json
-from launcher.errors import LauncherError, UsageError
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError, UsageError
 
 LIST = ".launcher-export.json"  # what was written last, with digests
 

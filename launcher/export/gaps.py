@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.base.model.options import RunOptions, matches
+from launcher.base.model.supervision import rule_for
 from launcher.export.model import Gap
 from launcher.export.places import THE_FILE, Places
 from launcher.language.actions.events import (
@@ -19,14 +21,12 @@ from launcher.language.actions.timer import RosTimer
 from launcher.language.events.process import ProcessExited
 from launcher.language.ros.composition import ComposableNodeContainer, LoadComposableNodes
 from launcher.language.ros.lifecycle import LifecycleTransition
-from launcher.model.options import RunOptions, matches
-from launcher.model.supervision import rule_for
-from launcher.render.entities import handler_target
+from launcher.launch.plan.entities import handler_target
 
 if TYPE_CHECKING:
-    from launcher.interpreter.trace import Visit
-    from launcher.model.spec import ProcessSpec
-    from launcher.planner import Plan, PlannedProcess
+    from launcher.base.model.spec import ProcessSpec
+    from launcher.language.interpreter.trace import Visit
+    from launcher.launch.plan.planner import Plan, PlannedProcess
 
 _LOADERS = (ComposableNodeContainer, LoadComposableNodes)
 _NO_HANDLER = "nothing reacts to it; what it starts or stops is left out"

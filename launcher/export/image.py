@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from launcher.errors import PackageNotFoundError
-from launcher.model.record import Record
+from launcher.base.errors import PackageNotFoundError
+from launcher.base.model.record import Record
 from launcher.packages import package_prefix
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from launcher.base.model.spec import UNLIMITED, Limits, RestartMode
 from launcher.export.command import (
     FOLDER_IN_IMAGE,
     PYTHON_IN_IMAGE,
@@ -17,7 +18,6 @@ from launcher.export.expansion import literal
 from launcher.export.model import Output, Process, System
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document, documents
-from launcher.model.spec import UNLIMITED, Limits, RestartMode
 
 UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
 _PROBE_PERIOD_S, _PROBE_TIMEOUT_S, _PROBE_FAILURES = 5, 15, 60

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.hosts.model import LOCAL, Host
-from launcher.model.record import Record
-from launcher.model.spec import Limits, RestartPolicy, StopPolicy
+from launcher.base.model.record import Record
+from launcher.base.model.spec import Limits, RestartPolicy, StopPolicy
+from launcher.hosts.file.model import LOCAL, Host
 
 NO_HOST = LOCAL  # the name for processes that no rule places on a host
 

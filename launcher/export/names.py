@@ -7,8 +7,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from launcher.model.record import Record
-from launcher.model.spec import ProcessSpec
+from launcher.base.model.record import Record
+from launcher.base.model.spec import ProcessSpec
 
 MAX_DNS_LABEL = 63
 # Names that get suffixes of up to this length: of a file, a generated pod, a timer.

@@ -8,6 +8,10 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from launcher.base.model.options import RunOptions
+from launcher.base.model.parameter_text import file_text
+from launcher.base.model.record import replace
+from launcher.base.model.spec import Limits, ProcessSpec
 from launcher.export.discovery import gaps as discovery_gaps
 from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
@@ -16,16 +20,12 @@ from launcher.export.model import Gap, Process, System
 from launcher.export.names import Name, name_of_system, names_of
 from launcher.export.places import Places
 from launcher.export.words import Command
-from launcher.hosts.model import Discovery, Host
-from launcher.hosts.order import order_for
+from launcher.hosts.file.model import Discovery, Host
+from launcher.hosts.file.order import order_for
 from launcher.hosts.unit import stem_of
-from launcher.model.options import RunOptions
-from launcher.model.parameter_text import file_text
-from launcher.model.record import replace
-from launcher.model.spec import Limits, ProcessSpec
 
 if TYPE_CHECKING:
-    from launcher.planner import Plan, PlannedProcess
+    from launcher.launch.plan.planner import Plan, PlannedProcess
 
 HostOf = Callable[[ProcessSpec], Host | None]
 

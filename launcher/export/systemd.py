@@ -7,16 +7,16 @@ import shlex
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from launcher.base.model.spec import StopPolicy
 from launcher.export.command import Where, words_of
 from launcher.export.model import Output, Process, Scratch, System
 from launcher.export.system import gaps_of_each
 from launcher.hosts import unit
-from launcher.hosts.model import DEFAULT_PYTHON
+from launcher.hosts.file.model import DEFAULT_PYTHON
 from launcher.hosts.ssh import SYNCED_PYTHON
-from launcher.model.spec import StopPolicy
 
 if TYPE_CHECKING:
-    from launcher.hosts.model import Host
+    from launcher.hosts.file.model import Host
 
 _HOME = "HOME-OF-THE-USER-OF-THE-UNIT"  # until the words are quoted
 _RUN_OF_USER = "RUNTIME-FOLDER-OF-THE-USER"  # likewise

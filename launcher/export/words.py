@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
-from launcher import strict_json
-from launcher.errors import PackageNotFoundError
+from launcher.base import strict_json
+from launcher.base.errors import PackageNotFoundError
+from launcher.base.model.record import replace
+from launcher.base.model.spec import ProcessSpec
 from launcher.export.environment import looks_secret
 from launcher.export.model import FileOf, Interpreter, Part, Scratch, Word
 from launcher.export.names import file_name
-from launcher.hosts import order_json, references
-from launcher.hosts.order import MAX_FILE_BYTES, Order, unused_name
-from launcher.model.record import replace
-from launcher.model.spec import ProcessSpec
+from launcher.hosts.file import order_json, references
+from launcher.hosts.file.order import MAX_FILE_BYTES, Order, unused_name
 from launcher.packages import share_directory
 
 # A terminal, or a debugger that waits for its user: nobody sees them where this will run.
@@ -71,7 +71,7 @@ class Command:
         written = {k: v for k, v in self._order.variables.items() if not looks_secret(k)}
         data = order_json.encode(replace(self._order, environment={}, variables=written))
         self.files = {name: strict_json.packed(data, sort_keys=True, indent=1).encode() + b"\n"}
-        run = ("-m",), ("launcher.hosts.run_order",)
+        run = ("-m",), ("launcher.hosts.file.run_order",)
         return ((Interpreter(),), *run, (FileOf(name),), (Scratch(),))
 
     def _of(self, index: int, word: references.Word) -> Iterator[Word]:

@@ -10,8 +10,8 @@ from typing import Any
 
 import yaml
 
-from launcher.model.parameter_text import word_value
-from launcher.yaml_dumper import Dumper
+from launcher.base.model.parameter_text import word_value
+from launcher.base.yaml_dumper import Dumper
 
 
 class _ExportDumper(Dumper):

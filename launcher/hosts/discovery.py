@@ -12,9 +12,9 @@ import socket
 import subprocess
 from collections.abc import Callable, Collection, Mapping, Sequence
 
-from launcher.errors import UsageError
-from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host
-from launcher.model.record import Record
+from launcher.base.errors import UsageError
+from launcher.base.model.record import Record
+from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host
 
 DEFAULT_PORT = 11811  # of Fast DDS's discovery server
 SERVER_NAME = "discovery-server"  # of its process

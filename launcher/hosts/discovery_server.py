@@ -13,7 +13,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Mapping
 
-from launcher.dispositions import for_exec
+from launcher.posix.dispositions import for_exec
 
 PROGRAM = "fast-discovery-server"
 _MISSING = 127  # as a shell says

@@ -7,8 +7,8 @@ import re
 import shlex
 from collections.abc import Mapping
 
-from launcher.errors import LauncherError
-from launcher.hosts.model import DEFAULT_PYTHON, Host
+from launcher.base.errors import LauncherError
+from launcher.hosts.file.model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 
 SSH_FAILED = 255  # the exit code of ssh for errors of its own

@@ -1,4 +1,4 @@
-"""What launchers on two hosts compare: their code, and the protocol of `engine/hosts/frames`."""
+"""What launchers on two hosts compare: their code, and the protocol of `hosts/engine/frames`."""
 
 from __future__ import annotations
 

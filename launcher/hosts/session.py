@@ -1,4 +1,4 @@
-"""One command on a host, for callers that wait; a run has an event loop (`engine/hosts`)."""
+"""One command on a host, for callers that wait; a run has an event loop (`hosts/engine`)."""
 
 from __future__ import annotations
 

@@ -11,9 +11,9 @@ import posixpath
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher import socket_directory
-from launcher.errors import UsageError
-from launcher.hosts.model import DEFAULT_PYTHON, Host
+from launcher.base.errors import UsageError
+from launcher.hosts.file.model import DEFAULT_PYTHON, Host
+from launcher.posix import socket_directory
 
 CONNECT_TIMEOUT_S = 10
 # A link that is down for less than their product does not end a session.

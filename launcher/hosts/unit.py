@@ -13,14 +13,14 @@ import os
 import re
 import string
 
-from launcher.model.record import Record
-from launcher.model.spec import UNLIMITED, RestartMode
+from launcher.base.model.record import Record
+from launcher.base.model.spec import UNLIMITED, RestartMode
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from launcher.model.spec import Limits, RestartPolicy, StopPolicy
+    from launcher.base.model.spec import Limits, RestartPolicy, StopPolicy
 
 OLDEST = 249  # the oldest version that is supported
 # Characters of a unit's name with its suffix. Systemd allows 255, but the journal loses all output

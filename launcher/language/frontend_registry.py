@@ -1,7 +1,7 @@
 """Registry of tags and substitutions, and of the parsers for XML and YAML launch files.
 
-The front ends import the language, never the reverse: `launcher.frontends` provides its functions
-here when it is imported.
+The front ends import the language, never the reverse: `launcher.language.frontends` provides its
+functions here when it is imported.
 """
 
 from __future__ import annotations

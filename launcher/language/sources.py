@@ -8,7 +8,8 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from types import ModuleType
 
-from launcher import text_file
+from launcher.base import text_file
+from launcher.base.text import typed_error
 from launcher.language import frontend_registry
 from launcher.language.context import LaunchContext
 from launcher.language.naming import public
@@ -18,7 +19,6 @@ from launcher.language.substitution import (
     perform_substitutions,
     plain_text,
 )
-from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

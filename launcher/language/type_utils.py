@@ -66,7 +66,7 @@ def _load_yaml(value: str, message: str, can_be_str: bool) -> Any:
         return value  # YAML would make None of it
     import yaml
 
-    from launcher.model.parameter_text import value_of
+    from launcher.base.model.parameter_text import value_of
 
     try:
         output = value_of(value)

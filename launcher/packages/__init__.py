@@ -12,11 +12,11 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.base.text import did_you_mean
 from launcher.packages import sources
 from launcher.packages.scripts import console_scripts
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
-from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from importlib import metadata
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from launcher import strict_json
-from launcher.errors import UsageError
+from launcher.base import strict_json
+from launcher.base.errors import UsageError
 
 DISTRIBUTION = "group_gp1"
 _CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

@@ -10,7 +10,7 @@ import shlex
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 
-from launcher.text import did_you_mean
+from launcher.base.text import did_you_mean
 
 _HEAD_BYTES = 256  # BINPRM_BUF_SIZE of the kernel
 _LIKENESS = 0.8  # of a name among the thousands in PATH

@@ -11,7 +11,7 @@ import os
 import re
 from collections.abc import Iterator
 
-from launcher import text_file
+from launcher.base import text_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def _folder_of(distribution: Distribution) -> str | None:
         return _folder_of_egg(distribution)
     from urllib.parse import unquote, urlsplit
 
-    from launcher import strict_json
+    from launcher.base import strict_json
 
     try:
         found = strict_json.loads(text)

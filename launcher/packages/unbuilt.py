@@ -9,9 +9,9 @@ import os
 import sys
 from collections.abc import Mapping
 
+from launcher.base.program import program
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS
-from launcher.program import program
 
 _checked: set[str] = set()
 _warnings: list[str] = []

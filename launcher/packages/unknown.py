@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 
-from launcher import text_file
-from launcher.errors import PackageNotFoundError
-from launcher.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
+from launcher.base import text_file
+from launcher.base.errors import PackageNotFoundError
+from launcher.base.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
+from launcher.base.program import program
+from launcher.base.text import did_you_mean
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
-from launcher.program import program
-from launcher.text import did_you_mean
 
 
 def package_not_found(

@@ -18,7 +18,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from unique_identifier_msgs.msg import UUID
 
-from launcher.ros.errors import VerbError
+from launcher.base.ros_errors import VerbError
 from launcher.ros.services import ASK_AGAIN_S, NoAnswerError, ServiceCaller
 
 STATUS = {

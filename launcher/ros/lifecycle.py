@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 
-from launcher.model.lifecycle import TRANSITIONS
-from launcher.model.ros_names import full_name
+from launcher.base.model.lifecycle import TRANSITIONS
+from launcher.base.model.ros_names import full_name
+from launcher.base.ros_errors import VerbError, did_you_mean
+from launcher.base.text import did_you_mean as near_word
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.errors import VerbError, did_you_mean
-from launcher.ros.lifecycle_client import REFUSED, LifecycleClient
+from launcher.ros.helpers.lifecycle_client import REFUSED, LifecycleClient
 from launcher.ros.services import (
     ASK_AGAIN_S,
     NoAnswerError,
     ServiceCaller,
     silence,
 )
-from launcher.text import did_you_mean as near_word
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer

@@ -10,7 +10,7 @@ import socket
 import struct
 from collections.abc import Iterator
 
-from launcher.ros.errors import VerbError
+from launcher.base.ros_errors import VerbError
 
 GROUP = "225.0.0.1"
 PORT = 49150

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from launcher import proc
+from launcher.base.ros_errors import VerbError, did_you_mean
+from launcher.posix import proc
+from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery import gids
-from launcher.ros.discovery.ports import announcement_ports
-from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.services import NoAnswerError, ServiceCaller
 from launcher.ros.snapshot.graph import GraphSnapshot, NamesAndTypes, is_hidden
 from launcher.ros.verb import aligned

@@ -16,10 +16,10 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 
-from launcher import text_file, yaml_bounds
-from launcher.model.parameter_sections import PARAMETERS, parameters_for, sections
-from launcher.model.parameter_text import rcl_loader, word_value
-from launcher.ros.errors import VerbError, did_you_mean
+from launcher.base import text_file, yaml_bounds
+from launcher.base.model.parameter_sections import PARAMETERS, parameters_for, sections
+from launcher.base.model.parameter_text import rcl_loader, word_value
+from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.messages.from_yaml import TEXTS, shown, value_of
 from launcher.ros.services import ServiceCaller
 

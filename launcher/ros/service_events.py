@@ -9,11 +9,11 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.command_line import Parsed
-from launcher.errors import ExitCode
-from launcher.model.ros_names import full_name
+from launcher.base.command_line import Parsed
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.to_yaml import dump, to_plain
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden

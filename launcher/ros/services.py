@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from launcher.model.ros_names import full_name
+from launcher.base.model.ros_names import full_name
+from launcher.base.ros_errors import VerbError, did_you_mean, name_fault
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.errors import VerbError, did_you_mean, name_fault
 from launcher.ros.messages.classes import with_library
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from launcher import command_line, strict_json
-from launcher.command_line import DEBUG, Command, Option, Parsed, option
-from launcher.dispositions import heeded
-from launcher.errors import ExitCode, UsageError
-from launcher.stdio import can_print
-from launcher.text import count, escape_controls
+from launcher.base import command_line, strict_json
+from launcher.base.command_line import DEBUG, Command, Option, Parsed, option
+from launcher.base.errors import ExitCode, UsageError
+from launcher.base.text import count, escape_controls
+from launcher.posix.dispositions import heeded
+from launcher.posix.stdio import can_print
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -136,13 +136,13 @@ def require_rate(rate_hz: float) -> None:
 
 
 def domain_option(options: Parsed) -> int:
-    from launcher.ros.discovery.domains import domain_of, environment_domain
+    from launcher.posix.domains import domain_of, environment_domain
 
     return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
 
 
 def spin_time_s(options: Parsed) -> float:
-    from launcher.ros.discovery.domains import usual_spin_time_s
+    from launcher.posix.domains import usual_spin_time_s
 
     return usual_spin_time_s() if options.spin_time is None else float(options.spin_time)
 
@@ -166,7 +166,7 @@ def graph_snapshot(options: Parsed) -> GraphSnapshot:
 
 def _read_graph(options: Parsed) -> GraphSnapshot | None:
     """None where reading needs a whole DDS stack."""
-    from launcher.ros.discovery import domains
+    from launcher.posix import domains
     from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
 
     domain_id = domain_option(options)
@@ -193,7 +193,7 @@ def observing(
     A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. With `listens`, for
     callers that only subscribe, the endpoints of others are known sooner.
     """
-    from launcher.ros.discovery import domains
+    from launcher.posix import domains
     from launcher.ros.discovery.prefetch import Prefetch
 
     with contextlib.ExitStack() as stack:
@@ -223,7 +223,7 @@ def settled_observer(options: Parsed) -> Iterator[Observer]:
 
 def warn_if_incomplete(domain_id: int, nodes: Sequence[str], missing: int, waited_s: float) -> None:
     """Warn that the graph is empty, or may be incomplete."""
-    from launcher.ros.discovery.domains import why_empty
+    from launcher.posix.domains import why_empty
 
     if not nodes:
         warn(why_empty(domain_id))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from launcher.command_line import Option, option
+from launcher.base.command_line import Option, option
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.preflight.loader import parse_entry
 
@@ -50,7 +50,7 @@ def _log_count(text: str) -> Entry:
 
 
 def _parameter(text: str) -> Entry:
-    from launcher.model.parameter_text import read
+    from launcher.base.model.parameter_text import read
 
     place, _, value = text.partition("=")
     node, colon, name = place.strip().rpartition(":")

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
 
 TOKEN_BYTES = 24
 _SHORTEST_TOKEN = 16

@@ -11,8 +11,8 @@ import re
 from functools import cache
 from pathlib import Path
 
-from launcher import strict_json
-from launcher.errors import LauncherError
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError
 
 PAGE = Path(__file__).with_name("page")
 _ICONS = re.compile(r'font-family: "Material Icons";[^}]*?url\(fonts/([\w.-]+\.woff2)\)')

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.web import assets
 
 _TEMPLATE = assets.PAGE / "frozen.html"

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 
 QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page
 

@@ -6,7 +6,7 @@ import itertools
 from collections import Counter, deque
 from typing import Any
 
-from launcher.engine.output.filters import ERROR, LEVELS, LineLevels
+from launcher.output.filters import ERROR, LEVELS, LineLevels
 
 KEEP_LINES = 100_000
 KEEP_BYTES = 64 * 1024 * 1024

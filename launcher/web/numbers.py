@@ -7,7 +7,7 @@ import re
 from collections import deque
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 
 KEEP_POINTS = 20_000
 KEEP_S = 600.0

@@ -11,10 +11,10 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from launcher import strict_json
+from launcher.base import strict_json
+from launcher.base.text import typed_error
 from launcher.control.verbs import READ_ONLY
-from launcher.socket_directory import ControlError
-from launcher.text import typed_error
+from launcher.posix.socket_directory import ControlError
 from launcher.web.graph_feed import CHANGING, READING, GraphFeed
 from launcher.web.hub import Hub, Message, Outbox, encode
 from launcher.web.run_client import RunClient

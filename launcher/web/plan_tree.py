@@ -11,11 +11,11 @@ from collections import defaultdict, deque
 from collections.abc import Sequence
 from typing import Any
 
-from launcher import strict_json
-from launcher.engine.cleanup import RUN_ID_VARIABLE
+from launcher.base import strict_json
+from launcher.posix.cleanup import RUN_ID_VARIABLE
 
 EVALUATION_S = 20.0
-_COMMAND = ("-m", "launcher.commands.launch.outline")
+_COMMAND = ("-m", "launcher.launch.outline")
 
 Tree = list[dict[str, Any]]
 

@@ -10,9 +10,9 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from launcher import strict_json
-from launcher.engine.cleanup import RUN_ID_VARIABLE
-from launcher.text import typed_error
+from launcher.base import strict_json
+from launcher.base.text import typed_error
+from launcher.posix.cleanup import RUN_ID_VARIABLE
 
 _LINE_LIMIT = 64 * 1024 * 1024
 _GOODBYE_S = 2.0

@@ -9,9 +9,9 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.control.protocol import Request
-from launcher.socket_directory import ControlError
+from launcher.posix.socket_directory import ControlError
 
 _LINE_LIMIT = 16 * 1024 * 1024  # an answer of `logs` has 1 MB of lines
 _HELLO_TIMEOUT_S = 10.0

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
+from launcher.base.model.event_entries import entry_of
+from launcher.base.model.run_events import Ended, Reloaded, Started
 from launcher.control.format import event_line
-from launcher.model.event_entries import entry_of
-from launcher.model.run_events import Ended, Reloaded, Started
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
 from launcher.web.plan_tree import Tree, named, numbered, read_tree

@@ -15,8 +15,9 @@ from urllib.parse import quote, unquote, urlsplit
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from launcher import dispositions, strict_json
-from launcher.errors import LauncherError
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError
+from launcher.posix import dispositions
 from launcher.web.access import Access, is_loopback, new_token, token_in
 from launcher.web.graph_feed import GraphFeed
 from launcher.web.hub import Hub

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8770

@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Mapping
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
 
 MARKER = ".colcon_install_layout"  # colcon writes it into `install/`: isolated or merged
 # The distributions of ROS 2 by the first number of the version of rclpy.
@@ -117,7 +117,7 @@ def ros_variables(environ: Mapping[str, str]) -> dict[str, str]:
 
 
 def _hint(folder: str) -> str | None:
-    from launcher.program import program
+    from launcher.base.program import program
 
     nearest = find(folder) if os.path.exists(folder) else None
     if nearest is not None:
@@ -126,7 +126,7 @@ def _hint(folder: str) -> str | None:
         return f"build it first: {program()} build --workspace {folder}"
     if os.path.isdir(folder):
         return "name the folder that has src/ and install/"
-    from launcher.text import did_you_mean
+    from launcher.base.text import did_you_mean
 
     above, name = os.path.split(folder)
     is_file = os.path.lexists(folder)

@@ -6,7 +6,7 @@ import os
 import shlex
 import sys
 
-from launcher.program import program
+from launcher.base.program import program
 from launcher.workspace import Workspace
 from launcher.workspace.environment import LIBRARIES, environment
 from launcher.workspace.links import built_elsewhere

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
 
 _PREPEND = ("prepend-non-duplicate", "prepend-non-duplicate-if-exists")
 _SET = ("set", "set-if-unset")

@@ -17,8 +17,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from launcher.cli import VERBS, main
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.cli.dispatch import VERBS, main
 from tests.support.examples import examples
 
 LAUNCH_FILE = """

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from launcher.errors import LauncherError
-from launcher.frontends.parser import Parser
-from launcher.frontends.xml import XmlParser
-from launcher.frontends.yaml import YamlParser
+from launcher.base.errors import LauncherError
+from launcher.language.frontends.parser import Parser
+from launcher.language.frontends.xml import XmlParser
+from launcher.language.frontends.yaml import YamlParser
 from tests.support.examples import examples
 
 XML_SEED = """<?xml version="1.0"?>

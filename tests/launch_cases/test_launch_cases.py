@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from launcher.planner import make_plan
-from launcher.render import plan_json
+from launcher.launch.plan.planner import make_plan
+from launcher.launch.plan import plan_json
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))

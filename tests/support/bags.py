@@ -15,11 +15,11 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from launcher.bag import info
+from launcher.bag import verbs as bag_verb
 from launcher.bag.check import check
 from launcher.bag.model import Definition, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
-from launcher.commands.ros import bag as bag_verb
 
 START_NS = 1_700_000_000_000_000_000
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"

@@ -14,7 +14,7 @@ import pytest
 from tests.support.hosts.requirements import program, why_no_hosts
 from tests.support.hosts.tool import failure
 from tests.support.hosts.tree import NoTreeError, tree
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 from tests.support.workspaces import COMPILED
 
 _PROGRAMS = ("podman", "runc", "catatonit", "mmdebstrap")

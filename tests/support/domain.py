@@ -20,7 +20,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 
-from launcher.domain_lease import leased_domain
+from launcher.posix.domain_lease import leased_domain
 from tests.support.node_process import NodeProcess, free_shared_memory, shared_memory_of
 
 LISTENER = "listener"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 
 FLEET = REPOSITORY / "launch" / "system.launch.py"
 TOOLS = REPOSITORY / "build" / "export-tools"  # made by .ci/run

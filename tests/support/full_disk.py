@@ -12,8 +12,8 @@ import sys
 
 from launcher.bag import check, metadata
 from launcher.bag.reader import Bag
+from launcher.bag.ros.sinks import FileSink
 from launcher.bag.writer import BagWriter, Storage
-from launcher.ros.bag.sinks import FileSink
 from tests.support.bags import message, string_topic, text_of
 
 

@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Iterable, Sequence
 
-from launcher import dispositions
+from launcher.posix import dispositions
 
 ALL = sorted(dispositions.EVERY - {signal.SIGKILL, signal.SIGSTOP})
 _BECOME = """

@@ -11,17 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from launcher import proc
-from launcher.engine.hosts.agent_link import AgentLink
-from launcher.engine.hosts.link import LinkContext, LinkState
-from launcher.engine.hosts.replica import Replica
-from launcher.engine.hosts.transport import SshTransport
-from launcher.engine.machine import Command, Exited, MachineEvent
-from launcher.engine.posix.reactor import Reactor
-from launcher.hosts.model import Host
-from launcher.hosts.order import Order
+from launcher.hosts.engine.agent_link import AgentLink
+from launcher.hosts.engine.link import LinkContext, LinkState
+from launcher.hosts.engine.replica import Replica
+from launcher.hosts.engine.transport import SshTransport
+from launcher.hosts.file.model import Host
+from launcher.hosts.file.order import Order
+from launcher.posix import proc
+from launcher.posix.reactor import Reactor
+from launcher.run.machine import Command, Exited, MachineEvent
 from tests.support.command_transport import CommandTransport
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 
 DEADLINE_S = 60.0
 AGENT = (sys.executable, "-m", "launcher", "agent")

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from launcher.engine.monitor import shared_memory
-
-REPOSITORY = Path(__file__).resolve().parents[2]
+from launcher.run.monitor import shared_memory
+from tests.support.repository import REPOSITORY
 
 # Fast DDS prints this of a port that somebody else on the machine takes or gives up just then.
 _PORT_COMPLAINT = "Failed init_port fastrtps_port"

@@ -10,7 +10,8 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from tests.support.node_process import REPOSITORY, without_complaints
+from tests.support.node_process import without_complaints
+from tests.support.repository import REPOSITORY
 from tests.support.waiting import wait_until
 
 

@@ -6,9 +6,9 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.model.event_entries import SAMPLES, annotations_of
-from launcher.model.record import Record, as_dict
-from launcher.model.run_events import TYPES, Entry, RunEvent, Sample, UnknownEvent
+from launcher.base.model.event_entries import SAMPLES, annotations_of
+from launcher.base.model.record import Record, as_dict
+from launcher.base.model.run_events import TYPES, Entry, RunEvent, Sample, UnknownEvent
 
 T0 = 1_795_000_000.0
 HOSTILE = "two\nlines \x1b[31mred\x1b[0m \udcff é漢 {x} %s <b>"

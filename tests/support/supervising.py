@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tests.support.controlled_run import ControlledRun
 
 if TYPE_CHECKING:
-    from tests.process.conftest import Bench
+    from tests.support.benches import Bench
 
 # `server` is ready when the file `go` is there; `worker` waits for that.
 PAIR = (

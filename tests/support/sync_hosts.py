@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from launcher.errors import LauncherError
-from launcher.hosts.model import Host
+from launcher.base.errors import LauncherError
+from launcher.hosts.file.model import Host
 from launcher.hosts.sync.fleet_sync import FleetSync, Result
 from launcher.hosts.sync.host_sync import Options, Outcome
 from launcher.hosts.sync.packages import Brought

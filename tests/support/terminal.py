@@ -11,7 +11,7 @@ from pathlib import Path
 import pexpect
 import psutil
 
-from launcher import proc
+from launcher.posix import proc
 
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 TIMEOUT_S = 60.0

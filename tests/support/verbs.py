@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from launcher import cli
+from launcher.cli import dispatch as cli
 from tests.support.node_process import without_complaints
 from tests.support.waiting import wait_until
 

@@ -13,7 +13,7 @@ from tests.support.controlled_run import ControlledRun
 from tests.support.waiting import wait_until
 
 if TYPE_CHECKING:
-    from tests.process.conftest import ControlBench
+    from tests.support.benches import ControlBench
 
 PROGRAM = """import signal
 import sys
@@ -72,4 +72,4 @@ def pids(run: ControlledRun) -> dict[str, int | None]:
 
 
 def watchers(run: ControlledRun) -> list[psutil.Process]:
-    return children_with(run.process.pid, "launcher.watch")
+    return children_with(run.process.pid, "launcher.run.watch")

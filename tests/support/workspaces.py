@@ -13,7 +13,7 @@ from pathlib import Path
 
 from launcher.workspace import Workspace
 from launcher.workspace.environment import environment
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 from tests.support.verbs import Answer
 
 EXAMPLE = REPOSITORY / "examples/fleet_workspace"

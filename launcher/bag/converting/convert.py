@@ -19,7 +19,7 @@ from launcher.bag.model import Message, Span
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 from launcher.bag.writer import BagWriter, McapOutput, Storage
-from launcher.text import count
+from launcher.base.text import count
 
 STDOUT = "-"
 KINDS = ("csv", "jsonl", "mcap")

@@ -11,7 +11,7 @@ from launcher.bag.errors import BagError
 from launcher.bag.model import Message, Span, Topic, distinct
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
-from launcher.text import did_you_mean
+from launcher.base.text import did_you_mean
 
 # The type with its definition and hash, where these are missing; BagError if it is not known.
 Complete = Callable[[Topic], Topic]

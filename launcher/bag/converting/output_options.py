@@ -9,15 +9,15 @@ from typing import Any
 
 import yaml
 
-from launcher import text_file, yaml_bounds
 from launcher.bag import compression
 from launcher.bag.converting.convert import Output
 from launcher.bag.converting.moments import Moment
 from launcher.bag.selection import Selection
 from launcher.bag.writer import Storage
-from launcher.errors import UsageError
-from launcher.model.ros_names import full_name
-from launcher.text import did_you_mean
+from launcher.base import text_file, yaml_bounds
+from launcher.base.errors import UsageError
+from launcher.base.model.ros_names import full_name
+from launcher.base.text import did_you_mean
 
 _ROOT = "output_bags"
 

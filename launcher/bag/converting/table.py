@@ -6,11 +6,11 @@ import csv
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, TextIO
 
-from launcher import strict_json
 from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
 from launcher.bag.errors import BagError
 from launcher.bag.model import Message, Span
+from launcher.base import strict_json
 
 Notes = Callable[[str], None]
 

@@ -7,7 +7,9 @@ import threading
 import time
 from collections.abc import Collection, Mapping, Sequence
 
-from launcher.errors import LauncherError, UsageError
+from launcher.base.errors import LauncherError, UsageError
+from launcher.base.model.level import Level
+from launcher.base.model.record import Record
 from launcher.hosts import discovery
 from launcher.hosts.check.facts import Finding, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
@@ -18,9 +20,7 @@ from launcher.hosts.check.probe_session import ProbeSession
 from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
 from launcher.hosts.discovery import Wiring
-from launcher.hosts.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
-from launcher.model.level import Level
-from launcher.model.record import Record
+from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
 
 _ORDER = (Level.PROBLEM, Level.NOTE)
 _WITH_ADDRESSES = (DiscoveryMode.PEERS, DiscoveryMode.SERVER)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from launcher.base.model.level import Level
+from launcher.base.model.record import Record
 from launcher.hosts.failures import HostError
-from launcher.hosts.model import LOCAL, Host
-from launcher.model.level import Level
-from launcher.model.record import Record
+from launcher.hosts.file.model import LOCAL, Host
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from launcher.base.model.level import Level
+from launcher.base.program import program
+from launcher.base.text import count
 from launcher.hosts.check.facts import Finding, Member
-from launcher.hosts.model import LOCAL, HostEngine
-from launcher.model.level import Level
-from launcher.program import program
-from launcher.text import count
+from launcher.hosts.file.model import LOCAL, HostEngine
 
 MB = 1024**2
 MIN_PYTHON = (3, 10)

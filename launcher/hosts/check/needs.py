@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from launcher import text_file
-from launcher.errors import LauncherError
+from launcher.base import text_file
+from launcher.base.errors import LauncherError
 from launcher.hosts.check.facts import Needs
-from launcher.hosts.order import Order
+from launcher.hosts.file.order import Order
 from launcher.packages import resource_prefix, share_directory
 
 _DEPENDENCY = re.compile(r"<(?:exec_|run_)?depend(?:\s[^>]*)?>\s*([\w.-]+)\s*<")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from launcher.base.model.level import Level
+from launcher.base.text import count
 from launcher.hosts.check.facts import Finding, Member, Survey
 from launcher.hosts.check.host_judges import sync_command
-from launcher.hosts.model import LOCAL, DiscoveryMode
-from launcher.model.level import Level
-from launcher.text import count
+from launcher.hosts.file.model import LOCAL, DiscoveryMode
 from launcher.workspace import DISTRIBUTIONS
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"

@@ -357,8 +357,8 @@ def prefixes() -> Iterator[str]:
 def missing_there(request: dict[str, Any]) -> dict[str, Any]:
     """As the launcher there finds them when it starts processes."""
     from launcher import packages
-    from launcher.errors import LauncherError
-    from launcher.hosts.run_order import enter_workspace
+    from launcher.base.errors import LauncherError
+    from launcher.hosts.file.run_order import enter_workspace
 
     enter_workspace()
     missing: dict[str, Any] = {"packages": [], "executables": [], "interfaces": []}

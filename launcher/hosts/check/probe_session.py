@@ -9,10 +9,10 @@ import time
 from collections.abc import Mapping
 from importlib import resources
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.hosts.check.facts import Clock, Member, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
-from launcher.hosts.model import Host
+from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import Connection, quoted, set_python, setup_script, ssh_environment
 
 TYPE_CHECKING = False

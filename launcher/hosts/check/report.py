@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from launcher.base.model.level import Level
+from launcher.base.text import count, escape
 from launcher.hosts.check.examine import Examination
 from launcher.hosts.check.facts import Finding, Member
 from launcher.hosts.check.host_judges import MB, duration, engine_of
 from launcher.hosts.check.pair_judges import distro_of, domain_of, middleware_of
-from launcher.hosts.model import HostEngine
-from launcher.model.level import Level
-from launcher.text import count, escape
+from launcher.hosts.file.model import HostEngine
 
 _HEAD = (
     "host",

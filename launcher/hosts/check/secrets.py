@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 
+from launcher.base.model.level import Level
 from launcher.hosts.check.facts import Finding, Member
-from launcher.hosts.model import LOCAL, Secret
-from launcher.model.level import Level
+from launcher.hosts.file.model import LOCAL, Secret
 
 
 def missing_secrets(members: Iterable[Member], environ: Mapping[str, str]) -> Iterator[Finding]:

@@ -11,10 +11,10 @@ import selectors
 import time
 from collections.abc import Iterable, Mapping, Sequence
 
+from launcher.base.model.record import Record
 from launcher.hosts.check.facts import Arrival, Survey
 from launcher.hosts.check.probe_session import ProbeSession
-from launcher.hosts.model import LOCAL
-from launcher.model.record import Record
+from launcher.hosts.file.model import LOCAL
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

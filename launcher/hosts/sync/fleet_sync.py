@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
 from launcher.hosts.failures import no_ssh
-from launcher.hosts.model import Host
+from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import Connection, ssh_environment
 from launcher.hosts.sync.host_sync import HostSync, Options, Outcome
 from launcher.hosts.sync.natives import natives

@@ -11,16 +11,16 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.base.model.record import Record
 from launcher.hosts.failures import HostError, Problem
-from launcher.hosts.model import Host
+from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import host_python
 from launcher.hosts.sync import natives, release_python, requirements, wheels
 from launcher.hosts.sync.natives import Native
 from launcher.hosts.sync.requirements import Pin, PinnedList
 from launcher.hosts.sync.sync_session import SyncSession, blocks_of
 from launcher.hosts.sync.tree import Release
-from launcher.model.record import Record
 
 
 class Options(Record):

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.hosts.sync.tree import Tree
 from launcher.packages import sources
 from launcher.packages.sources import MARKERS

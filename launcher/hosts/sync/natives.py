@@ -6,11 +6,11 @@ import re
 import struct
 from collections.abc import Iterable
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.base.model.record import Record
+from launcher.base.program import program
 from launcher.hosts.sync.tree import Entry
 from launcher.hosts.sync.wheels import Target
-from launcher.model.record import Record
-from launcher.program import program
 
 _MACHINES = {3: "i686", 40: "armv7l", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
 _GLIBC = re.compile(rb"\0GLIBC_2\.(\d+)(?=[\0.])")

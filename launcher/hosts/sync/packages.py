@@ -7,13 +7,13 @@ import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
+from launcher.base.program import program
+from launcher.base.text import did_you_mean
 from launcher.hosts.sync import installed
 from launcher.hosts.sync.tree import Entry, Tree
 from launcher.packages import overlay, sources
 from launcher.packages.sources import MARKERS
-from launcher.program import program
-from launcher.text import did_you_mean
 from launcher.workspace import MARKER, Workspace
 from launcher.workspace.environment import packages, underlays
 

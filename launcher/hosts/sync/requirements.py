@@ -8,8 +8,8 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from launcher.errors import LauncherError, UsageError
-from launcher.model.record import Record
+from launcher.base.errors import LauncherError, UsageError
+from launcher.base.model.record import Record
 from launcher.packages import sources
 
 _CHECKOUT = os.path.join("requirements", "run.txt")

@@ -9,11 +9,11 @@ import stat
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from launcher import strict_json
-from launcher.errors import LauncherError, SeveralErrors
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError, SeveralErrors
+from launcher.base.model.record import Record
+from launcher.base.text import escape
 from launcher.hosts.sync.on_host import wire
-from launcher.model.record import Record
-from launcher.text import escape
 
 # Left out wherever they are: of version control, secrets, and what Python and editors make.
 EXCLUDED = (

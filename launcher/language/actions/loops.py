@@ -56,7 +56,7 @@ class ForEach(Action):
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
         """Yield what the function returns for each set."""
-        from launcher import yaml_bounds
+        from launcher.base import yaml_bounds
 
         text = perform_substitutions(context, self._input_values)
         field_sets = [yaml_bounds.load(part) for part in text.split(self.SEPARATOR) if part.strip()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.model.spec import OutputPolicy, Sink
+from launcher.base.model.spec import OutputPolicy, Sink
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

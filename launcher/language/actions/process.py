@@ -6,6 +6,8 @@ import io
 import os
 from collections.abc import Callable, Iterable, Mapping
 
+from launcher.base.model import events as model
+from launcher.base.model.spec import RosIdentity
 from launcher.language import frontend_registry
 from launcher.language.action import Action
 from launcher.language.actions.output import output_policy
@@ -28,8 +30,6 @@ from launcher.language.substitution import (
     perform_substitutions,
 )
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.model import events as model
-from launcher.model.spec import RosIdentity
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
-import launcher.frontends  # noqa: F401 - gives the language its parsers
+import launcher.language.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import table
 from launcher.language.compat.names import PublicModule, is_public, submodules
 from launcher.language.session import Session, open_sessions, replace_environment

@@ -86,7 +86,7 @@ def _share_function(original: Callable[..., str]) -> Callable[..., str]:
 def _found(look_up: str, name: str) -> str:
     """The path; the exception of ament_index_python, with the launcher's hint."""
     from launcher import packages  # takes long to import
-    from launcher.errors import PackageNotFoundError
+    from launcher.base.errors import PackageNotFoundError
     from launcher.language.ros.packages import missing
 
     try:

@@ -7,8 +7,8 @@ import importlib.util
 import sys
 from types import FrameType, ModuleType
 
+from launcher.base.text import suggest
 from launcher.language.compat.table import MODULES, SUBMODULES
-from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

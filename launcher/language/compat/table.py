@@ -67,26 +67,32 @@ MODULES = {
         ),
     },
     "launch.frontend": {
-        "launcher.frontends.entity": "Entity",
-        "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
-        "launcher.frontends.parser": "InvalidFrontendLaunchFileError Parser",
+        "launcher.language.frontends.entity": "Entity",
+        "launcher.language.frontends.grammar_substitutions": (
+            "parse_if_substitutions parse_substitution"
+        ),
+        "launcher.language.frontends.parser": "InvalidFrontendLaunchFileError Parser",
         "launcher.language.frontend_registry": "expose_action expose_substitution",
     },
     "launch.frontend.expose": {
-        "launcher.frontends.expose": "instantiate_action instantiate_substitution",
+        "launcher.language.frontends.expose": "instantiate_action instantiate_substitution",
         "launcher.language.frontend_registry": (
             "action_parse_methods expose_action expose_substitution substitution_parse_methods"
         ),
     },
     "launch.frontend.parser": {
-        "launcher.frontends.parser": "InvalidFrontendLaunchFileError Parser importlib_metadata",
+        "launcher.language.frontends.parser": (
+            "InvalidFrontendLaunchFileError Parser importlib_metadata"
+        ),
     },
     "launch.frontend.parse_substitution": {
-        "launcher.frontends.grammar": "replace_escaped_characters=unescape",
-        "launcher.frontends.grammar_substitutions": "parse_if_substitutions parse_substitution",
+        "launcher.language.frontends.grammar": "replace_escaped_characters=unescape",
+        "launcher.language.frontends.grammar_substitutions": (
+            "parse_if_substitutions parse_substitution"
+        ),
     },
     "launch.frontend.type_utils": {
-        "launcher.frontends.entity": (
+        "launcher.language.frontends.entity": (
             "check_is_list_entity=is_entity_list get_data_type_from_identifier"
         ),
     },
@@ -230,11 +236,11 @@ MODULES = {
     "launch_testing.legacy": {"launcher.language.testing": "LaunchTestService"},
     "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},
     "launch_testing.util": {"launcher.language.testing": "KeepAliveProc"},
-    "launch_xml": {"launcher.frontends.xml": "Entity=XmlEntity Parser=XmlParser"},
+    "launch_xml": {"launcher.language.frontends.xml": "Entity=XmlEntity Parser=XmlParser"},
     "launch_xml.launch_description_sources": {
         "launcher.language.sources": "XMLLaunchDescriptionSource",
     },
-    "launch_yaml": {"launcher.frontends.yaml": "Entity=YamlEntity Parser=YamlParser"},
+    "launch_yaml": {"launcher.language.frontends.yaml": "Entity=YamlEntity Parser=YamlParser"},
     "launch_yaml.launch_description_sources": {
         "launcher.language.sources": "YAMLLaunchDescriptionSource",
     },

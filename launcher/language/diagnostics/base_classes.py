@@ -5,8 +5,8 @@ Only a missing `perform` is an error in ROS 2; the other methods do nothing in t
 
 from __future__ import annotations
 
+from launcher.base.text import suggest
 from launcher.language.diagnostics.origin import Origin, is_own_file
-from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

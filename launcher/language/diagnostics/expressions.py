@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from launcher.base.text import typed_error
 from launcher.language.diagnostics.truth_values import configurations_in
-from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import re
 from collections.abc import Iterator
 from types import TracebackType
 
-from launcher import text_file
-from launcher.errors import LauncherError, LaunchFileError
+from launcher.base import text_file
+from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_types
 from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.base.text import did_you_mean
 from launcher.language.diagnostics import imports
-from launcher.text import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

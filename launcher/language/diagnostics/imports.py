@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 
-from launcher.text import did_you_mean, suggest
+from launcher.base.text import did_you_mean, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

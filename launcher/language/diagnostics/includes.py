@@ -6,11 +6,11 @@ import os
 import re
 from types import CodeType, FunctionType, MethodType
 
+from launcher.base.text import suggest
 from launcher.language.configurations import ROS_NAMES
 from launcher.language.diagnostics import hints
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.diagnostics.truth_values import configurations_in
-from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

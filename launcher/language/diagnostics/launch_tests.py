@@ -6,10 +6,10 @@ import shlex
 import shutil
 from types import ModuleType
 
+from launcher.base.program import program
+from launcher.base.text import shown_path
 from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.origin import Origin
-from launcher.program import program
-from launcher.text import shown_path
 
 _FUNCTION = "generate_test_description"
 # Package -> the program that runs its tests.

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import re
 
+from launcher.base.text import suggest
 from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.substitution import Substitution
-from launcher.text import suggest
 
 _JOINS = ("os.path.join", "path.join", "osp.join", "join")
 _TAKE_TEXT = ("open", "Path", "int", "float", "exists", "isfile", "isdir")

@@ -6,8 +6,8 @@ import functools
 import os
 import sys
 
-from launcher.model.record import Record
-from launcher.text import shown_path
+from launcher.base.model.record import Record
+from launcher.base.text import shown_path
 
 # The folder of the launcher, as code objects of its modules spell it.
 _OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"

@@ -6,9 +6,9 @@ import opcode
 import os
 import re
 
-from launcher.errors import ExitCode, LaunchFileError
+from launcher.base.errors import ExitCode, LaunchFileError
+from launcher.base.text import typed_error
 from launcher.language.diagnostics.origin import is_own_file
-from launcher.text import typed_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

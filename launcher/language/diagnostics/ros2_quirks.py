@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from launcher.text import suggest
+from launcher.base.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> N
 
 def text_is_no_text(context: LaunchContext, name: str, value: str, origin: Origin | None) -> None:
     """SetParameter passes texts without quotes, and rcl reads a number or something else."""
-    from launcher.model.parameter_text import rule
+    from launcher.base.model.parameter_text import rule
 
     if rule(name, value) != f"{name}:={value}":
         text = f"SetParameter passes '{value}' without quotes: nodes do not get it as a text"

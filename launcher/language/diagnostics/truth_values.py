@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from launcher.base.text import suggest
 from launcher.language.substitution import Substitution, describe_substitutions, plain_text
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from launcher.text import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

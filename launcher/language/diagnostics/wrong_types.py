@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import re
 
+from launcher.base.model.record import Record
 from launcher.language.diagnostics import not_texts, source_code, wrong_objects
 from launcher.language.diagnostics.origin import Origin, is_own_file
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.model.record import Record
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

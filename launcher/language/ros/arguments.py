@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.model.record import Record
-from launcher.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
-from launcher.model.spec import ParameterSource
+from launcher.base.model.record import Record
+from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
+from launcher.base.model.spec import ParameterSource
 
 _NAMES, _NAMESPACE = ("__node", "__name"), "__ns"
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, KeysView
 
 from launcher import packages
-from launcher.errors import PackageNotFoundError
+from launcher.base.errors import PackageNotFoundError
 from launcher.language.naming import public
 from launcher.language.ros.packages import FindPackageShare
 

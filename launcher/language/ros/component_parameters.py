@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from launcher import text_file
+from launcher.base import text_file
+from launcher.base.model.parameter_sections import parameters_for, sections
 from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
-from launcher.model.parameter_sections import parameters_for, sections
 
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
@@ -57,7 +57,7 @@ def full_name(node_name: str, namespace: str | None) -> str:
 
 
 def _from_file(path: Path, node: str) -> dict[str, Any]:
-    from launcher.model.parameter_text import read
+    from launcher.base.model.parameter_text import read
 
     content = read(text_file.read(path))
     if not isinstance(content, dict):

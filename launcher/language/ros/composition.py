@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from launcher.base.model.events import ComponentLoaded, LoadRequest
 from launcher.language.action import Action, holds
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.frontend_registry import parsed
@@ -31,7 +32,6 @@ from launcher.language.substitution import (
     perform,
     perform_substitutions,
 )
-from launcher.model.events import ComponentLoaded, LoadRequest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

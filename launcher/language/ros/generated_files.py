@@ -30,7 +30,7 @@ def write_parameter_file(
 
 def write_parameters(context: LaunchContext, node: str, parameters: dict[str, Any]) -> str:
     """Write a parameter file for one node, `/**` for any; the path."""
-    from launcher.model.parameter_text import file_text
+    from launcher.base.model.parameter_text import file_text
 
     content = plain({node: {"ros__parameters": parameters}})
     return write_parameter_file(context, file_text(content), content)

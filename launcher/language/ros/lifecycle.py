@@ -6,14 +6,19 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 
+from launcher.base.model import lifecycle
+from launcher.base.model.events import (
+    StateChanged,
+    StateRequest,
+    TransitionSeen,
+    WatchLifecycle,
+)
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launcher.language.events.base import Event, EventHandler
 from launcher.language.naming import public
 from launcher.language.ros.node import Node
 from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
-from launcher.model import lifecycle
-from launcher.model.events import StateChanged, StateRequest, TransitionSeen, WatchLifecycle
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

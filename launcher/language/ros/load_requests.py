@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from launcher.model.events import LoadRequest
+    from launcher.base.model.events import LoadRequest
 
 # Type of the first value -> (field of ParameterValue, constant of ParameterType).
 _SCALARS = {

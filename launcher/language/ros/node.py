@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from launcher.base.model.spec import RosIdentity
 from launcher.language import frontend_registry, session
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
@@ -33,7 +34,6 @@ from launcher.language.substitution import (
     perform,
 )
 from launcher.language.substitutions.configuration import LocalSubstitution
-from launcher.model.spec import RosIdentity
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -236,7 +236,7 @@ class Node(ExecuteProcess):
     @staticmethod
     def _get_parameter_rule(parameter: Parameter, context: LaunchContext) -> str:
         # Imported only for nodes with parameters, like yaml.
-        from launcher.model.parameter_text import rule
+        from launcher.base.model.parameter_text import rule
 
         return rule(*parameter.evaluate(context))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from launcher.base.model.parameter_text import rule
 from launcher.language.executable import Executable
 from launcher.language.naming import public
 from launcher.language.ros.generated_files import write_parameters
@@ -22,7 +23,6 @@ from launcher.language.substitution import (
     perform,
     perform_substitutions,
 )
-from launcher.model.parameter_text import rule
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher import packages
-from launcher.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.language.naming import public
 from launcher.language.substitution import (
     Substitution,

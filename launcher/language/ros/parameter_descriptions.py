@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from launcher import text_file
+from launcher.base import text_file
 from launcher.language import frontend_registry
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
@@ -154,7 +154,7 @@ class ParameterFile:
         return self.__evaluated_param_file
 
     def _substituted(self, context: LaunchContext, path: Path) -> Path:
-        from launcher.model import parameter_text
+        from launcher.base.model import parameter_text
 
         substitutions = frontend_registry.parse_substitution(text_file.read(path))
         text = perform_substitutions(context, substitutions)

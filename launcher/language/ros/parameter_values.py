@@ -187,6 +187,6 @@ def _uniform(name: str, items: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _texts() -> Any:
-    from launcher.model import parameter_text  # only for launch files with parameters
+    from launcher.base.model import parameter_text  # only for launch files with parameters
 
     return parameter_text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from launcher.base.model.events import UseSimTime
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
@@ -27,7 +28,6 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
-from launcher.model.events import UseSimTime
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-from launcher.dispositions import Endable
 from launcher.language.class_tools import ensure_argument_type, is_iterable
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -14,6 +13,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.posix.dispositions import Endable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Iterable
 
-from launcher import text_file
+from launcher.base import text_file
 from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public

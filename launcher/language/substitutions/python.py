@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable
 
-from launcher.dispositions import Endable
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -14,6 +13,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.posix.dispositions import Endable
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

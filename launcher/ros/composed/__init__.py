@@ -5,5 +5,5 @@ handlers and exit code. Their nodes share one participant of DDS, and so one rcl
 program takes for the context is a `MemberContext`. What it makes of executors stays its own: no
 callback of one node waits for those of another.
 
-The output is for the launcher, see `launcher.engine.compose.output`.
+The output is for the launcher, see `launcher.run.compose.output`.
 """

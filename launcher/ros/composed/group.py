@@ -9,10 +9,10 @@ import threading
 import time
 from collections.abc import Sequence
 
-from launcher.ros.clean_up import limited_clean_up
 from launcher.ros.composed import context, control, current, output, program, signals
 from launcher.ros.composed.member import Member
 from launcher.ros.composed.tasks import Task, Tasks
+from launcher.ros.helpers.clean_up import limited_clean_up
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NEXT_S = 5.0  # as the launcher stops processes: SIGINT, then SIGTERM, then SIGKILL

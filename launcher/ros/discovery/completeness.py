@@ -16,9 +16,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from launcher.ros.discovery.domains import SPIN_TIME_S, least_wait_s
+from launcher.posix.domains import SPIN_TIME_S, least_wait_s
+from launcher.posix.ports import participants_by_domain
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, ghosts, same_host
-from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
 from launcher.ros.snapshot.graph import UNKNOWN_NODE
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
+from launcher.base.text import did_you_mean
 from launcher.packages import search_prefixes
-from launcher.ros.discovery.domains import RANGES
-from launcher.text import did_you_mean
+from launcher.posix.domains import RANGES
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _INDEX = "share/ament_index/resource_index/rmw_typesupport"

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import time
 
+from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery.participant import Participant
-from launcher.ros.discovery.ports import announcement_ports
 from launcher.ros.discovery.reader import DiscoveryReader
 
 PORTS_S = 0.1  # from one look at the ports to the next

@@ -10,8 +10,8 @@ import contextlib
 import os
 import socket
 
-from launcher import proc
-from launcher.ros.discovery.ports import participants_by_domain, socket_inodes
+from launcher.posix import proc
+from launcher.posix.ports import participants_by_domain, socket_inodes
 
 ROOM_BYTES = 4 << 20
 FAST_DDS = b"\x01\x0f"

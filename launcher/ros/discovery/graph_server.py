@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.control.server import credentials, listening
-from launcher.socket_directory import ControlError
+from launcher.posix.socket_directory import ControlError
 
 REQUEST_TIMEOUT_S = 1.0  # for the line of a client
 _MAX_BYTES = 64 * 1024

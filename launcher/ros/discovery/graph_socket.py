@@ -18,8 +18,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher import socket_directory, strict_json
+from launcher.base import strict_json
 from launcher.control.protocol import DISCOVERY_VARIABLES
+from launcher.posix import socket_directory
 from launcher.ros.snapshot.graph import GraphSnapshot, from_document
 
 SUFFIX = ".graph"  # not `.sock`, which is that of a run

@@ -19,14 +19,14 @@ from rclpy.logging import get_logging_directory
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
-from launcher import log_folder
-from launcher.ros.clean_up import limited_clean_up
-from launcher.ros.discovery.domains import (
+from launcher.posix import log_folder
+from launcher.posix.domains import (
     PROFILES,
     environment_domain,
     has_profiles,
     see_whole_graph,
 )
+from launcher.posix.stdio import stdout_to_stderr
 from launcher.ros.discovery.endpoints import NODES_TOPIC
 from launcher.ros.discovery.gids import (
     PARTICIPANT_BYTES,
@@ -37,6 +37,7 @@ from launcher.ros.discovery.gids import (
 )
 from launcher.ros.discovery.stale_nodes import StaleNodes
 from launcher.ros.entities import forget_destroyed
+from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.snapshot.graph import (
     TOPIC,
     UNKNOWN_NODE,
@@ -46,7 +47,6 @@ from launcher.ros.snapshot.graph import (
     GraphSnapshot,
     TopicGraph,
 )
-from launcher.stdio import stdout_to_stderr
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.prefetch import Prefetch

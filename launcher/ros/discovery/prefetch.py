@@ -23,10 +23,10 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+from launcher.posix.ports import announcement_ports, socket_inodes
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.gids import sockets_of, widen_sockets
 from launcher.ros.discovery.participant import Participant
-from launcher.ros.discovery.ports import announcement_ports, socket_inodes
 from launcher.ros.discovery.reader import DiscoveryReader, ReadResult, UnsupportedDiscovery
 from launcher.ros.snapshot.graph import GraphSnapshot
 

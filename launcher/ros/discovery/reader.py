@@ -24,11 +24,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from launcher.posix.domains import REMOTE_S
+from launcher.posix.ports import multicast_port, occupied_ports
 from launcher.ros.discovery import rtps
-from launcher.ros.discovery.domains import REMOTE_S
 from launcher.ros.discovery.endpoints import NODES_TOPIC, NODES_TYPE, NODES_TYPE_HASH, locator
 from launcher.ros.discovery.participant import OWN_READER, Participant, SampleStream, snapshot_of
-from launcher.ros.discovery.ports import multicast_port, occupied_ports
 from launcher.ros.snapshot.graph import GraphSnapshot
 
 if TYPE_CHECKING:

@@ -24,10 +24,10 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from launcher import proc
+from launcher.posix import proc
+from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, holders, pid_low16, scheme_holds
-from launcher.ros.discovery.ports import announcement_ports
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer

@@ -9,7 +9,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 
-from launcher import socket_directory
+from launcher.posix import socket_directory
 
 _TIMEOUT_S = 0.3  # a run that takes longer is busy or suspended
 _OWN = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS")

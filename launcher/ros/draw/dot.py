@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
 from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import TopicGraph
 from launcher.ros.snapshot.qos_matching import links, silent_subscriptions

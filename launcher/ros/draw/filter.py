@@ -6,7 +6,7 @@ import enum
 import re
 from dataclasses import dataclass, replace
 
-from launcher.errors import UsageError
+from launcher.base.errors import UsageError
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph, is_hidden
 
 

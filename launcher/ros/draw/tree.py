@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from launcher.base.text import count
 from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.ros.snapshot.qos_matching import Link, links
-from launcher.text import count
 
 
 def to_tree(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+from launcher.base.ros_errors import VerbError
 from launcher.packages import unbuilt
-from launcher.ros.errors import VerbError
 
 _PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
 _LIBRARY = re.compile(r"\blib(\w+?)__rosidl_\w+\.so\b")

@@ -7,7 +7,7 @@ from typing import Any
 
 from rosidl_parser import definition
 
-from launcher.ros.errors import VerbError
+from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.classes import class_of
 from launcher.ros.messages.interfaces import KINDS, load, resolve
 from launcher.ros.messages.to_yaml import is_list

@@ -8,10 +8,10 @@ from typing import Any
 import yaml
 from rosidl_parser import definition
 
-from launcher import yaml_bounds
-from launcher.ros.errors import VerbError
+from launcher.base import yaml_bounds
+from launcher.base.ros_errors import VerbError
+from launcher.base.text import did_you_mean
 from launcher.ros.messages.classes import class_of
-from launcher.text import did_you_mean
 
 FLOATS = {"float", "double", "long double"}
 _LIMITS = {

@@ -15,7 +15,7 @@ from rosidl_parser.definition import (
 )
 from rosidl_parser.parser import parse_idl_string
 
-from launcher.ros.errors import VerbError
+from launcher.base.ros_errors import VerbError
 
 _BASIC = {
     "boolean": "bool",

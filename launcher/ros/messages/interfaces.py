@@ -10,13 +10,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
+from launcher.base.program import program
+from launcher.base.ros_errors import VerbError
+from launcher.base.text import suggest
 from launcher.packages import unbuilt
-from launcher.program import program
-from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import check_fields, class_of, missing_package, parts_of
 from launcher.ros.verb import warn
-from launcher.text import suggest
 
 KINDS = ("msg", "srv", "action")
 # Kind -> the other kinds of which such types are made: a service has a message for its events, an
@@ -177,7 +177,7 @@ def definition_path(full: str) -> Path:
 def note_of_change(full: str) -> str | None:
     """That an installed definition, a link to its source, was edited after the build.
 
-    `launcher.build.records` describes the record of the build. None without one.
+    `launcher.workspace.building.records` describes the record of the build. None without one.
     """
     package, kind, name = full.split("/")
     prefix = interface_packages().get(package)

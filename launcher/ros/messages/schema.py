@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 from typing import NamedTuple
 
-from launcher import strict_json
-from launcher.ros.errors import VerbError
+from launcher.base import strict_json
+from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import (
     code_of,
     definition_path,

@@ -19,7 +19,7 @@ from typing import Any
 import yaml
 from rosidl_parser import definition
 
-from launcher.yaml_dumper import Dumper
+from launcher.base.yaml_dumper import Dumper
 
 _SEQUENCES = (list, tuple, array.array)
 LONG = 1024  # numbers; a shorter array goes through PyYAML

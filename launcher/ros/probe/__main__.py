@@ -15,10 +15,12 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
-from launcher import dispositions
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.base.ros_errors import VerbError, did_you_mean
+from launcher.base.text import typed_error
+from launcher.posix import dispositions
+from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.probe import handlers
 from launcher.ros.probe.jobs import Handler, Jobs
 from launcher.ros.probe.protocol import Inbox, Outbox, Request, Waker, moment
@@ -29,8 +31,6 @@ from launcher.ros.snapshot.qos_matching import explain, mismatches
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.listing import endpoint_document, mismatch_documents
-from launcher.stdio import keep_for_messages
-from launcher.text import typed_error
 
 PROTOCOL = 1
 _PROFILE = Path(__file__).with_name("participant.xml")

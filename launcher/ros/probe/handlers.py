@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
-from launcher.errors import LauncherError
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError
+from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros import parameters
 from launcher.ros.draw.filter import Filter, Mode
-from launcher.ros.errors import VerbError, did_you_mean
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.form import form
 from launcher.ros.messages.from_yaml import fill

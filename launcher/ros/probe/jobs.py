@@ -14,9 +14,9 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
-from launcher.ros.clean_up import limited_clean_up
+from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.errors import VerbError
+from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.probe.protocol import Request
 from launcher.ros.services import ServiceCaller
 

@@ -13,8 +13,8 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from launcher import strict_json
-from launcher.ros.errors import VerbError
+from launcher.base import strict_json
+from launcher.base.ros_errors import VerbError
 
 NANOS = 1_000_000_000
 READ_BYTES = 2**16

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Mapping, Set
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from launcher import proc
+from launcher.posix import proc
+from launcher.posix.ports import participants_by_domain
 from launcher.ros.discovery import gids
 from launcher.ros.discovery.changes import GraphChanges
 from launcher.ros.discovery.gids import participant_of
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.discovery.ports import participants_by_domain
 from launcher.ros.discovery.reannounce import reannounce_to_silent
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.ros.snapshot.qos_matching import mismatches

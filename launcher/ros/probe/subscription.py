@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.ros.errors import VerbError
+from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
 from launcher.ros.probe.protocol import NANOS, Request
 from launcher.ros.probe.snapshot import ProbeSnapshot

@@ -13,8 +13,8 @@ from typing import Any
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.serialization import deserialize_message
 
+from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.errors import VerbError
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain

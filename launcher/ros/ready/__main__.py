@@ -21,14 +21,15 @@ import select
 import sys
 from typing import TYPE_CHECKING, Any
 
-from launcher import dispositions, strict_json
-from launcher.model.supervision import Fact
-from launcher.ros.discovery.domains import environment_domain, is_plain, localhost_only
+from launcher.base import strict_json
+from launcher.base.model.supervision import Fact
+from launcher.posix import dispositions
+from launcher.posix.domains import environment_domain, is_plain, localhost_only
+from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.follower import DiscoveryFollower
 from launcher.ros.discovery.reader import UnsupportedDiscovery
 from launcher.ros.ready.facts import Seen, Watched, in_graph
 from launcher.ros.ready.views import View, followed
-from launcher.stdio import keep_for_messages
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer

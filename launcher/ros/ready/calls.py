@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.subscription import Subscription
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load

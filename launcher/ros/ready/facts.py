@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 from typing import NamedTuple
 
-from launcher.model.supervision import Fact
+from launcher.base.model.supervision import Fact
 from launcher.ros.ready.views import View
 from launcher.ros.snapshot.graph import Direction
 

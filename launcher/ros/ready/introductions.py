@@ -14,9 +14,9 @@ import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery import rtps
 from launcher.ros.discovery.gids import sockets_of
-from launcher.ros.discovery.ports import announcement_ports
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer

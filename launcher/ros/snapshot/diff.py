@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-from launcher import strict_json, text_file
-from launcher.ros.errors import VerbError
+from launcher.base import strict_json, text_file
+from launcher.base.ros_errors import VerbError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.ros.snapshot.qos_matching import links
 

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.command_line import Parsed
-from launcher.dispositions import Endable
-from launcher.errors import UsageError
-from launcher.ros.errors import VerbError
+from launcher.base.command_line import Parsed
+from launcher.base.errors import UsageError
+from launcher.base.ros_errors import VerbError
+from launcher.base.text import typed_error
+from launcher.posix.dispositions import Endable
 from launcher.ros.messages.to_yaml import (
     Style,
     dump,
@@ -21,7 +22,6 @@ from launcher.ros.messages.to_yaml import (
 )
 from launcher.ros.topics.listener import Sample
 from launcher.ros.verb import json_text, to_json_plain
-from launcher.text import typed_error
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name

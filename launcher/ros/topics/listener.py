@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from launcher.command_line import Parsed
-from launcher.model.ros_names import full_name
+from launcher.base.command_line import Parsed
+from launcher.base.model.ros_names import full_name
+from launcher.base.ros_errors import VerbError, did_you_mean, name_fault
+from launcher.posix.domains import why_empty
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.discovery.domains import why_empty
-from launcher.ros.errors import VerbError, did_you_mean, name_fault
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot

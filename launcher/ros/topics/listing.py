@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.ros.errors import VerbError, did_you_mean
+from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.snapshot.qos_matching import Mismatch, explain, mismatches
 

@@ -9,11 +9,11 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.command_line import Parsed
-from launcher.errors import ExitCode, UsageError
-from launcher.ros.clean_up import limited_clean_up
+from launcher.base.command_line import Parsed
+from launcher.base.errors import ExitCode, UsageError
+from launcher.base.ros_errors import VerbError, name_fault
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.errors import VerbError, name_fault
+from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message

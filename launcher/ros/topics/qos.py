@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from launcher.command_line import Parsed, count, option
-from launcher.ros.errors import VerbError
+from launcher.base.command_line import Parsed, count, option
+from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
 from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch

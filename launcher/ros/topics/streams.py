@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from launcher import strict_json
-from launcher.command_line import Parsed
-from launcher.errors import ExitCode
-from launcher.model.ros_names import full_name
-from launcher.ros.errors import VerbError
+from launcher.base import strict_json
+from launcher.base.command_line import Parsed
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.ros_errors import VerbError
 from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter

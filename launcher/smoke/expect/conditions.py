@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from types import CodeType
 from typing import Any
 
-from launcher import strict_json
-from launcher.text import did_you_mean
+from launcher.base import strict_json
+from launcher.base.text import did_you_mean
 
 _BUILTINS = {
     f.__name__: f

@@ -17,7 +17,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
-from launcher import dispositions, strict_json
+from launcher.base import strict_json
+from launcher.posix import dispositions
 
 CPU_S = 1.0  # for a batch, which needs some milliseconds
 CPU_MORE_S = 0.1  # for each content; an image of a megabyte takes half of it

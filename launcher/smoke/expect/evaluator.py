@@ -12,8 +12,8 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from launcher import strict_json
-from launcher.model.run_events import exit_text
+from launcher.base import strict_json
+from launcher.base.model.run_events import exit_text
 from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, Condition
 
 Judged = tuple[bool, str | None]  # whether all conditions hold, and why not

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.document.quantities import Span
-from launcher.document.source_location import Origin
+from launcher.base.document.quantities import Span
+from launcher.base.document.source_location import Origin
 
 START, READY, STOP = "start", "ready", "stop"
 ALWAYS = (START, READY, STOP)  # moments of every run

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from launcher.document.fields import (
+from launcher.base.document.fields import (
     ANYTHING,
     FLAG,
     MAPPING,
@@ -17,7 +17,7 @@ from launcher.document.fields import (
     record,
     text,
 )
-from launcher.document.quantities import (
+from launcher.base.document.quantities import (
     COUNT,
     DURATION,
     EXIT,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from launcher.document.fields import FieldError, FieldType, nested
+from launcher.base.document.fields import FieldError, FieldType, nested
 from launcher.smoke.expect.conditions import STEP, Conditions, Expression, compile_regex
 
 

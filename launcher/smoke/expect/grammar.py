@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.document.fields import ANYTHING, INTEGER, Field, FieldError, FieldType, text
-from launcher.document.quantities import DURATION
+from launcher.base.document.fields import ANYTHING, INTEGER, Field, FieldError, FieldType, text
+from launcher.base.document.quantities import DURATION
 from launcher.smoke.expect.expectation_kinds import KINDS, Kind
 from launcher.smoke.expect.fields import REGEX
 from launcher.smoke.expect.steps import COMMAND, chaos_type

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from launcher.document.fields import FieldError, FieldType, record, shown, text
-from launcher.document.quantities import PERCENT
+from launcher.base.document.fields import FieldError, FieldType, record, shown, text
+from launcher.base.document.quantities import PERCENT
 from launcher.smoke.expect.fields import name
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from launcher.document.source_location import Origin
+from launcher.base.document.source_location import Origin
 from launcher.smoke.expect.expectation import ALWAYS, READY, START, STOP, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.likeness import Likeness

@@ -10,11 +10,11 @@ from typing import Any
 
 import yaml
 
-from launcher import yaml_bounds
-from launcher.document.fields import FieldError, FieldType, near
-from launcher.document.quantities import DURATION, DURATION_PATTERN, for_editors
-from launcher.document.source_location import Origin
-from launcher.model.parameter_text import read
+from launcher.base import yaml_bounds
+from launcher.base.document.fields import FieldError, FieldType, near
+from launcher.base.document.quantities import DURATION, DURATION_PATTERN, for_editors
+from launcher.base.document.source_location import Origin
+from launcher.base.model.parameter_text import read
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
 
 

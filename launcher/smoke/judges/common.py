@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.document.quantities import INFINITY, Span, seconds_text
-from launcher.engine.output.cpu_limit import CpuLimit, TooSlowError
+from launcher.base.document.quantities import INFINITY, Span, seconds_text
+from launcher.output.cpu_limit import CpuLimit, TooSlowError
 from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
 from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts

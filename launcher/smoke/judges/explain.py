@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from launcher.model.run_events import NotStarted, exit_text
+from launcher.base.model.run_events import NotStarted, exit_text
+from launcher.base.text import did_you_mean
 from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import faults, mismatches
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts
-from launcher.text import did_you_mean
 
 BUSY_PERCENT = 90.0  # of one core, which is all that a Python node can use
 

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from launcher.document.quantities import INFINITY
+from launcher.base.document.quantities import INFINITY
 from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.smoke.expect.expectation import Expectation, Verdict

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from launcher.base.text import count
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import met, several, violated
 from launcher.smoke.observe.facts import Facts
-from launcher.text import count
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.traits import Tolerances, Traits

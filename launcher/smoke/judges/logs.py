@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from launcher.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, Span
 from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (

@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.document.quantities import INFINITY, Span
-from launcher.model.run_events import Ended, Ready, RunEvent, Started, exit_text
+from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.model.run_events import Ended, Ready, RunEvent, Started, exit_text
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (

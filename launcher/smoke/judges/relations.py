@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from launcher import strict_json
-from launcher.document.quantities import INFINITY
+from launcher.base import strict_json
+from launcher.base.document.quantities import INFINITY
 from launcher.smoke.expect.conditions import Fields, values_at
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import explain

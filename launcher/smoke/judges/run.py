@@ -5,8 +5,8 @@ from __future__ import annotations
 import signal
 from typing import Any
 
-from launcher.document.quantities import INFINITY, seconds_text
-from launcher.model.run_events import Ended, Signalled, exit_text
+from launcher.base.document.quantities import INFINITY, seconds_text
+from launcher.base.model.run_events import Ended, Signalled, exit_text
 from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.observe.facts import Facts, ProcessEvent

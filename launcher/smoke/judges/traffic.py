@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from launcher.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, Span
 from launcher.smoke.expect.expectation import START, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (

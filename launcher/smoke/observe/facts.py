@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from launcher.model.run_events import (
+from launcher.base.model.run_events import (
     Ended,
     NotStarted,
     Ready,

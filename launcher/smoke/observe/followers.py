@@ -7,15 +7,15 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.base.model.event_entries import entry_of
 from launcher.control.client import Connection
 from launcher.control.runs import Run, wait_for_run
-from launcher.model.event_entries import entry_of
+from launcher.posix.socket_directory import ControlError
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import LogLine, Sample
 from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.observe.leftovers import SharedMemory
 from launcher.smoke.observe.recorder import Recorder
-from launcher.socket_directory import ControlError
 
 if TYPE_CHECKING:
     from launcher.smoke.run.launcher_process import LauncherProcess

@@ -9,9 +9,9 @@ import signal
 import time
 from pathlib import Path
 
-from launcher import proc
-from launcher.engine.cleanup.run_id import run_id_of
-from launcher.ros.discovery.ports import multicast_port
+from launcher.posix import proc
+from launcher.posix.cleanup.run_id import run_id_of
+from launcher.posix.ports import multicast_port
 
 SHARED_MEMORY = Path("/dev/shm")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work

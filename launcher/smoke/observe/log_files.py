@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher.engine.logs.rotating_file import BACKUPS
-from launcher.engine.output.lines import for_terminal
-from launcher.model.event_entries import entry_in
-from launcher.model.run_events import Entry, RunEvent
+from launcher.base.model.event_entries import entry_in
+from launcher.base.model.run_events import Entry, RunEvent
+from launcher.output.lines import for_terminal
+from launcher.output.logs.rotating_file import BACKUPS
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
 from launcher.smoke.observe.recorder import Recorder
 

@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from launcher import strict_json
-from launcher.errors import LauncherError
+from launcher.base import strict_json
+from launcher.base.errors import LauncherError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.smoke.observe.facts import GraphSeen, Message
 from launcher.smoke.observe.recorder import Recorder

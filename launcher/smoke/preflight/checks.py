@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.document.fields import near
-from launcher.document.source_location import Origin
-from launcher.errors import LauncherError, UsageError
+from launcher.base.document.fields import near
+from launcher.base.document.source_location import Origin
+from launcher.base.errors import LauncherError, UsageError
 from launcher.smoke.expect.expectation import STOP, Expectation
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
@@ -185,7 +185,7 @@ class _Types:
 
 def _misfit(message: Any, values: Any) -> LauncherError | None:
     """The error if the values do not fit the message."""
-    from launcher.ros.errors import VerbError
+    from launcher.base.ros_errors import VerbError
     from launcher.ros.messages.from_yaml import fill
 
     try:

@@ -10,10 +10,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from launcher.base.document.fields import near
+from launcher.base.document.source_location import Origin
 from launcher.control.selection import ProcessNames, resolve
 from launcher.control.verbs import BadCallError
-from launcher.document.fields import near
-from launcher.document.source_location import Origin
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.script import Script

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from launcher.errors import LauncherError
-from launcher.ros.errors import VerbError
+from launcher.base.errors import LauncherError
+from launcher.base.ros_errors import VerbError
+from launcher.base.text import suggest
 from launcher.ros.messages import interfaces
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.expect.expectation_kinds import OF_MESSAGES
 from launcher.smoke.expect.script import Script
-from launcher.text import suggest
 
 
 class UnknownTypeError(LauncherError):

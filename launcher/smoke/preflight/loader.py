@@ -9,10 +9,11 @@ from pathlib import Path
 
 import yaml
 
-from launcher.document.fields import near
-from launcher.document.reader import DocumentReader, meant_names, text_of, together
-from launcher.document.source_location import KeyPath, Origin
-from launcher.errors import LauncherError, UsageError
+from launcher.base.document.fields import near
+from launcher.base.document.reader import DocumentReader, meant_names, text_of, together
+from launcher.base.document.source_location import KeyPath, Origin
+from launcher.base.errors import LauncherError, UsageError
+from launcher.base.text import suggest
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
 from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, Kind
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
@@ -20,7 +21,6 @@ from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Command, Step
 from launcher.smoke.preflight import checks
-from launcher.text import suggest
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from rosidl_parser import definition
 
-from launcher.document.fields import near
-from launcher.errors import LauncherError
+from launcher.base.document.fields import near
+from launcher.base.errors import LauncherError
 from launcher.smoke.expect.conditions import STEP, Conditions, Expression
 
 _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float, "octet": None}

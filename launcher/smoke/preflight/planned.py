@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from launcher import strict_json
+from launcher.base import strict_json
 
 PLAN_S = 20.0  # a launch file that takes longer is launched without
 

@@ -10,7 +10,9 @@ from typing import Any
 
 import yaml
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.base.text import count, escape
+from launcher.base.yaml_dumper import Dumper
 from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.expect.script import Script
 from launcher.smoke.judges import judge
@@ -19,8 +21,6 @@ from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.preflight.loader import parse_entry
 from launcher.smoke.record.entries import sections
 from launcher.smoke.record.runs import Entry, Runs, limit_s, note
-from launcher.text import count, escape
-from launcher.yaml_dumper import Dumper
 
 WIDTH = 100
 MORE_S, TIMES_SLOWER = 1.0, 1.2

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.document.quantities import seconds_text
+from launcher.base.document.quantities import seconds_text
 from launcher.smoke.record.names import Names
 from launcher.smoke.record.seen import Seen
 

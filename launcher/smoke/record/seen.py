@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from launcher.document.quantities import INFINITY
-from launcher.model.run_events import Ended, Started
+from launcher.base.document.quantities import INFINITY
+from launcher.base.model.run_events import Ended, Started
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph, is_hidden
 from launcher.smoke.expect.expectation import READY
 from launcher.smoke.observe.facts import Facts, GraphSeen, LogLine, label_of

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, cast
 
-from launcher.errors import ExitCode, LauncherError, UsageError
+from launcher.base.errors import ExitCode, LauncherError, UsageError
+from launcher.base.text import count
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.record.document import Document, Head, document_of
 from launcher.smoke.record.runs import Runs
@@ -24,7 +25,6 @@ from launcher.smoke.reports.result import Result
 from launcher.smoke.run.progress import PipeSafeStdout, Progress
 from launcher.smoke.run.runner import code_of, terminable
 from launcher.smoke.run.session import HARD_ROOM_S
-from launcher.text import count
 
 FOR_S = 15.0  # so that a topic with a message in two seconds has a rate
 READY_WITHIN_S = 60.0

@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from launcher.document.quantities import INFINITY
-from launcher.document.source_location import Origin
-from launcher.errors import LauncherError
-from launcher.model.run_events import Started
+from launcher.base.document.quantities import INFINITY
+from launcher.base.document.source_location import Origin
+from launcher.base.errors import LauncherError
+from launcher.base.model.run_events import Started
 from launcher.ros.snapshot.graph import DEBUG_TOPICS, is_hidden
 from launcher.smoke.expect.expectation import START, Expectation
 from launcher.smoke.expect.script import Script

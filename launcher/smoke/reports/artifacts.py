@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator, Mapping
 from errno import EISDIR, ENOTDIR
 from pathlib import Path
 
-from launcher.document.reader import together
-from launcher.engine.logs.run_directory import log_root
-from launcher.errors import LauncherError, UsageError
+from launcher.base.document.reader import together
+from launcher.base.errors import LauncherError, UsageError
+from launcher.output.logs.run_directory import log_root
 
 KEPT = 20
 _LOCK = ".in-use"

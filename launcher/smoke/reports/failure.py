@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from launcher.document.quantities import seconds_text
+from launcher.base.document.quantities import seconds_text
+from launcher.base.text import escape
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged
-from launcher.text import escape
 
 LINES = 10
 PROCESSES = 3  # whose last lines are shown

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from launcher.errors import LauncherError
-from launcher.github import annotation, plain, table
+from launcher.base.errors import LauncherError
+from launcher.base.github import annotation, plain, table
 from launcher.smoke.reports import text_report
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Result

@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher import strict_json
-from launcher.domain_lease import busy_domains
-from launcher.ros.errors import VerbError
+from launcher.base import strict_json
+from launcher.base.ros_errors import VerbError
+from launcher.posix.domain_lease import busy_domains
 from launcher.ros.snapshot.diff import load, to_document
 from launcher.ros.snapshot.graph import TopicGraph
 from launcher.smoke.reports.artifacts import save
@@ -125,7 +125,7 @@ class GraphFiles:
 
 def main(source: str, target: str) -> str | None:
     """Draw `source` (JSON) as `target` (SVG); returns the error, if any."""
-    from launcher.errors import LauncherError
+    from launcher.base.errors import LauncherError
     from launcher.ros.draw.dot import to_dot, to_svg
     from launcher.ros.draw.filter import Filter, Mode
 

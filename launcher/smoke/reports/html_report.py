@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import __version__, strict_json
-from launcher.errors import ExitCode, LauncherError
-from launcher.model.run_events import Entry
+from launcher import __version__
+from launcher.base import strict_json
+from launcher.base.errors import ExitCode, LauncherError
+from launcher.base.model.run_events import Entry
 from launcher.smoke.observe.facts import LogLine
 from launcher.smoke.preflight.planned import planned
 from launcher.smoke.reports import json_report, page_lines, page_processes
@@ -22,7 +23,7 @@ from launcher.web.graph_state import GraphState
 from launcher.web.layout import Layout, render, source
 from launcher.web.plan_tree import Tree, named, numbered
 
-_OUTLINE = "launcher.commands.launch.outline"
+_OUTLINE = "launcher.launch.outline"
 MAX_EVENTS = 20_000
 RATE_S = 10.0  # before the stop
 MESSAGES = 20  # the last ones of each topic

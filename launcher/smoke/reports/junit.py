@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
-from launcher.errors import ExitCode, LauncherError
+from launcher.base.errors import ExitCode, LauncherError
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result

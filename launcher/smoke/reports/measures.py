@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from launcher import strict_json, text_file
-from launcher.document.source_location import Origin
-from launcher.errors import UsageError
+from launcher.base import strict_json, text_file
+from launcher.base.document.source_location import Origin
+from launcher.base.errors import UsageError
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import label_of
 from launcher.smoke.reports.artifacts import save

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from launcher.engine.output.filters import ERROR, LEVELS, LineLevels
+from launcher.output.filters import ERROR, LEVELS, LineLevels
 from launcher.smoke.observe.facts import LogLine
 
 MAX_LINES = 100_000

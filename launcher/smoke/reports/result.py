@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from launcher.errors import ExitCode
+from launcher.base.errors import ExitCode
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.observe.last_state import LastState

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from launcher.base.text import escape
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, Result
-from launcher.text import escape
 
 PLAIN_WIDTH = 120  # without a terminal, as in a CI log
 ROWS = 200  # at most; of more expectations only failures are shown

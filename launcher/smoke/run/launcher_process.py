@@ -40,7 +40,7 @@ class LauncherProcess:
         *,
         foresees: bool = False,
     ) -> None:
-        from launcher import dispositions  # the watchdog cannot import it
+        from launcher.posix import dispositions  # the watchdog cannot import it
 
         self._output = output
         with contextlib.suppress(ValueError):  # in a thread of pytest
@@ -72,7 +72,7 @@ class LauncherProcess:
 
     def forecast(self, within_s: float) -> Any:
         """What it will start; None if it ends before, or takes too long to read the launch file."""
-        from launcher import strict_json  # the watchdog cannot import it
+        from launcher.base import strict_json  # the watchdog cannot import it
 
         assert self._judge is not None
         self._judge.settimeout(within_s)
@@ -111,7 +111,7 @@ class LauncherProcess:
 
     def last_lines(self, count: int) -> list[str]:
         """Of its output, as a terminal would show them."""
-        from launcher.engine.output.lines import for_terminal  # the watchdog has no packages
+        from launcher.output.lines import for_terminal  # the watchdog has no packages
 
         with contextlib.suppress(OSError):
             lines = for_terminal(self._output.read_bytes()).removesuffix(b"\n")

@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from launcher import strict_json
+from launcher.base import strict_json
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.observe.recorder import Recorder
 from launcher.smoke.reports.moments import item, moment_s

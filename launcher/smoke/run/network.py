@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
@@ -22,10 +22,10 @@ def of_probe(words: Sequence[str], environment: Mapping[str, str]) -> dict[str, 
     path, mode = _value(words, "--hosts"), _value(words, "--discovery")
     if path is None and mode is None:
         return {}
+    from launcher.base.model.record import replace
     from launcher.hosts import discovery
-    from launcher.hosts.file import read
-    from launcher.hosts.model import Discovery, DiscoveryMode
-    from launcher.model.record import replace
+    from launcher.hosts.file.file import read
+    from launcher.hosts.file.model import Discovery, DiscoveryMode
 
     try:
         file = None if path is None else read(path, environment, with_secrets=False)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
 from launcher.smoke.expect.expectation import Expectation, Outcome
 from launcher.smoke.expect.expectation_kinds import OF_MESSAGES, OTHER_TOPICS
 from launcher.smoke.judges import judge

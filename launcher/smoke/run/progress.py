@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, TextIO
 
-from launcher.document.quantities import seconds_text
+from launcher.base.document.quantities import seconds_text
+from launcher.base.text import count, escape
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import Ending, Facts
-from launcher.text import count, escape
 
 if TYPE_CHECKING:
     from launcher.smoke.run.system import System

@@ -10,9 +10,9 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
-from launcher.dispositions import Handled
-from launcher.document.quantities import INFINITY, seconds_text
-from launcher.errors import ExitCode, LauncherError
+from launcher.base.document.quantities import INFINITY, seconds_text
+from launcher.base.errors import ExitCode, LauncherError
+from launcher.posix.dispositions import Handled
 from launcher.smoke.expect.evaluator import EVALUATOR
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS

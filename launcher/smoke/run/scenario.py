@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from launcher.engine.output.cpu_limit import TooSlowError
-from launcher.errors import LauncherError
+from launcher.base.errors import LauncherError
+from launcher.output.cpu_limit import TooSlowError
 from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, Command, Step

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, cast
 
-from launcher import strict_json
-from launcher.document.reader import together
-from launcher.errors import ExitCode, LauncherError
-from launcher.github import add_summary
+from launcher.base import strict_json
+from launcher.base.document.reader import together
+from launcher.base.errors import ExitCode, LauncherError
+from launcher.base.github import add_summary
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe import recording
 from launcher.smoke.preflight import forecast

@@ -11,11 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import socket_directory
-from launcher.document.fields import near
-from launcher.domain_lease import leased_domain
-from launcher.hosts.model import LOCAL
-from launcher.model.run_events import Ended
+from launcher.base.document.fields import near
+from launcher.base.model.run_events import Ended
+from launcher.hosts.file.model import LOCAL
+from launcher.posix import socket_directory
+from launcher.posix.domain_lease import leased_domain
+from launcher.posix.socket_directory import ControlError
 from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
@@ -31,7 +32,6 @@ from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.run import network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
-from launcher.socket_directory import ControlError
 
 EVALUATION_S = 120.0  # longer than the launcher's own limit, which may be raised
 LISTEN_S = 10.0  # until the control socket is open, on a busy machine

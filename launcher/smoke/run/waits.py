@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from launcher.document.quantities import INFINITY, Span
-from launcher.model.run_events import Ended
+from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.model.run_events import Ended
 from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
 from launcher.smoke.judges import explain, judge
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent

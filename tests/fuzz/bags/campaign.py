@@ -16,9 +16,9 @@ from pathlib import Path
 
 from tests.fuzz.bags.seeds import KINDS, write_all
 from tests.fuzz.bags.worker import MEMORY_BYTES, VERBS
+from tests.support.repository import REPOSITORY
 
 _HANG_S = 60.0  # for all verbs of one bag, which take a part of a second
-_ROOT = Path(__file__).resolve().parents[3]
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class _Worker:
         """The outcomes by verb, or what became of the process."""
         if self._process is None:
             self._process = subprocess.Popen(
-                self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=_ROOT
+                self._words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=REPOSITORY
             )
         process = self._process
         assert process.stdin is not None

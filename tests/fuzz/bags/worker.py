@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import launcher.ros.bag.play as play_module
-from launcher.cli import main
+import launcher.bag.ros.play as play_module
+from launcher.cli.dispatch import main
 from tests.fuzz.bags.mutations import mutate
 from tests.fuzz.bags.seeds import mutable
 
@@ -139,8 +139,8 @@ def case(seeds: Path, folder: Path, kind: str, number: int) -> dict[str, Any]:
 
 
 def serve(seeds: Path, folder: Path) -> None:
-    from launcher.ros.bag import publishers
-    from launcher.ros.bag.publishers import Publishers  # noqa: F401  (before memory is limited)
+    from launcher.bag.ros import publishers
+    from launcher.bag.ros.publishers import Publishers  # noqa: F401  (before memory is limited)
     from launcher.ros.messages import classes
 
     play_module.observing = _observing  # type: ignore[assignment]

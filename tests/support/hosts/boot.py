@@ -8,7 +8,7 @@ import subprocess
 import uuid
 from pathlib import Path
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts.network import Port
 from tests.support.hosts.requirements import program
 from tests.support.waiting import wait_until

@@ -8,13 +8,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts import leftovers
 from tests.support.hosts.cgroups import groups
 from tests.support.hosts.computer import Computer
 from tests.support.hosts.lab import Lab
 from tests.support.hosts.remote import Remote
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 
 _RUN_MODULE = f"""
 import runpy, sys

@@ -11,12 +11,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts.entered import Entered
 from tests.support.hosts.leftovers import processes_in
 from tests.support.hosts.network import Port
 from tests.support.hosts.tool import TIMEOUT_S, failure
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 from tests.support.waiting import wait_until
 
 PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.waiting import wait_until
 
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts.cgroups import groups, processes_in_groups, remove_groups
 from tests.support.hosts.tool import run_tool
 from tests.support.waiting import wait_until

@@ -10,9 +10,9 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts.computer import Computer
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 
 
 class Remote(Computer):

@@ -11,7 +11,7 @@ from pathlib import Path
 from tests.support.hosts.computer import python_path
 from tests.support.hosts.keys import allow_login, make_key
 from tests.support.hosts.tree import USER, USER_ID
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 
 _SSHD = "PermitRootLogin prohibit-password\nPasswordAuthentication no\nUseDNS no\nPrintMotd no\n"
 

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher import proc
+from launcher.posix import proc
 from tests.support.hosts.host import Host
 from tests.support.hosts.lab import Lab
-from tests.support.node_process import REPOSITORY
+from tests.support.repository import REPOSITORY
 from tests.support.waiting import wait_until
 
 # Counts with its time, and does what the rest of its words say.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher import proc
+from launcher.posix import proc
 
 SSH_PORT = 22
 _LISTEN = "0A"  # state of a socket in /proc/net/tcp

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.process.conftest import ControlBench
+from tests.support.benches import ControlBench
 from tests.support.controlled_run import ControlledRun
 from tests.support.loopback.run import SWITCHES
 from tests.support.waiting import wait_until

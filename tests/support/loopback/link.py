@@ -7,10 +7,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from launcher.engine.hosts.link import LinkContext, LinkState
-from launcher.engine.machine import Command
-from launcher.engine.posix.reactor import Timer
-from launcher.hosts.order import Order
+from launcher.hosts.engine.link import LinkContext, LinkState
+from launcher.hosts.file.order import Order
+from launcher.posix.reactor import Timer
+from launcher.run.machine import Command
 from tests.support.loopback.machine import Machine
 
 REFUSES = "refuses"  # hosts whose names begin so

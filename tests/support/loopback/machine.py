@@ -8,17 +8,17 @@ import tempfile
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
-from launcher.agent.forwarder import Forwarder
-from launcher.engine.hosts.frames import STREAMS
-from launcher.engine.hosts.replica import ReportingMachine
-from launcher.engine.machine import Command, MachineEvent, SignalSent
-from launcher.engine.posix.reactor import Reactor
-from launcher.engine.posix.spawn import Child, spawn
-from launcher.engine.process import Process
-from launcher.engine.process_driver import ProcessDriver
-from launcher.hosts.order import Order
-from launcher.hosts.resolution import resolve
-from launcher.model.spec import ProcessSpec
+from launcher.base.model.spec import ProcessSpec
+from launcher.hosts.agent.forwarder import Forwarder
+from launcher.hosts.engine.frames import STREAMS
+from launcher.hosts.engine.replica import ReportingMachine
+from launcher.hosts.file.order import Order
+from launcher.hosts.file.resolution import resolve
+from launcher.posix.reactor import Reactor
+from launcher.posix.spawn import Child, spawn
+from launcher.run.machine import Command, MachineEvent, SignalSent
+from launcher.run.process import Process
+from launcher.run.process_driver import ProcessDriver
 
 # event, process_id, at_s, pid, left_s; or output: stream, process_id, data, at_s
 Report = tuple[str, tuple[Any, ...]]

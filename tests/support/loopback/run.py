@@ -10,8 +10,8 @@ import os
 import sys
 
 from launcher.__main__ import main
-from launcher.engine.hosts import engines
-from launcher.engine.hosts.link import LinkContext
+from launcher.hosts.engine import engines
+from launcher.hosts.engine.link import LinkContext
 from tests.support.loopback.link import LoopbackLink
 
 SWITCHES = "LOOPBACK_SWITCHES"

@@ -1,0 +1,275 @@
+"""The flight recorder of a run: `python -m launcher.bag.ros.flight SETTINGS`, by `--record`.
+
+It keeps the last messages of all topics in memory, and writes them with logs and events when a
+process has died unasked or when it is told to. SETTINGS is JSON (see `Settings`). It reads lines of
+JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes lines to stdout:
+`{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it answers as `asked`;
+`{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is the death of the
+launcher.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import re
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from launcher.bag import snapshot
+from launcher.bag.model import Message, Qos, Topic
+from launcher.bag.ros.recorder import PERIOD_S, REMEMBER_S, Recorder, RecorderOptions
+from launcher.bag.ros.sinks import FileSink, Ring
+from launcher.bag.selection import Selection
+from launcher.bag.snapshot import Contents
+from launcher.bag.writer import BagWriter
+from launcher.base import strict_json
+from launcher.base.model.event_entries import entry_of
+from launcher.base.model.run_events import Ended, Entry, exit_text
+from launcher.control.client import Connection
+from launcher.posix import dispositions
+from launcher.posix.socket_directory import ControlError
+from launcher.posix.stdio import keep_for_messages
+from launcher.ros.discovery.observer import Observer
+
+AFTER_S = 1.0  # what follows a death belongs to it
+APART_S = 10.0  # between two automatic snapshots: a process may die again and again
+KEEP_SNAPSHOTS = 10  # automatic ones of a run; older ones are removed
+_FORGET_S = 0.5
+_QUEUE_BYTES = 64 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """`topics` is a regular expression; `everything`: write all messages into `RUN/bag`."""
+
+    run_folder: str
+    socket: str
+    keep_s: float = 60.0
+    keep_bytes: int = 256 * 1024 * 1024
+    topics: str | None = None
+    everything: bool = False
+
+
+@dataclass(slots=True)
+class _Due:
+    """A snapshot that is to be written at `at_s`, for these reasons."""
+
+    at_s: float
+    reasons: list[str] = field(default_factory=list)
+    asked: list[int] = field(default_factory=list)  # ids of requests; none if it is automatic
+
+
+class _Both:
+    """Passes on what is recorded to the ring and to the files."""
+
+    def __init__(self, ring: Ring, files: FileSink) -> None:
+        self._ring = ring
+        self._files = files
+
+    def add_topic(self, topic: Topic) -> None:
+        self._ring.add_topic(topic)
+        self._files.add_topic(topic)
+
+    def set_qos(self, topic: str, profiles: list[Qos]) -> None:
+        self._ring.set_qos(topic, profiles)
+        self._files.set_qos(topic, profiles)
+
+    def put(self, message: Message, publisher: bytes) -> bool:
+        self._ring.put(message, publisher)
+        return self._files.put(message, publisher)
+
+
+class FlightRecorder:
+    """Records until `end`; `requests` are those of the launcher and of the run's events."""
+
+    def __init__(self, settings: Settings, observer: Observer) -> None:
+        self._settings = settings
+        self._ring = Ring(settings.keep_bytes, settings.keep_s)
+        self._files: FileSink | None = None
+        if settings.everything:
+            folder = os.path.join(settings.run_folder, "bag")
+            writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
+            self._files = FileSink(writer, _QUEUE_BYTES)
+        regex = None if settings.topics is None else re.compile(settings.topics)
+        selection = Selection(
+            all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
+        )
+        sink = self._ring if self._files is None else _Both(self._ring, self._files)
+        options = RecorderOptions(selection=selection, remember_s=settings.keep_s + REMEMBER_S)
+        self._recorder = Recorder(observer, options, sink, self._note)
+        self._requests: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
+        self._due: _Due | None = None
+        self._last_automatic_s = -APART_S
+        self._writing: threading.Thread | None = None
+        self._is_over = self._was_told = False
+
+    def run(self) -> None:
+        for target in (self._read_orders, self._follow_events):
+            threading.Thread(target=target, daemon=True).start()
+        next_forget_s = 0.0
+        while not self._is_over:
+            if self._recorder.poll() and self._files is not None:
+                self._files.wake()
+            now = time.monotonic()
+            if now >= next_forget_s:
+                next_forget_s = now + _FORGET_S
+                self._ring.forget_old()
+            self._take_requests(now)
+            if self._due is not None and now >= self._due.at_s:
+                self._begin_writing()
+            time.sleep(PERIOD_S)
+        self._finish()
+
+    # ---- requests
+
+    def _read_orders(self) -> None:
+        for line in sys.stdin:
+            order = strict_json.unpacked(line)
+            if "snapshot" in order:
+                self._requests.put(("snapshot", (order["snapshot"], order["id"])))
+            if order.get("end"):
+                self._requests.put(("end", None))
+                return
+        self._requests.put(("lost", None))
+
+    def _follow_events(self) -> None:
+        silently = contextlib.suppress(ControlError, OSError)  # the launcher is gone
+        with silently, Connection(self._settings.socket) as connection:
+            for item in connection.follow("events"):
+                entry = entry_of(item)
+                if entry is not None and entry.event.is_failure:
+                    self._requests.put(("death", _story(entry)))
+
+    def _take_requests(self, now: float) -> None:
+        while not self._requests.empty():
+            kind, detail = self._requests.get()
+            match kind:
+                case "death":
+                    at_s = max(now + AFTER_S, self._last_automatic_s + APART_S)
+                    self._plan(detail, at_s)
+                case "snapshot":
+                    reason, number = detail
+                    self._plan(reason, now, [number])
+                case "lost":
+                    self._plan("the launcher was killed", now)
+                    self._is_over = True
+                case "end":
+                    self._is_over = self._was_told = True
+
+    def _plan(self, reason: str, at_s: float, asked: Sequence[int] = ()) -> None:
+        if self._due is None:
+            self._due = _Due(at_s)
+        self._due.at_s = min(self._due.at_s, at_s)
+        self._due.asked += asked
+        if reason not in self._due.reasons:
+            self._due.reasons.append(reason)
+
+    # ---- writing
+
+    def _begin_writing(self) -> None:
+        """Write in a thread, so that the taking goes on."""
+        if self._writing is not None and self._writing.is_alive():
+            return
+        due, self._due = self._due, None
+        assert due is not None
+        if not due.asked:
+            self._last_automatic_s = time.monotonic()
+        contents = self._contents("; ".join(due.reasons))
+        self._writing = threading.Thread(target=self._write, args=(contents, due.asked))
+        self._writing.start()
+
+    def _contents(self, reason: str) -> Contents:
+        self._recorder.take()
+        self._ring.forget_old()
+        return Contents(
+            reason=reason,
+            end_ns=time.time_ns(),
+            keep_s=self._settings.keep_s,
+            topics=list(self._ring.topics.values()),
+            messages=self._ring.contents(),
+            nodes=dict(self._recorder.nodes),
+            dropped_ns=self._ring.dropped_ns,
+            run_folder=self._settings.run_folder,
+        )
+
+    def _write(self, contents: Contents, asked: list[int]) -> None:
+        parent = os.path.join(self._settings.run_folder, "snapshots")
+        kind = "asked" if asked else "death"
+        stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(contents.end_ns // 10**9))
+        folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
+        try:
+            os.makedirs(parent, exist_ok=True)
+            snapshot.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
+            _prune(parent)
+        except OSError as error:
+            say(error=f"cannot write {folder}: {error.strerror or error}", asked=asked)
+        else:
+            say(
+                snapshot=folder,
+                reason=contents.reason,
+                messages=len(contents.messages),
+                asked=asked,
+            )
+
+    def _finish(self) -> None:
+        if self._writing is not None:
+            self._writing.join()
+        if self._due is not None:
+            self._begin_writing()
+            assert self._writing is not None
+            self._writing.join()
+        self._recorder.close()
+        if self._files is not None and (error := self._files.finish()) is not None:
+            say(note=f"not everything was written: {error.strerror}")
+
+    def _note(self, text: str) -> None:
+        say(note=text)
+
+
+def _story(entry: Entry) -> str:
+    if isinstance(entry.event, Ended):
+        return f"{entry.process} died ({exit_text(entry.event.returncode)})"
+    return f"{entry.process} could not be started"
+
+
+def _unused(path: str) -> str:
+    number, found = 1, path
+    while os.path.exists(found) or os.path.exists(f"{found}.part"):
+        number += 1
+        found = f"{path}-{number}"
+    return found
+
+
+def _prune(parent: str) -> None:
+    """Remove the oldest automatic snapshots."""
+    names = sorted(name for name in os.listdir(parent) if "-death" in name and ".part" not in name)
+    for name in names[:-KEEP_SNAPSHOTS]:
+        shutil.rmtree(os.path.join(parent, name), ignore_errors=True)
+
+
+_saying = threading.Lock()
+
+
+def say(**values: object) -> None:
+    with _saying, contextlib.suppress(OSError):
+        sys.stdout.write(strict_json.packed(values) + "\n")
+        sys.stdout.flush()
+
+
+def main() -> None:
+    keep_for_messages()
+    dispositions.ignore()  # it ends with the launcher
+    settings = Settings(**strict_json.unpacked(sys.argv[1]))
+    with Observer() as observer:
+        FlightRecorder(settings, observer).run()
+
+
+if __name__ == "__main__":
+    main()

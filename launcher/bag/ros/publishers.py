@@ -1,0 +1,231 @@
+"""Publishes what a bag has: messages, requests of services, and `/clock`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from launcher.bag.agreement import difference
+from launcher.bag.model import CDR, Message, Qos, Topic
+from launcher.bag.ros import qos as bag_qos
+from launcher.base.ros_errors import VerbError
+from launcher.base.text import escape
+from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.interfaces import load, load_message
+from launcher.ros.snapshot.graph import Direction, GraphSnapshot
+from launcher.ros.snapshot.qos_matching import mismatches
+from launcher.ros.topics import qos
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+
+SERVICE_EVENT = "/_service_event"
+_DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow to take
+_PERIOD_S = 0.01
+_SLICE_NS = 100_000_000
+_UNKNOWN_S = 1.0  # for a service that was not in the graph
+_REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
+
+
+class Publishers:
+    """A publisher for each topic that can be played; `notes` gets a sentence for the others.
+
+    `remap` maps names of the bag to those that are published.
+    """
+
+    def __init__(
+        self,
+        observer: Observer,
+        overrides: Mapping[str, Qos],
+        remap: Mapping[str, str],
+        notes: Callable[[str], None],
+        *,
+        requests: str | None = None,
+    ) -> None:
+        self._observer = observer
+        self._overrides = overrides
+        self._remap = remap
+        self._notes = notes
+        self._requests = requests
+        self._added: dict[str, Topic] = {}
+        self._noted: set[str] = set()
+        self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, _Requester] = {}
+        self._clock: Any = None
+
+    def add(self, topic: Topic) -> bool:
+        """Whether the topic can be played, also together with one of its name that was added."""
+        name = self._remap.get(topic.name, topic.name)
+        known = self._added.get(topic.name)
+        try:
+            if topic.serialization != CDR:
+                raise VerbError(f"its messages are in '{topic.serialization}', and ROS 2 has CDR")
+            if not topic.type:
+                raise VerbError("the bag does not have its type")
+            if known is None:
+                self._create(topic, name)
+                self._added[topic.name] = topic
+            elif topic.type != known.type:
+                raise VerbError(f"it is {topic.type} in this bag, and {known.type} in another one")
+            elif difference(known, topic):
+                raise VerbError(f"{topic.type} is not defined as in another bag")
+        except VerbError as error:
+            self._refuse(topic.name, error)
+            return False
+        return True
+
+    def _create(self, topic: Topic, name: str) -> None:
+        """VerbError where ROS has no such name or type."""
+        from rclpy.exceptions import NameValidationException
+
+        try:
+            if self._requests is not None and topic.name.endswith(SERVICE_EVENT):
+                self._add_client(topic, name.removesuffix(SERVICE_EVENT), self._requests)
+            else:
+                self._publishers[topic.name] = self._observer.node.create_publisher(
+                    with_library(load_message(topic.type)), name, self._profile(topic)
+                )
+        except VerbError as error:
+            raise VerbError(f"{topic.type}: {error.message}", hint=error.hint) from None
+        except NameValidationException as error:
+            reason = str(error).partition("\n")[0].partition(": ")[2].rstrip(":")
+            raise VerbError(
+                f"'{name}' is no name in ROS: {reason}",
+                hint=f"--remap {topic.name}:=NEW plays it with another name",
+            ) from None
+
+    def _refuse(self, what: str, error: VerbError) -> None:
+        """Say once why something is not played."""
+        note = f"{what} is not played: {error.message}"
+        note = escape(f"{note}\nhint: {error.hint}" if error.hint else note)
+        if note not in self._noted:
+            self._noted.add(note)
+            self._notes(note)
+
+    def _add_client(self, topic: Topic, service: str, source: str) -> None:
+        node, kind = self._observer.node, topic.type.removesuffix("_Event")
+        self._clients[topic.name] = _Requester(node, service, kind, source)
+
+    def _profile(self, topic: Topic) -> Any:
+        from rclpy.qos import DurabilityPolicy
+
+        try:
+            profile = bag_qos.to_play(topic.qos)
+        except ValueError as error:  # a word that this version of ROS does not know
+            self._notes(f"{topic.name} is played with the default QoS: {error}")
+            profile = bag_qos.to_play(())
+        if profile.durability == DurabilityPolicy.VOLATILE:
+            profile.depth = max(profile.depth, _DEPTH)
+        override = self._overrides.get(topic.name)
+        return profile if override is None else bag_qos.changed(profile, override)
+
+    def add_clock(self) -> None:
+        from rosgraph_msgs.msg import Clock
+
+        self._clock = self._observer.node.create_publisher(Clock, "/clock", 10)
+
+    def publish(self, message: Message) -> bool:
+        """Whether the message was played; a damaged event is not."""
+        if (client := self._clients.get(message.topic)) is None:
+            self._publishers[message.topic].publish(message.data)
+            return True
+        try:
+            client.send(message.data)
+        except RuntimeError as error:  # RMWError
+            self._refuse(f"an event of {message.topic}", VerbError(str(error)))
+            return False
+        return True
+
+    def publish_clock(self, bag_ns: int) -> None:
+        from builtin_interfaces.msg import Time
+        from rosgraph_msgs.msg import Clock
+
+        seconds, nanoseconds = divmod(bag_ns, 10**9)
+        self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
+
+    def wait_for_others(self, graph: GraphSnapshot | None, limit_s: float) -> None:
+        """Return when the subscriptions and services of the graph are connected."""
+        if graph is None:
+            return
+        subscriptions = [(one, self._matching(graph, one)) for one in self._all()]
+        end = time.monotonic() + limit_s
+        for publisher, count in subscriptions:
+            while publisher.get_subscription_count() < count and time.monotonic() < end:
+                time.sleep(_PERIOD_S)
+        for client in self._clients.values():
+            if not graph.servers(client.service):
+                end = min(end, time.monotonic() + _UNKNOWN_S)
+            while not client.is_ready() and time.monotonic() < end:
+                time.sleep(_PERIOD_S)
+            if not client.is_ready():
+                self._notes(f"the service {client.service} is not there")
+
+    def _all(self) -> list[Any]:
+        """The publishers of topics, and that of `/clock`."""
+        clock = [] if self._clock is None else [self._clock]
+        return [*self._publishers.values(), *clock]
+
+    @staticmethod
+    def _matching(graph: GraphSnapshot, publisher: Any) -> int:
+        own = qos.endpoint_of(
+            publisher.qos_profile,
+            Direction.PUBLISHER,
+            publisher.topic_name,
+            "/".join([*publisher.msg_type.__module__.split(".")[:2], publisher.msg_type.__name__]),
+            node="this command",
+        )
+        others = graph.on(publisher.topic_name, Direction.SUBSCRIPTION)
+        return sum(not mismatches([own, other.endpoint()]) for other in others)
+
+    def wait_for_all_acked(self, limit_s: float) -> bool:
+        """Whether all RELIABLE subscriptions and services have everything within this time."""
+        from rclpy.duration import Duration
+
+        end = time.monotonic() + limit_s
+        for publisher in self._all():
+            while not publisher.wait_for_all_acked(Duration(nanoseconds=_SLICE_NS)):
+                if time.monotonic() >= end:
+                    return False
+        for client in self._clients.values():
+            while client.is_ready() and client.awaits_answers():
+                if time.monotonic() >= end:
+                    return False
+                time.sleep(_PERIOD_S)
+        return True
+
+
+class _Requester:
+    """Sends the requests in the events of a service to the service that is there now.
+
+    `source` is whose events are used, `client` or `service`, since both may have been recorded.
+    """
+
+    def __init__(self, node: Any, service: str, type_name: str, source: str) -> None:
+        kind = load(type_name, "srv", "The passed service type is invalid")
+        with_library(kind)
+        self._event, self._response = kind.Event, kind.Response
+        self._pending: set[int] = set()
+        self.service = service
+        self._client = node.create_client(kind, service)
+        self.is_ready = self._client.service_is_ready
+        self._wanted = _REQUEST_SENT if source == "client" else _REQUEST_RECEIVED
+
+    def send(self, data: bytes) -> None:
+        from rclpy.serialization import deserialize_message
+
+        event = deserialize_message(data, self._event)
+        if event.info.event_type == self._wanted and event.request:
+            self.awaits_answers()  # there is room for a few only
+            with self._client.handle:
+                self._pending.add(self._client.handle.send_request(event.request[0]))
+
+    def awaits_answers(self) -> bool:
+        """Whether an answer has not come yet; a request that is under way ends with its client."""
+        with self._client.handle:
+            while self._pending:
+                header, _ = self._client.handle.take_response(self._response)
+                if header is None:
+                    break
+                self._pending.discard(header.request_id.sequence_number)
+        return bool(self._pending)

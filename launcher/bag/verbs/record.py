@@ -1,0 +1,143 @@
+"""`bag record`: the options of recording."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+from launcher.bag.selection import Selection, expression
+from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
+from launcher.bag.verbs.topics import EXCLUDE, names
+from launcher.base.command_line import Parsed, count, option, positive_seconds
+from launcher.base.errors import UsageError
+from launcher.ros.verb import ros_command
+
+_CACHE_BYTES = 100 * 1024 * 1024
+
+
+def _pair(word: str) -> tuple[str, str]:
+    name, equals, value = word.partition("=")
+    if not name or not equals:
+        raise ValueError(f"'{word}' is not NAME=VALUE")
+    return name, value
+
+
+def _record(options: Parsed) -> int:
+    from launcher.bag.ros.qos import read_overrides
+    from launcher.bag.ros.record import RecordOptions, record
+    from launcher.bag.ros.recorder import RecorderOptions
+
+    selection = _selection(options)
+    if selection.is_empty:
+        raise UsageError(
+            "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
+        )
+    _check_names((*selection.topics, *selection.services))
+    path = options.qos_profile_overrides_path
+    return record(
+        options,
+        RecordOptions(
+            folder=options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"),
+            storage=storage_of(options),
+            cache_bytes=options.max_cache_size or MAX,
+            start_paused=options.start_paused,
+            snapshot=options.snapshot_mode,
+            keyboard=not options.disable_keyboard_controls,
+            for_s=options.for_s,
+            custom_data=dict(options.custom_data or ()),
+        ),
+        RecorderOptions(
+            selection=selection,
+            overrides={} if path is None else read_overrides(path),
+            poll_s=None if options.no_discovery else options.polling_interval / 1000,
+            use_sim_time=options.use_sim_time,
+            include_unpublished=options.include_unpublished_topics,
+        ),
+    )
+
+
+def _check_names(names: Iterable[str]) -> None:
+    """UsageError for what cannot be the name of a topic or a service."""
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.topics.listener import full_topic
+
+    for name in names:
+        try:
+            full_topic(name)
+        except VerbError as error:
+            raise UsageError(error.message) from None
+
+
+def _selection(options: Parsed) -> Selection:
+    return Selection(
+        all_topics=options.all or options.all_topics,
+        all_services=options.all or options.all_services,
+        topics=names(options.words) | names(options.topics),
+        services=names(options.services),
+        types=options.topic_types or (),
+        regex=options.regex,
+        exclude_regex=options.exclude_regex,
+        exclude_topics=names(options.exclude_topics),
+        exclude_services=names(options.exclude_services),
+        exclude_types=options.exclude_topic_types or (),
+        hidden=options.include_hidden_topics,
+    )
+
+
+_WHAT = (
+    option("-a, --all", "all topics and all calls of services"),
+    option("--all-topics", "all topics"),
+    option("--all-services", "calls of all services that publish them (service introspection)"),
+    option("--topics NAME ...", "these topics"),
+    option("--services NAME ...", "calls of these services"),
+    option("--topic-types TYPE ...", "topics of these types"),
+    option("-e, --regex REGEX", "topics and services whose names it matches", expression),
+    *EXCLUDE,
+    option("--exclude-services NAME ...", "not these services"),
+    option("--exclude-topic-types TYPE ...", "not topics of these types"),
+    option("--include-hidden-topics", "hidden topics as well"),
+    option("--include-unpublished-topics", "topics that only have subscriptions as well"),
+    option("--no-discovery", "only topics that are there at the start"),
+    option(
+        "--polling-interval MS",
+        "time between two looks for new topics",
+        lambda word: count(word, 1, MAX),
+        100,
+    ),
+)
+_FILES = (
+    option("-o, --output DIR", "folder to make (default: rosbag2_ and the time)"),
+    *SPLIT,
+    option(
+        "--max-cache-size BYTES",
+        "memory for messages that wait to be written, and in --snapshot-mode; 0 is unlimited "
+        "(default: 100M)",
+        byte_count,
+        _CACHE_BYTES,
+    ),
+    *COMPRESSION,
+    option("-s, --storage ID", "format of files", choices=("mcap",), default="mcap"),
+    option("--custom-data NAME=VALUE", "note it in metadata.yaml", _pair, repeat="all"),
+)
+_HOW = (
+    option("--start-paused", "begin with the space key"),
+    option("--use-sim-time", "times of /clock instead of the time of arrival"),
+    option(
+        "--snapshot-mode",
+        "keep messages in memory (--max-cache-size) and write them on the key s or SIGUSR1",
+    ),
+    option("--qos-profile-overrides-path FILE", "YAML: topic -> policies of its subscription"),
+    option("--for S", "end after S seconds", positive_seconds, name="for_s"),
+    option("--disable-keyboard-controls", "read no keys"),
+    option("--node-name NAME", "ignored, for compatibility with ros2"),
+)
+
+COMMAND = ros_command(
+    "bag record",
+    "record topics until Ctrl-C",
+    _record,
+    option("[NAME ...]", "topics", name="words"),
+    *_WHAT,
+    *_FILES,
+    *_HOW,
+)

@@ -1,0 +1,44 @@
+"""The options that select topics, of `bag record` and the verbs that read bags."""
+
+from __future__ import annotations
+
+from launcher.bag.selection import Selection, expression
+from launcher.base.command_line import Parsed, option
+from launcher.base.model.ros_names import full_name
+
+EXCLUDE = (
+    option("-x, --exclude, --exclude-regex REGEX", "not those whose names it matches", expression),
+    option("--exclude-topics NAME ...", "not these topics"),
+)
+SELECT = (
+    option("--topics NAME ...", "only these topics"),
+    option("-e, --regex REGEX", "topics whose names it matches", expression),
+    *EXCLUDE,
+)
+
+
+def names(words: object) -> frozenset[str]:
+    """The full names that an option has; none if it was not given."""
+    return frozenset(map(full_name, words)) if isinstance(words, list) else frozenset()
+
+
+def selected(
+    options: Parsed,
+    *,
+    services: frozenset[str] = frozenset(),
+    exclude_services: frozenset[str] = frozenset(),
+) -> Selection:
+    """What the options of `SELECT` select, and these services; everything if nothing is named."""
+    topics = names(options.topics)
+    everything = not topics and not services and options.regex is None
+    return Selection(
+        all_topics=everything,
+        all_services=everything,
+        topics=topics,
+        services=services,
+        exclude_services=exclude_services,
+        regex=options.regex,
+        exclude_regex=options.exclude_regex,
+        exclude_topics=names(options.exclude_topics),
+        hidden=True,
+    )

@@ -1,0 +1,126 @@
+"""The options of a run, which override or complete its launch file."""
+
+from __future__ import annotations
+
+import fnmatch
+
+from launcher.base.model.record import Record, replace
+from launcher.base.model.spec import ProcessSpec, RestartPolicy, StopPolicy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.base.model.spec import Limits
+
+
+class RunOptions(Record):
+    """`restart` and `stop` are (pattern, policy) pairs, of which the last that matches counts.
+
+    `limits` are such pairs, too, which are merged; later ones override. `prefix` are (pattern,
+    words in front of the command), of which the last that matches counts. `log_levels` are
+    (pattern, (logger or nothing, level)). `stagger_s` is the least time between two starts,
+    `max_starting` how many processes may be starting at the same time (None: any number). The run
+    ends when a process that matches `required` exits, after `timeout_s`, or with
+    `exit_when_any_dies` after the first failure without a restart. `budgets` are limits on
+    resources (see `budget_parser`), as are `file_budgets`, of supervision files; `start_rules` are
+    the StartRules of these (see `supervision`), `file_names` the names of processes in them, each
+    with its place, and `settings_beside` says whether to look for one beside the launch file.
+    `format` is the form of lines on the screen (see `engine.output.line_format`). `control`: open
+    the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
+    file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
+    used. `record`: `flight` or `all`, with the bounds `record_keep` (seconds, bytes) and the
+    regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
+    settings (docs/web.md). `warm`: start Python programs warm (docs/warm.md), or none;
+    None: nodes, where that is faster. What matches one of `compose` runs in one process.
+    """
+
+    restart: tuple[tuple[str, RestartPolicy], ...] = ()
+    stop: tuple[tuple[str, StopPolicy], ...] = ()
+    limits: tuple[tuple[str, Limits], ...] = ()
+    prefix: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    log_levels: tuple[tuple[str, tuple[str, str]], ...] = ()
+    stagger_s: float = 0.0
+    max_starting: int | None = None
+    required: tuple[str, ...] = ()
+    compose: tuple[str, ...] = ()
+    exit_when_any_dies: bool = False
+    timeout_s: float | None = None
+    format: str = "default"
+    log_files: bool = True
+    control: bool = True
+    console: bool = True
+    ros: bool = False
+    record: str | None = None
+    record_keep: tuple[float, int] | None = None
+    record_topics: str | None = None
+    web: bool = False
+    web_port: int | None = None
+    web_host: str | None = None
+    web_tls: tuple[str, str] | None = None
+    web_token: str | None = None
+    web_read_only: bool = False
+    watch: bool = False
+    check_parameters: bool = True
+    responsive: bool = False
+    budgets: tuple[str, ...] = ()
+    file_budgets: tuple[Any, ...] = ()
+    start_rules: tuple[Any, ...] = ()
+    file_names: tuple[tuple[str, str], ...] = ()
+    settings_beside: bool = True
+    hosts: str | None = None
+    discovery: str | None = None
+    skip_hosts: tuple[str, ...] = ()
+    warm: bool | None = None
+
+    @property
+    def has_budgets(self) -> bool:
+        return bool(self.budgets or self.file_budgets)
+
+    @property
+    def name_processes(self) -> bool:
+        by_words = self.restart or self.stop or self.limits or self.prefix or self.required
+        return bool(by_words or self.budgets or self.file_names or self.log_levels or self.compose)
+
+    def adapt(self, spec: ProcessSpec) -> ProcessSpec:
+        for pattern, policy in self.restart:
+            if matches(pattern, spec):
+                spec = replace(spec, restart=policy)
+        for pattern, stop in self.stop:
+            if matches(pattern, spec):
+                spec = replace(spec, stop=stop)
+        for pattern, limits in self.limits:
+            if matches(pattern, spec):
+                spec = replace(spec, limits=limits.over(spec.limits) if spec.limits else limits)
+        if self.log_levels and spec.ros is not None:
+            from launcher.base.model.log_levels import with_levels
+
+            given = [one for one in self.log_levels if matches(one[0], spec)]
+            spec = with_levels(spec, given, names_of(spec))
+        return self.with_prefix(spec) if self.prefix else spec
+
+    def with_prefix(self, spec: ProcessSpec) -> ProcessSpec:
+        found = [words for pattern, words in self.prefix if matches(pattern, spec)]
+        if not found:
+            return spec
+        words = found[-1]
+        if spec.shell:  # its words become a text, which the shell splits again
+            import shlex
+
+            words = tuple(map(shlex.quote, words))
+        return replace(spec, argv=(*words, *spec.argv))
+
+    def is_required(self, spec: ProcessSpec) -> bool:
+        return any(matches(pattern, spec) for pattern in self.required)
+
+
+def matches(pattern: str, spec: ProcessSpec) -> bool:
+    return any(fnmatch.fnmatchcase(name, pattern) for name in names_of(spec))
+
+
+def names_of(spec: ProcessSpec) -> list[str]:
+    """Names of this process: its name, its label, and the name of its node; of its members, too."""
+    names = [spec.name, spec.label, *(name for one in spec.members for name in names_of(one))]
+    if spec.ros is not None and spec.ros.node_name is not None:
+        names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
+    return names

@@ -1,0 +1,171 @@
+"""The table of verbs: the name of each, its module and its line of help.
+
+`main(words)` of the module runs the verb and returns the exit code; `COMMAND` has its options.
+"""
+
+_TABLE = (
+    ("launch", "launcher.launch.verbs.launch", "run a launch file; `launch` may be left out"),
+    ("plan", "launcher.launch.verbs.plan", "show what a launch file would start, and why"),
+    ("args", "launcher.launch.verbs.args", "list the arguments of a launch file"),
+    ("run", "launcher.launch.verbs.run", "run one executable of a package in this terminal"),
+    (
+        "build",
+        "launcher.workspace.verbs.build",
+        "build the packages of a workspace, message types included",
+    ),
+    (
+        "wheel",
+        "launcher.workspace.verbs.wheel",
+        "make wheels of built packages, to install them without a compiler",
+    ),
+    ("topic", "launcher.ros.verbs.topic", "list, inspect, print, measure and publish topics"),
+    ("node", "launcher.ros.verbs.node", "list and inspect nodes"),
+    ("param", "launcher.ros.verbs.param", "list, get and set parameters of nodes"),
+    ("service", "launcher.ros.verbs.service", "list and call services, and print their events"),
+    ("action", "launcher.ros.verbs.action", "list actions, and send goals"),
+    ("lifecycle", "launcher.ros.verbs.lifecycle", "show and change the states of lifecycle nodes"),
+    (
+        "interface",
+        "launcher.ros.verbs.interface",
+        "show the installed types of messages, services and actions",
+    ),
+    ("bag", "launcher.bag.verbs", "record topics, play and compare recordings"),
+    (
+        "pkg",
+        "launcher.workspace.verbs.pkg",
+        "make packages of nodes and of interfaces, and look at installed ones",
+    ),
+    (
+        "env",
+        "launcher.workspace.verbs.env",
+        "print the environment of a workspace, for shells and editors",
+    ),
+    (
+        "test",
+        "launcher.workspace.verbs.test",
+        "run the tests of packages; to test a launch file: smoke",
+    ),
+    ("doctor", "launcher.doctor.verb", "find what is wrong on this machine, and repair it"),
+    (
+        "hosts",
+        "launcher.hosts.verbs",
+        "try other hosts, and bring the launcher and packages to them",
+    ),
+    (
+        "attach",
+        "launcher.hosts.verbs.attach",
+        "return to a run whose processes were left on other hosts",
+    ),
+    ("analyze", "launcher.launch.analyze", "show where the time of a start-up went"),
+    ("smoke", "launcher.smoke.verb", "test a launch file against expectations"),
+    (
+        "export",
+        "launcher.export.verbs.export",
+        "write a launch file as units of systemd, Kubernetes, Compose or Podman",
+    ),
+    ("graph", "launcher.ros.verbs.graph", "show the ROS graph as a tree, a drawing or data"),
+    (
+        "web",
+        "launcher.web.verb",
+        "serve a page in the browser that shows and controls a running launch",
+    ),
+    ("foxglove", "launcher.foxglove.verb", "show the ROS graph to Foxglove and to Lichtblick"),
+    (
+        "multicast",
+        "launcher.ros.verbs.multicast",
+        "send or receive one packet by multicast, to try a network",
+    ),
+    (
+        "daemon",
+        "launcher.ros.verbs.daemon",
+        "say that no daemon is needed, for scripts that use ros2",
+    ),
+    (
+        "agent",
+        "launcher.hosts.verbs.agent",
+        "run processes for a launcher on another machine, which starts this by ssh",
+    ),
+    (
+        "completion",
+        "launcher.cli.completion",
+        "print the script that completes words in bash, zsh or fish",
+    ),
+)
+
+# Each verb with its line of help.
+VERBS = {name: help for name, _, help in _TABLE}
+_MODULES = {name: module for name, module, _ in _TABLE}
+
+# Verbs about a ROS graph.
+ROS_VERBS = (
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "graph",
+    "bag",
+    "foxglove",
+    "multicast",
+    "daemon",
+)
+
+# Other names of verbs.
+ALIASES = {"wtf": "doctor"}
+
+
+def module_of(verb: str) -> str:
+    """The full name of a verb's module."""
+    return "launcher.control.verb" if verb == "control" else _MODULES[verb]
+
+
+# Verbs about a running launch. Their table is in launcher.control.verbs, which is not imported on
+# the way to the first process of a run; their module is launcher.control.verb.
+CONTROL_VERBS = (
+    "ps",
+    "top",
+    "kill",
+    "stop",
+    "start",
+    "restart",
+    "reload",
+    "watch",
+    "pause",
+    "resume",
+    "mute",
+    "unmute",
+    "solo",
+    "level",
+    "loglevel",
+    "grep",
+    "show",
+    "format",
+    "logs",
+    "info",
+    "stack",
+    "debug",
+    "send",
+    "events",
+    "snapshot",
+    "detach",
+    "quit",
+    "runs",
+)
+
+# Verbs of the console that a shell does not have, with an alternative.
+CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in the console"}
+
+# Verbs of ros2cli that do not exist here, with an alternative.
+ABSENT_VERBS = {
+    "component": "component containers are C++ programs of a ROS installation, into which a launch "
+    "file loads components; Python nodes share a process with --compose",
+    "control": None,
+    "extension_points": None,
+    "extensions": None,
+    "plugin": None,
+    "security": "keystores are made by sros2 of a ROS installation; nodes find them by "
+    "ROS_SECURITY_ENABLE and ROS_SECURITY_KEYSTORE",
+    "trace": None,
+}

@@ -1,0 +1,35 @@
+"""The error for a Python package that is not installed, where the launcher came without pip."""
+
+from __future__ import annotations
+
+import sys
+
+from launcher.base.errors import LauncherError
+
+# Module -> what brings it: a command, or an extra of this distribution. Beside an installation of
+# ROS 2 the last ones are missing.
+_PACKAGES = {
+    "rclpy": "source the setup file of ROS 2, or pip install 'ros-jazzy-rclpy[fastrtps]'",
+    "yaml": "pip install pyyaml (Debian, Ubuntu: apt install python3-yaml)",
+    "rich": "pip install rich (Debian, Ubuntu: apt install python3-rich)",
+    "mcap": "EXTRA bag",
+    "mcap_ros2": "EXTRA bag",
+    "zstandard": "EXTRA bag",
+    "prompt_toolkit": "pip install prompt_toolkit "
+    "(Debian, Ubuntu: apt install python3-prompt-toolkit)",
+}
+
+
+def absent_module(error: ModuleNotFoundError) -> LauncherError | None:
+    """The error for users; None if it is no package that the launcher uses."""
+    name = (error.name or "").partition(".")[0]
+    hint = _PACKAGES.get(name)
+    if hint is None:
+        return None
+    if hint.startswith("EXTRA "):
+        from launcher.packages.extras import install_command
+
+        hint = install_command(hint.removeprefix("EXTRA "))
+    return LauncherError(
+        f"this needs the Python package '{name}', which {sys.executable} does not have", hint=hint
+    )

@@ -1,0 +1,168 @@
+"""Which candidates fit at a place of a command line, by the tables that parse it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from launcher.base.command_line import WORKSPACE, Command, Option
+from launcher.base.errors import UsageError
+from launcher.base.verb_table import CONTROL_VERBS, ROS_VERBS, VERBS
+from launcher.cli.completion import sources
+from launcher.cli.lookup import command_of
+from launcher.cli.workspace_option import choose_workspace
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Candidate = tuple[str, str]  # (the whole word, one line about it)
+
+# By the placeholder of an option or argument. Where it is NAME, by the verb.
+_BY_METAVAR: dict[str, Callable[[str], Iterable[Candidate]]] = {
+    "FILE": sources.files,
+    "DIR": sources.folders,
+    "SIGNAL": sources.signals,
+    "LEVEL": sources.levels,
+    "PACKAGE": sources.packages,
+    "NODE": sources.nodes,
+    "TYPE": sources.types,
+    "TOPIC": sources.topics,
+    "ID": sources.runs,
+    "ARG": sources.files,
+    "BAG": sources.files,
+    "OTHER": sources.files,
+    "URI": sources.files,
+    "OUT": sources.files,
+}
+_BY_VERB: dict[str, Callable[[str], Iterable[Candidate]]] = {
+    "topic": sources.topics,
+    "node": sources.nodes,
+    "service": sources.services,
+    "action": sources.actions,
+}
+
+
+def candidates(words: Sequence[str]) -> Iterable[Candidate]:
+    """Candidates for the last of `words`, those behind the program; LauncherError."""
+    *before, current = words
+    if before[:1] == ["--"]:
+        before = before[1:]
+    flag = WORKSPACE.flags[0]
+    if before[-1:] == [flag]:
+        return sources.folders(current)
+    if any(word.partition("=")[0] == flag for word in before):
+        before = _in_workspace(before)
+    if not before:
+        return _first(current)
+    if before[0].startswith("-"):
+        from launcher.cli.front import verb_first
+
+        try:
+            before = verb_first(before)
+        except UsageError:  # the verb is still to come
+            return [(verb, VERBS[verb]) for verb in ROS_VERBS]
+    command, rest = command_of(before)
+    if command.commands and not rest:
+        return [(each.name.rpartition(" ")[2], each.help) for each in command.commands]
+    return _Place(command, rest).candidates(current)
+
+
+def _in_workspace(words: Sequence[str]) -> list[str]:
+    """The words without --workspace, which is entered; LauncherError."""
+    from launcher.workspace import activation, current
+
+    left = choose_workspace(words)
+    workspace = current()
+    if workspace is not None:
+        activation.activate(workspace)
+    return left
+
+
+def _first(current: str) -> Iterator[Candidate]:
+    if current.startswith("-"):
+        yield from (("--help", "show the verbs"), ("--version", "print the version"))
+        yield WORKSPACE.flags[0], WORKSPACE.help
+        return
+    from launcher.control.verb import RUNS
+    from launcher.control.verbs import VERBS as CONTROL
+
+    yield from VERBS.items()
+    yield from ((verb.name, verb.help) for verb in CONTROL if verb.shell)
+    yield RUNS.name, RUNS.help
+    yield from sources.targets(current)
+
+
+class _Place:
+    """What the words before the cursor say about the one at the cursor."""
+
+    def __init__(self, command: Command, words: Sequence[str]) -> None:
+        self._command = command
+        self._flags = {flag: one for one in command.all_options for flag in one.flags}
+        self._plain: list[str] = []
+        self._pending: Option | None = None
+        self._takes_options = True
+        self._run: str | None = None
+        for word in words:
+            self._take(word)
+
+    def _take(self, word: str) -> None:
+        pending, self._pending = self._pending, None
+        flag, has_value, value = word.partition("=")
+        known = self._flags.get(flag) if self._takes_options else None
+        if pending is not None:
+            if pending.name == "run":
+                self._run = word
+        elif word == "--" and self._takes_options:
+            self._takes_options = False
+        elif known is None:
+            if not (self._takes_options and word.startswith("-")):
+                self._plain.append(word)
+        elif has_value:
+            self._run = value if known.name == "run" else self._run
+        elif not known.is_flag and known.count != "=":
+            self._pending = known
+
+    def candidates(self, current: str) -> Iterable[Candidate]:
+        if self._pending is not None:
+            return self._values(self._pending, current)
+        flag, has_value, value = current.partition("=")
+        if self._takes_options and current.startswith("-"):
+            if has_value and flag in self._flags:
+                found = self._values(self._flags[flag], value)
+                return [(f"{flag}={one}", text) for one, text in found]
+            return [(flag, one.help) for flag, one in self._flags.items()]
+        arguments = self._command.arguments
+        if not arguments:
+            return []
+        last = arguments[-1]
+        place = len(self._plain)
+        if place >= len(arguments) and last.count not in ("*", "+", "..."):
+            return []
+        return self._values(arguments[min(place, len(arguments) - 1)], current)
+
+    def _values(self, option: Option, current: str) -> Iterable[Candidate]:
+        if option.choices:
+            return [(choice, "") for choice in option.choices]
+        metavar = option.metavar.partition("=")[0].partition("[")[0]
+        verb = self._command.name.partition(" ")[0]
+        if metavar == "TARGET":
+            return sources.launch_words(self._plain, current)
+        if metavar == "EXECUTABLE":
+            return sources.executables(self._plain[0])
+        if metavar == "PARAMETER":
+            return sources.parameters(self._plain[0])
+        if metavar == "TRANSITION":
+            return sources.transitions(self._plain[0])
+        if metavar == "NODE" and verb == "lifecycle":
+            return sources.lifecycle_nodes(current)
+        if metavar == "TYPE" and verb in ("service", "action"):
+            return sources.types_of(verb, self._plain)
+        if verb == "loglevel" and metavar in ("LOGGER", "LEVEL"):
+            return sources.logger_levels(current)  # the logger may be left out
+        if metavar == "NAME" and not option.flags:
+            if verb in CONTROL_VERBS:
+                return sources.processes(self._run)
+            return _BY_VERB[verb](current) if verb in _BY_VERB else []
+        if metavar == "ID" and option.name != "run":
+            return []  # of a domain
+        return _BY_METAVAR[metavar](current) if metavar in _BY_METAVAR else []

@@ -1,0 +1,244 @@
+"""The command line: its first word is a verb, or else a launch target."""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from launcher.base.command_line import HELP, HelpRequested
+from launcher.base.errors import (
+    ExitCode,
+    LauncherError,
+    PackageNotFoundError,
+    UsageError,
+    exit_code_table,
+)
+from launcher.base.text import did_you_mean, suggest
+from launcher.base.verb_table import (
+    ABSENT_VERBS,
+    ALIASES,
+    CONSOLE_VERBS,
+    CONTROL_VERBS,
+    ROS_VERBS,
+    VERBS,
+    module_of,
+)
+from launcher.workspace import current, source_installation
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line (without the program's name); the exit code."""
+    words = list(words)
+    source_installation()
+    debug = False
+    try:
+        if words[:1] and words[0].startswith("-") and len(words) > 1:
+            from launcher.cli.front import verb_first
+
+            words = verb_first(words)
+        debug = _wants_traceback(words)
+        if any(word.partition("=")[0] == "--workspace" for word in words):
+            from launcher.cli.workspace_option import choose_workspace
+
+            words = choose_workspace(words)
+        return _dispatch(words)
+    except LauncherError as error:
+        if debug:
+            raise
+        print(error.render(), file=sys.stderr)
+        return error.exit_code
+    except ModuleNotFoundError as error:
+        from launcher.cli.absent_modules import absent_module
+
+        absent = None if debug else absent_module(error)
+        if absent is None:
+            raise
+        print(absent.render(), file=sys.stderr)
+        return absent.exit_code
+    except OSError as error:
+        # Output cannot be written (a full disk); __main__ handles closed pipes.
+        if debug or isinstance(error, BrokenPipeError):
+            raise
+        if error.filename is None and _folder_is_gone():
+            gone = UsageError("the current directory does not exist any more")
+            print(gone.render(), file=sys.stderr)
+            return gone.exit_code
+        if error.filename is None:
+            from launcher.posix.stdio import report_lost_output
+
+            report_lost_output(error, sys.stdout)
+        else:
+            print(f"error: {error.strerror}: {error.filename}", file=sys.stderr)
+        return ExitCode.PROCESS_FAILED
+
+
+def _folder_is_gone() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
+
+
+def _wants_traceback(words: list[str]) -> bool:
+    verb = words[0] if words else ""
+    if verb == "run":
+        words = words[:2]  # the rest are arguments of the executable
+    # As with `ros2 launch`; with other verbs -d is something else.
+    has_short = verb in ("plan", "args", "launch") or verb not in (*VERBS, *CONTROL_VERBS)
+    return "--debug" in words or (has_short and "-d" in words)
+
+
+def _dispatch(words: list[str]) -> int:
+    if words[:1] == ["--"]:  # no options can precede the verb or target
+        words = words[1:]
+    if words[:1] == ["help"]:  # as in the console
+        words = _help_words(words[1:])
+    if not words or words[0] in HELP.flags:
+        print(overview())
+        return ExitCode.OK if words else ExitCode.USAGE
+    verb, *rest = words
+    verb = ALIASES.get(verb, verb)
+    if verb in ("--version", "-V"):
+        print(importlib.import_module("launcher").__version__)
+        return ExitCode.OK
+    if verb.partition("=")[0] == "--run":
+        raise UsageError(
+            "--run is an option of a verb", hint=f"for example: {_program()} ps --run ID"
+        )
+    if verb in CONTROL_VERBS:
+        return _run("control", words)
+    if verb in VERBS:
+        return _run(verb, rest)
+    if verb in ABSENT_VERBS or verb in CONSOLE_VERBS:
+        importlib.import_module("launcher.cli.absent_verbs").refuse(words)
+    try:
+        return _run("launch", words)
+    except (UsageError, PackageNotFoundError) as error:
+        _suggest_verb(verb, error)
+        raise
+
+
+# Verbs that need nothing of a workspace, or make it.
+_OUTSIDE_WORKSPACE = (
+    "control",
+    "doctor",
+    "env",
+    "build",
+    "wheel",
+    "pkg",
+    "multicast",
+    "daemon",
+)
+# Verbs that leave rclpy to other processes. In this one, the loader would have to know the
+# libraries of a workspace from the start.
+_WITHOUT_RCLPY = (
+    "launch",
+    "plan",
+    "args",
+    "run",
+    "smoke",
+    "interface",
+    "completion",
+    "test",
+    "hosts",
+    "agent",
+)
+
+
+def enter_workspace(verb: str = "launch") -> None:
+    """Make the workspace of the working directory visible; UsageError."""
+    workspace = current()
+    if workspace is None:
+        return
+    from launcher.workspace import activation
+
+    activation.activate(workspace, warns=verb != "completion")
+    if verb not in _WITHOUT_RCLPY:
+        activation.load_libraries(workspace)
+
+
+def _run(module: str, words: list[str]) -> int:
+    if module != "launch":
+        gc.enable()
+    if module not in _OUTSIDE_WORKSPACE:
+        enter_workspace(module)
+    try:
+        code: int = importlib.import_module(module_of(module)).main(words)
+    except HelpRequested as requested:
+        from launcher.base.command_help import help_text
+
+        print(help_text(requested.command))
+        return requested.exit_code
+    return code
+
+
+def _help_words(words: list[str]) -> list[str]:
+    """The words that print the help requested by `help WORDS`; UsageError."""
+    if not words or words[0] == "help" or words[0].startswith("-"):
+        return ["--help"]
+    name = ALIASES.get(words[0], words[0])
+    names = (*VERBS, *CONTROL_VERBS)
+    if name not in (*names, *ABSENT_VERBS, *CONSOLE_VERBS):
+        hint = did_you_mean(name, names) or f"{_program()} help lists the verbs"
+        raise UsageError(f"unknown verb '{name}'", hint=hint)
+    below = words[1:2] if name in _WITH_VERBS and not words[-1].startswith("-") else []
+    return [name, *below, "--help"]
+
+
+# Those that have verbs of their own.
+_WITH_VERBS = (*(verb for verb in ROS_VERBS if verb not in ("graph", "foxglove")), "pkg", "hosts")
+
+
+def _suggest_verb(word: str, error: LauncherError) -> None:
+    """Add a hint to an error about the target, or an option, if it looks like a misspelt verb."""
+    if os.sep in word or "." in word:
+        return  # a path
+    verb = suggest(word, (*VERBS, *CONTROL_VERBS))
+    # With a verb in front, a package and its file are too many words for a target.
+    is_about_target = f"'{word}'" in error.message or error.message.startswith("malformed launch")
+    meant = f"did you mean `{_program()} {verb}`?"
+    if verb in CONTROL_VERBS and error.message.startswith("unknown option"):  # such as --run
+        error.hint = meant
+    elif verb is not None and is_about_target:
+        error.hint = f"{meant} ({error.hint})" if error.hint else meant
+
+
+def _program() -> str:
+    from launcher.base.program import program  # only help and hints need it
+
+    return program()
+
+
+def overview() -> str:
+    """What `--help` prints: the verbs and the exit codes."""
+    name = _program()
+    lines = [
+        f"usage: {name} TARGET [name:=value ...] [options]",
+        f"       {name} VERB ...",
+        f"       {name} help [VERB] | -h, --help | -V, --version",
+        f"       {name} --workspace DIR TARGET|VERB ...",
+        "",
+        "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
+        f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",
+        "",
+        "verbs:",
+        *(f"  {verb:9} {text}" for verb, text in VERBS.items()),
+        "",
+        "verbs about a running launch, from any shell:",
+        *(f"  {name:9} {text}" for name, text in control_verbs()),
+        "",
+        *exit_code_table(),
+    ]
+    return "\n".join(lines)
+
+
+def control_verbs() -> list[tuple[str, str]]:
+    """(name, one line of help) of the verbs about a running launch."""
+    from launcher.control.verbs import VERBS as CONTROL
+
+    table = [(verb.name, verb.help) for verb in CONTROL if verb.shell]
+    return [*table, ("runs", "list the running launches")]

@@ -1,0 +1,357 @@
+"""The footer of the console: prompt, search, completions and status bar, by prompt_toolkit."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import Protocol
+
+from prompt_toolkit.application import Application, get_app
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import Completer
+from prompt_toolkit.data_structures import Point
+from prompt_toolkit.filters import Condition, has_completions, is_searching
+from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
+from prompt_toolkit.history import History
+from prompt_toolkit.input.posix_utils import PosixStdinReader
+from prompt_toolkit.input.vt100 import Vt100Input
+from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent, merge_key_bindings
+from prompt_toolkit.keys import Keys
+from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, Window
+from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
+from prompt_toolkit.layout.processors import BeforeInput
+from prompt_toolkit.search import SearchDirection, SearchState, accept_search, start_search
+from prompt_toolkit.styles import Style
+from prompt_toolkit.utils import get_cwidth
+from prompt_toolkit.widgets import SearchToolbar
+
+from launcher.control.console.bar import Line
+from launcher.control.console.display import SHORT_ROWS, SIGN, FooterOutput
+
+MAX_CANDIDATE_ROWS = 4
+FOUND, NOT_FOUND = "search: ", "no line has: "
+ALL = 1_000_000  # more than the history has lines
+# NUL would set a mark, and all keys after it would edit the region.
+_IGNORED = (Keys.ControlAt,)
+
+COLOURS = Style.from_dict(
+    {
+        "prompt": "bold ansicyan",
+        "bar": "",
+        "bar.running": "ansigreen",
+        "bar.waiting": "ansiyellow",
+        "bar.trouble": "bold ansired",
+        "bar.quiet": "",  # no grey is legible on every background
+        "chosen": "reverse",
+    }
+)
+PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "reverse"})
+
+
+class Host(Protocol):
+    """Supplies the text around the prompt, and handles keys."""
+
+    def above(self) -> str:
+        """Lines above the prompt, with SGR sequences; may be empty."""
+
+    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
+        """Lines of the status bar; one of them where there are `few` rows."""
+
+    def is_watching(self) -> bool:
+        """Whether the next key goes to `any_key`."""
+
+    def is_picking(self) -> bool:
+        """Whether the panel is open."""
+
+    def pick(self) -> None:
+        """Open the panel."""
+
+    def panel(self, columns: int, rows: int) -> Sequence[Line]:
+        """Lines of the panel in a terminal of this size."""
+
+    def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
+        """(character, row) of the cursor in these lines."""
+
+    def is_typing(self) -> bool:
+        """Whether the cursor in the panel is visible."""
+
+    def any_key(self, key: str, text: str) -> None:
+        """Handle a key, given by name and text, while a stream or the panel is shown."""
+
+    def entered(self, line: str) -> None:
+        """Enter."""
+
+    def signalled(self, signum: int) -> None:
+        """Ctrl-C or Ctrl-\\, as the signal that a terminal sends for it."""
+
+    def left(self) -> None:
+        """Ctrl-D on an empty line."""
+
+    def suspended(self) -> None:
+        """Ctrl-Z."""
+
+
+def make_application(
+    host: Host,
+    *,
+    output: FooterOutput,
+    completer: Completer,
+    history: History,
+    colour: bool,
+) -> Application[None]:
+    """An application that erases itself when it exits."""
+
+    def accept(buffer: Buffer) -> bool:
+        host.entered(buffer.text)
+        return False  # the line is empty again
+
+    buffer = Buffer(completer=completer, history=history, multiline=False, accept_handler=accept)
+    panel = _panel(host, output)
+    layout = Layout(_rows(buffer, host, output, panel))
+
+    def move_focus(application: Application[None]) -> None:
+        if host.is_picking() != layout.has_focus(panel):
+            layout.focus(panel if host.is_picking() else buffer)
+
+    return Application(
+        layout=layout,
+        before_render=move_focus,
+        key_bindings=merge_key_bindings([_keys(host, buffer), search_keys(buffer)]),
+        style=COLOURS if colour else PLAIN,
+        input=Keyboard(host.is_picking),
+        output=output,
+        erase_when_done=True,
+        terminal_size_polling_interval=None,
+    )
+
+
+def _rows(buffer: Buffer, host: Host, output: FooterOutput, panel: Window) -> HSplit:
+    search = search_row(buffer)
+    sign = BeforeInput(SIGN, style="class:prompt")
+    above = Condition(lambda: bool(host.above()))
+    few = Condition(lambda: output.get_size().rows < SHORT_ROWS)
+    picking = Condition(host.is_picking)
+
+    def status() -> StyleAndTextTuples:
+        return _below_each_other(host.status(output.get_size().columns, few=few()))
+
+    prompt = Window(
+        BufferControl(
+            buffer,
+            input_processors=[sign],
+            search_buffer_control=search.control,
+            preview_search=True,
+        ),
+        height=1,
+        # By default a window that has scrolled, as in a narrow terminal, comes back no farther
+        # than to the cursor.
+        get_horizontal_scroll=lambda window: 0,
+    )
+
+    return HSplit(
+        [
+            ConditionalContainer(_text(lambda: ANSI(host.above())), above),
+            ConditionalContainer(panel, picking),
+            ConditionalContainer(prompt, ~picking),
+            search,
+            ConditionalContainer(
+                _text(lambda: _candidates(buffer, output.get_size().columns)),
+                has_completions & ~few & ~picking,
+            ),
+            _text(status),
+        ]
+    )
+
+
+def _below_each_other(lines: Sequence[Line]) -> StyleAndTextTuples:
+    pieces: StyleAndTextTuples = []
+    for number, line in enumerate(lines):
+        pieces += [("", "\n"), *line] if number else line
+    return pieces
+
+
+def _panel(host: Host, output: FooterOutput) -> Window:
+    shown: list[Line] = []
+
+    def text() -> StyleAndTextTuples:
+        size = output.get_size()
+        shown[:] = host.panel(size.columns, size.rows)
+        return _below_each_other(shown)
+
+    def cursor() -> Point:
+        # In the lines that are drawn: the terminal may have another size by now.
+        column, row = host.panel_cursor(shown)
+        return Point(column, row)
+
+    return Window(
+        FormattedTextControl(text, focusable=True, get_cursor_position=cursor),
+        dont_extend_height=True,
+        wrap_lines=False,
+        always_hide_cursor=~Condition(host.is_typing),
+    )
+
+
+def _text(text: Callable[[], AnyFormattedText]) -> Window:
+    return Window(
+        FormattedTextControl(text),
+        dont_extend_height=True,
+        wrap_lines=False,
+        always_hide_cursor=True,
+    )
+
+
+def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
+    """Completions in columns; the chosen one is marked and explained below."""
+    state = buffer.complete_state
+    if state is None:
+        return []
+    texts = [completion.display_text for completion in state.completions]
+    cell = max(map(get_cwidth, texts)) + 2
+    per_row = max(1, columns // cell)
+    chosen = state.complete_index
+    first_row = (chosen or 0) // per_row // MAX_CANDIDATE_ROWS * MAX_CANDIDATE_ROWS
+    pieces: StyleAndTextTuples = []
+    for index, text in enumerate(texts):
+        row, column = divmod(index, per_row)
+        if not first_row <= row < first_row + MAX_CANDIDATE_ROWS:
+            continue
+        if column == 0 and row > first_row:
+            pieces.append(("", "\n"))
+        pieces.append(("class:chosen" if index == chosen else "", text))
+        pieces.append(("", " " * (cell - get_cwidth(text))))
+    if state.current_completion is not None and state.current_completion.display_meta_text:
+        pieces += [("", "\n"), ("class:bar.quiet", state.current_completion.display_meta_text)]
+    return pieces
+
+
+def _keys(host: Host, buffer: Buffer) -> KeyBindings:
+    keys = KeyBindings()
+
+    def insert(text: str) -> None:
+        buffer.insert_text("".join(filter(str.isprintable, text.replace("\t", " "))))
+
+    picking = Condition(host.is_picking)
+    watching = Condition(host.is_watching) | picking
+
+    @keys.add("c-c", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        host.signalled(signal.SIGINT)
+
+    @keys.add("c-\\", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        host.signalled(signal.SIGQUIT)
+
+    @keys.add("c-z", eager=True)
+    def _(event: KeyPressEvent) -> None:
+        host.suspended()
+
+    @keys.add(Keys.Any, filter=watching, eager=True)
+    def _(event: KeyPressEvent) -> None:
+        press = event.key_sequence[0]
+        host.any_key(press.key.value if isinstance(press.key, Keys) else press.key, press.data)
+
+    @keys.add("f2", filter=~is_searching)
+    def _(event: KeyPressEvent) -> None:
+        host.pick()
+
+    @keys.add("f3", filter=~is_searching & Condition(lambda: not buffer.text))
+    def _(event: KeyPressEvent) -> None:
+        insert("snapshot")
+        buffer.validate_and_handle()
+
+    @keys.add(Keys.BracketedPaste)
+    def _(event: KeyPressEvent) -> None:
+        """Each line is entered as if it were typed; the last one can be edited."""
+        *whole, rest = event.data.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        for line in whole:
+            insert(line)
+            buffer.validate_and_handle()
+        insert(rest)
+
+    @keys.add("c-d", filter=Condition(lambda: not buffer.text))
+    def _(event: KeyPressEvent) -> None:
+        host.left()
+
+    @keys.add("c-l", filter=picking, eager=True)
+    @keys.add("c-l")
+    def _(event: KeyPressEvent) -> None:
+        event.app.renderer.clear()
+
+    return keys
+
+
+class Keyboard(Vt100Input):
+    """The terminal on standard input; bytes that cannot be decoded become U+FFFD.
+
+    Where `single_keys` is true, letters are commands. A key of which prompt_toolkit knows nothing
+    arrives as Esc and letters in one read, and is ignored then.
+    """
+
+    def __init__(self, single_keys: Callable[[], bool]) -> None:
+        super().__init__(sys.stdin)
+        self._single_keys = single_keys
+        self.stdin_reader = PosixStdinReader(
+            self.fileno(), errors="replace", encoding=sys.stdin.encoding
+        )
+
+    def read_keys(self) -> list[KeyPress]:
+        read = [press for press in super().read_keys() if press.key not in _IGNORED]
+        if len(read) > 1 and self._single_keys():
+            return list(_known(read))
+        return read
+
+
+def _known(presses: Sequence[KeyPress]) -> Iterator[KeyPress]:
+    """Without Esc and the letters behind it, up to a key that is known again."""
+    is_known = True
+    for press in presses:
+        if isinstance(press.key, Keys):
+            is_known = press.key != Keys.Escape
+        if is_known:
+            yield press
+
+
+def search_row(buffer: Buffer) -> SearchToolbar:
+    """The row below the prompt for the text to search for."""
+    searched = Buffer()
+
+    def label() -> str:
+        return FOUND if _is_found(buffer, searched.text) else NOT_FOUND
+
+    return SearchToolbar(
+        searched, backward_search_prompt=label, forward_search_prompt=label, ignore_case=True
+    )
+
+
+def _is_found(buffer: Buffer, text: str) -> bool:
+    state = SearchState(text, direction=SearchDirection.BACKWARD, ignore_case=True)
+    return text.lower() in buffer.document_for_search(state).text.lower()
+
+
+def search_keys(buffer: Buffer) -> KeyBindings:
+    """Ctrl-R starts a search; Enter runs the line that was found, other keys edit it."""
+    keys = KeyBindings()
+
+    @keys.add("c-r", filter=~is_searching)
+    def _(event: KeyPressEvent) -> None:
+        """Search from the newest line, even if an older one was fetched and deleted."""
+        if not buffer.text:
+            buffer.history_forward(ALL)
+        start_search(direction=SearchDirection.BACKWARD)
+
+    def accept(event: KeyPressEvent) -> None:
+        accept_search()
+        is_home = event.key_sequence[0].key in (Keys.Home, Keys.ControlA)
+        buffer.cursor_position = 0 if is_home else len(buffer.text)
+
+    @keys.add("enter", filter=is_searching)
+    def _(event: KeyPressEvent) -> None:
+        is_found = _is_found(buffer, get_app().current_buffer.text)
+        accept(event)
+        if is_found:
+            buffer.validate_and_handle()
+
+    for key in ("escape", "left", "right", "end", "c-e", "tab", "home", "c-a"):
+        keys.add(key, filter=is_searching, eager=key == "escape")(accept)
+    return keys

@@ -1,0 +1,159 @@
+"""A line from the prompt as a request to the run, and the answer as text."""
+
+from __future__ import annotations
+
+import shlex
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from launcher.base.errors import LauncherError, UsageError
+from launcher.base.program import browse, program
+from launcher.base.text import did_you_mean
+from launcher.control.client import Reply
+from launcher.control.console.tables import details, pairs, process_table, render, stacked
+from launcher.control.format import event_line, notes, without_colour
+from launcher.control.runs import Run
+from launcher.control.verbs import VERBS, Call, explained, find, parse
+from launcher.posix.socket_directory import ControlError
+
+# Verbs of the command line that are none of a run. The console runs them as processes of their
+# own, except a few that have no use there or need the terminal.
+SHELL_VERBS = (
+    "launch",
+    "attach",
+    "args",
+    "analyze",
+    "run",
+    "build",
+    "test",
+    "wheel",
+    "pkg",
+    "env",
+    "topic",
+    "node",
+    "param",
+    "service",
+    "action",
+    "lifecycle",
+    "interface",
+    "bag",
+    "multicast",
+    "daemon",
+    "doctor",
+    "hosts",
+    "agent",
+    "export",
+    "smoke",
+    "graph",
+    "foxglove",
+    "completion",
+    "runs",
+)
+NEEDING_A_SHELL = ("launch", "attach", "agent", "completion")
+SHELL_HELP = "runs as in a shell, until Ctrl-C"
+CLEAR = "clear"  # carried out by the console itself
+CLEAR_HELP = "clear the screen, as Ctrl-L"
+KEYS = (
+    ("Tab", "complete verbs, names, patterns, options and signals"),
+    ("Up, Ctrl-R", "previous lines; search in them"),
+    ("F2", "the list of processes: arrows, / searches, Enter shows the log, q goes back"),
+    ("F3", "snapshot, of a run with --record"),
+    ("w", "and Enter, or w in the list of processes: the page in the browser"),
+    (
+        "Ctrl-C",
+        "stop everything; again: without waiting. In top, logs -f, the list and while a verb of "
+        "a shell runs: end these",
+    ),
+    ("Ctrl-D", "the same as quit"),
+    ("Ctrl-Z", "suspend; fg resumes"),
+)
+AS_IT_IS = ("logs", "plan")  # not wrapped: people copy lines of logs; a plan has colours
+NOTHING = "(nothing)"
+
+
+def runs_here(name: str) -> bool:
+    """Whether this is a verb of the command line that the console can run."""
+    return name in SHELL_VERBS and name not in NEEDING_A_SHELL
+
+
+def read_shell_words(line: str) -> list[str] | None:
+    """The words of a verb of the command line; None for other lines. UsageError."""
+    words = _split(line)
+    named = words[1:2] if words[0] == "help" else words[:1]
+    return words if any(map(runs_here, named)) else None
+
+
+def read_call(line: str) -> Call:
+    """Parse a line; UsageError."""
+    name, *words = _split(line)
+    verb = find(name)
+    if verb is None:
+        _refuse_shell_verb(name, line)
+        known = [*(verb.name for verb in VERBS), *filter(runs_here, SHELL_VERBS), CLEAR]
+        hint = did_you_mean(name, known) or "`help` lists all verbs"
+        raise UsageError(f"unknown verb '{name}'", hint=hint)
+    return parse(verb, words)
+
+
+def _split(line: str) -> list[str]:
+    try:
+        return shlex.split(line)
+    except ValueError as error:
+        hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
+        raise UsageError(f"the line is not finished: {error}", hint=hint) from None
+
+
+def _refuse_shell_verb(name: str, line: str) -> None:
+    """UsageError with the command for another shell, such as `launcher attach`."""
+    if name in NEEDING_A_SHELL:
+        hint = f"in another shell: {program()} {line.strip()}"
+        raise UsageError(f"'{name}' is a verb for shells", hint=hint)
+
+
+def follows(call: Call) -> bool:
+    """Whether the answer is a stream: `top`, and verbs with `--follow`."""
+    return call.verb.streams and (call.verb.name == "top" or bool(call.options.get("follow")))
+
+
+def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
+    """Send the request, wait for the answer and return it, or the error, as text.
+
+    Empty if the run itself writes it here, too.
+    """
+    if call.verb.name == "help" and "topic" not in call.options:
+        rows = [*((verb.usage, explained(verb)) for verb in VERBS), (CLEAR, CLEAR_HELP)]
+        names = ", ".join(sorted({name for name in SHELL_VERBS if runs_here(name)}))
+        rows += [("", ""), ("topic list, ...", f"{SHELL_HELP}: {names}"), ("", ""), *KEYS]
+        return render(pairs(rows), columns, colour=colour)
+    try:
+        with run.connect() as connection:
+            reply = connection.ask(call.verb.name, call.names, **call.options)
+    except ControlError as error:
+        return problem(error, columns, colour=colour)
+    if call.verb.name == "events":
+        return "\n".join(map(event_line, reply.result["events"])) or NOTHING
+    if call.verb.name == "detach":
+        return ""
+    if call.verb.name == "web":
+        browse(reply.result["link"])
+    if call.verb.name in AS_IT_IS:
+        text = "\n".join(reply.text) or NOTHING
+        return text if colour else without_colour(text)
+    made = _table(call, reply, columns) or Text("\n".join(reply.text) or NOTHING)
+    return render(made, columns, colour=colour)
+
+
+def problem(error: LauncherError, columns: int, *, colour: bool) -> str:
+    first, newline, rest = error.render().partition("\n")
+    text = Text.assemble((first, "red"), newline, rest)
+    return render(text, columns, colour=colour)
+
+
+def _table(call: Call, reply: Reply, columns: int) -> RenderableType | None:
+    found = reply.result.get("processes")
+    if call.verb.name == "ps" and found is not None:
+        return Group(process_table(found, columns), *map(Text, notes(reply.result)))
+    if call.verb.name == "info" and found:
+        return stacked([details(one) for one in found])
+    return None

@@ -1,0 +1,94 @@
+"""`doctor`: find what is wrong on this machine, and repair it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from launcher.base import strict_json
+from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.errors import ExitCode
+from launcher.base.model.level import Level
+from launcher.base.verb_table import VERBS
+from launcher.doctor.checks import check_all
+from launcher.doctor.collect import collect
+from launcher.doctor.facts import Finding, WorkspaceFacts
+from launcher.doctor.repairs import repair
+from launcher.workspace import Workspace, current
+from launcher.workspace.activation import activate
+
+COMMAND = Command(
+    "doctor",
+    VERBS["doctor"],
+    about="""\
+Check the wheels and their environment, the limits of the system, and what killed runs have
+left. Nothing is changed without --fix. `wtf` is the same verb.""",
+    options=(
+        option(
+            "--fix",
+            "stop processes whose launcher is gone, remove their shared memory, and check again",
+        ),
+        option("--json", "print one JSON object"),
+        DEBUG,
+    ),
+    epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line",
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Check; with --fix, repair and check again. The exit code is that of the last check."""
+    options = COMMAND.parse(words)
+    workspace = _workspace()
+    facts = collect(os.environ, workspace)
+    done: list[str] = []
+    if options.fix:
+        done = repair(facts)
+        facts = collect(os.environ, workspace)
+    findings = check_all(facts)
+    print(as_json(findings, done) if options.json else as_text(findings, done))
+    is_well = all(finding.level is not Level.PROBLEM for finding in findings)
+    return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
+
+
+def _workspace() -> WorkspaceFacts | None:
+    """Inspect the workspace, and use it as a launch does, if its environment can be read."""
+    from launcher.doctor.workspace import inspect
+    from launcher.workspace.building.place import unbuilt
+
+    found = current()
+    if found is None:
+        place = unbuilt()
+        if place is None:
+            return None
+        return inspect(Workspace(place.root, place.install), dict(os.environ))
+    facts = inspect(found, dict(os.environ))
+    if facts.error is None:
+        activate(found)
+    return facts
+
+
+def as_text(findings: Sequence[Finding], done: Sequence[str]) -> str:
+    """What was done, then one line per finding, with the advice below it."""
+    width = max(len(finding.name) for finding in findings)
+    lines = [f"fixed: {sentence}" for sentence in done]
+    for finding in findings:
+        lines.append(f"{finding.level.value:<8} {finding.name:<{width}}  {finding.text}")
+        if finding.advice is not None:
+            lines.append(f"{'':<{9 + width}}  -> {finding.advice}")
+    return "\n".join(lines)
+
+
+def as_json(findings: Sequence[Finding], done: Sequence[str]) -> str:
+    """`well` is whether there is no problem; `done` is what --fix did."""
+    entries = [
+        {
+            "name": finding.name,
+            "level": finding.level.value,
+            "text": finding.text,
+            "advice": finding.advice,
+            "fixable": finding.fixable,
+        }
+        for finding in findings
+    ]
+    well = all(finding.level is not Level.PROBLEM for finding in findings)
+    return strict_json.dumps({"well": well, "done": list(done), "findings": entries}, indent=2)

@@ -1,0 +1,302 @@
+"""Drives the processes of a run, those on other hosts too."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterable, Mapping, Sequence
+
+from launcher.base.errors import LauncherError
+from launcher.base.model.events import Outcome
+from launcher.base.model.record import replace
+from launcher.base.model.run_events import Adopted, Sample, known
+from launcher.base.text import escape
+from launcher.hosts.engine.backlog import Backlog
+from launcher.hosts.engine.link import LinkState
+from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost
+from launcher.hosts.engine.replica import STARTS, Replica
+from launcher.hosts.file.order_words import folder_there, words_there
+from launcher.run.logs import messages
+from launcher.run.machine import (
+    Action,
+    Command,
+    Ended,
+    Escalate,
+    Exited,
+    MachineEvent,
+    Order,
+    ProcessState,
+    Signal,
+    SignalSent,
+    SpawnError,
+    Stuck,
+)
+from launcher.run.process_driver import ProcessDriver
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.hosts.engine.fleet import Fleet
+    from launcher.posix.reactor import Reactor
+    from launcher.run.listener import RunListener
+    from launcher.run.logs.run_log import RunLog
+    from launcher.run.output.reader import OutputReader
+    from launcher.run.process import Process
+
+_KILLED = -9  # the return code of a process that was lost with its host
+
+
+class HostsDriver(ProcessDriver):
+    """A ProcessDriver that also drives processes on the hosts of a `fleet`; a LinkListener.
+
+    It sends commands there. What it reports of such a process is what its host has reported.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        reader: OutputReader,
+        log: RunLog,
+        listener: RunListener,
+        fleet: Fleet,
+    ) -> None:
+        super().__init__(reactor, reader, log, listener)
+        self._fleet = fleet
+        self._remote: dict[int, Process] = {}
+        self._replicas: dict[int, Replica] = {}
+        self._queued: dict[int, Command] = {}  # starts that are held back
+        self._backlog: Backlog | None = None
+        reader.on_pause = fleet.pause
+
+    # ---- commands
+
+    def place(self, process: Process, *, merge: bool) -> None:
+        """Find the host of a new process, and send the order; before its first start."""
+        host = self._fleet.host_of(process.spec)
+        if host is None:
+            return
+        process.host = host
+        host.processes.append(process)
+        replica = Replica(process.spec.restart, process.spec.stop)
+        process.machine = self._replicas[process.process_id] = replica
+        self._remote[process.process_id] = process
+        try:
+            order = self._fleet.order(process.spec, host, merge=merge)
+            order = replace(order, number=process.number)
+        except LauncherError as error:
+            replica.refusal = (errno.EINVAL, error.message)
+            return
+        process.words_there = words_there(host.host, order)
+        process.folder_there = folder_there(order, host.host)
+        host.link.prepare(process.process_id, order)
+
+    def advance(self, process: Process, event: MachineEvent) -> None:
+        if process.host is None:
+            super().advance(process, event)
+        elif isinstance(event, Command):
+            # The terminal's Ctrl-C has reached nobody there.
+            event = Command.STOP if event is Command.INTERRUPTED else event
+            self._command(process, process.host, event)
+
+    def _command(self, process: Process, host: RemoteHost, command: Command) -> None:
+        if process.is_abandoned:
+            return
+        replica = self._replicas[process.process_id]
+        refusal = (errno.EHOSTDOWN, host.name) if host.is_gone else replica.refusal
+        if refusal is not None:
+            if command in STARTS:
+                self._refuse(process, replica, command, refusal)
+        elif self._withdraws(process, replica, command):
+            return
+        elif command in STARTS:
+            replica.wants_start()
+            self._queued[process.process_id] = command
+            (self._spawn if self._gate is None else self._gate.admit)(process)
+        else:
+            host.link.command(process.process_id, command)
+
+    def refuse(self, process: Process, number: int, what: str) -> None:
+        if process.host is None:
+            super().refuse(process, number, what)
+            return
+        replica, command = self._replicas[process.process_id], self._queued.pop(process.process_id)
+        replica.withdraw()
+        self._refuse(process, replica, command, (number, what))
+
+    def _refuse(
+        self, process: Process, replica: Replica, command: Command, refusal: tuple[int, str]
+    ) -> None:
+        """A start fails here: the host will never hear of it."""
+        now = self._reactor.now()
+        replica.handle(command, now)
+        self._report_refusal(process, *refusal)
+        self._carry_out(process, replica.handle(SpawnError(*refusal), now), now)
+        self._reactor.call_later(0, self._listener.idle)
+
+    def _withdraws(self, process: Process, replica: Replica, command: Command) -> bool:
+        """Whether the command stops a process whose start is queued; then it is not started."""
+        is_stop = command in (Command.STOP, Command.USER_STOP, Command.SKIP_GRACE)
+        if not is_stop or self._gate is None or not self._gate.withdraw(process):
+            return False
+        replica.withdraw()
+        replica.is_held = replica.is_held or command is Command.USER_STOP
+        self._report_cancelled(process)
+        self._listener.cancelled(process)
+        self._listener.idle()
+        return True
+
+    def _spawn(self, process: Process) -> None:
+        """The turn of a start has come."""
+        if process.host is None:
+            super()._spawn(process)
+            return
+        command = self._queued.pop(process.process_id)
+        process.host.link.command(process.process_id, command)
+
+    def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
+        if process.host is None:
+            super().signal(process, signum, by_user=by_user)
+        elif process.child is not None:
+            process.host.link.signal(process.process_id, signum, by_user=by_user)
+
+    # ---- what a link reports
+
+    def event(
+        self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
+    ) -> None:
+        process, replica = self._remote[process_id], self._replicas[process_id]
+        host = process.host
+        assert host is not None
+        if host.is_gone or process.is_abandoned:
+            return  # its end has been reported
+        host.events += 1
+        if self._backlog is not None:
+            self._backlog.flush()
+        self._announce(process, host, event, at_s, pid)
+        self._carry_out(process, replica.follow(event, at_s, left_s), at_s)
+        if event is Command.STARTED:
+            self._listener.started(process, pid)
+        elif event is Command.START_CANCELLED:
+            self._listener.cancelled(process)
+        self._listener.idle()
+
+    def _announce(
+        self, process: Process, host: RemoteHost, event: MachineEvent, at_s: float, pid: int
+    ) -> None:
+        """What is reported before the state machine is asked."""
+        match event:
+            case Command.STARTED:
+                process.child = RemoteChild(pid, process.process_id, host)
+                self._report_start(process, pid, at_s)
+            case Command.START_CANCELLED:
+                self._report_cancelled(process, at_s)
+            case SpawnError(errno=number, what=what):
+                self._report_refusal(process, number, what, at_s)
+            case SignalSent(signum=signum):
+                self._report_signal(process, _pid_of(process), signum, at_s)
+            case Exited():
+                self._reader.drain(process)
+
+    def _carry_out(self, process: Process, actions: Sequence[Action], at_s: float) -> None:
+        """The reporting part of the actions; the host carries out the rest."""
+        for action in actions:
+            match action:
+                case Signal(signum=signum):
+                    self._report_signal(process, _pid_of(process), signum, at_s)
+                case Escalate():
+                    by_user = process.machine.is_held
+                    line = messages.escalated(process.name, action, by_user=by_user)
+                    self._log.report(process, line)
+                case Stuck(waited_s=waited_s):
+                    how = f"on {process.host_name}"
+                    self._report_stuck(process, _pid_of(process), waited_s, how, at_s)
+                case Ended():
+                    self._ended(process, action, at_s)
+                case Order():
+                    pass
+
+    def adopted(
+        self, process_id: int, state: ProcessState, pid: int, since_s: float, restarts: int
+    ) -> None:
+        process = self._remote[process_id]
+        assert process.host is not None
+        self._replicas[process_id].adopt(state, since_s, restarts)
+        process.history.starts = restarts + 1
+        if pid > 0:
+            process.child = RemoteChild(pid, process_id, process.host)
+        age_s = self._reactor.now() - since_s
+        line = messages.adopted(state, pid, process.host_name, age_s, restarts)
+        self._log.report(process, line)
+        self._log.note(Adopted(known(pid), state.value, restarts), process)
+        self._listener.idle()
+
+    def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
+        host = self._remote[process_id].host
+        assert host is not None
+        if host.state is LinkState.UNREACHABLE:  # it is being caught up with
+            host.lines += data.count(b"\n")
+        if self._backlog is not None:
+            self._backlog.add(host.name, (process_id, stream, data, at_s))
+        else:
+            self._show(process_id, stream, data, at_s)
+
+    def _show(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
+        self._reader.feed(self._remote[process_id], stream, data, at_s)
+
+    def begin_with(self, lines: int, hosts: Iterable[str]) -> None:
+        """The run goes on: begin with so many of its last lines on these hosts."""
+        self._backlog = Backlog(lines, hosts, self._reactor, self._show)
+
+    def past_told(self, host: str) -> None:
+        if self._backlog is not None:
+            self._backlog.told(host)
+
+    def show_past(self) -> None:
+        """Show all that is held back: nothing more comes."""
+        if self._backlog is not None:
+            self._backlog.close()
+
+    def dropped(self, host: str, lines: int) -> None:
+        self._fleet.named(host).dropped += lines
+
+    def link_changed(self, host: str, state: LinkState, reason: str) -> None:
+        if state is LinkState.GONE and self._backlog is not None:
+            self._backlog.told(host)
+            self._backlog.flush()
+        self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
+
+    def run_ended(self, host: str, operator: str) -> None:
+        self._listener.stop(f"{escape(operator, keep='')} has ended the run on {host}")
+
+    def warn(self, host: str, text: str) -> None:
+        self._log.warn(f"{host}: {escape(text, keep='')}")
+
+    def finished(self, host: str, leftovers: Sequence[str], *, killed: bool) -> None:
+        shown = [escape(text, keep="") for text in leftovers]
+        self._fleet.finished(self._fleet.named(host), shown, killed=killed)
+
+    def samples(self, host: str, samples: Mapping[int, Mapping[str, Any]]) -> None:
+        self._fleet.named(host).samples = {
+            self._remote[process_id].name: Sample(**fields)
+            for process_id, fields in samples.items()
+            if process_id in self._remote
+        }
+
+    def lose(self, host: RemoteHost, at_s: float) -> list[str]:
+        """The host is gone: its processes have ended; their names."""
+        lost = host.pending
+        for process in lost:
+            replica = self._replicas[process.process_id]
+            self._reader.drain(process)
+            if replica.is_only_wanted:
+                replica.withdraw()
+                self._refuse(process, replica, Command.START, (errno.EHOSTDOWN, host.name))
+                continue
+            outcome = Outcome(returncode=_KILLED, lost_with=host.name)
+            self._carry_out(process, replica.lose(outcome, at_s), at_s)
+        self._listener.idle()
+        return [process.name for process in lost]
+
+
+def _pid_of(process: Process) -> int:
+    return -1 if process.child is None else process.child.pid

@@ -1,0 +1,35 @@
+"""`--hosts FILE` and `--discovery MODE` of the verbs about hosts."""
+
+from __future__ import annotations
+
+import os
+
+from launcher.base.command_line import Parsed, option
+from launcher.base.errors import UsageError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.hosts.file.model import HostsFile
+
+DEFAULT = "hosts.yaml"  # in the working directory
+HOSTS = option("--hosts FILE", f"the hosts file (default: {DEFAULT})")
+DISCOVERY = option(
+    "--discovery MODE",
+    "how nodes on several hosts find each other (default: as the hosts file or the environment "
+    "says)",
+    choices=("multicast", "peers", "server"),
+)
+
+
+def hosts_file(parsed: Parsed) -> HostsFile:
+    """The file that --hosts names, or hosts.yaml; LauncherError."""
+    from launcher.hosts.file.file import read
+
+    return read(hosts_path(parsed.hosts), with_secrets=False)
+
+
+def hosts_path(given: str | None) -> str:
+    """The path that --hosts names, or hosts.yaml; UsageError without either."""
+    if given is None and not os.path.exists(DEFAULT):
+        raise UsageError(f"there is no {DEFAULT} here", hint="name the hosts file: --hosts FILE")
+    return given or DEFAULT

@@ -1,0 +1,128 @@
+"""Parses the text of an attribute into substitutions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from launcher.base.text import did_you_mean
+from launcher.language.diagnostics.origin import Origin
+from launcher.language.frontends import expose
+from launcher.language.frontends.errors import (
+    FrontendError,
+    Place,
+    StructureError,
+    as_lark_error,
+    locate,
+    shown,
+)
+from launcher.language.frontends.grammar import Call, GrammarError, Part, Text, parse_template
+from launcher.language.substitution import Substitution, TextSubstitution
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+# Substitutions of ROS 1, and what to use instead.
+_ROS_1_WORDS = {
+    "find": "in ROS 2, write $(find-pkg-share PACKAGE)",
+    "arg": "in ROS 2, write $(var NAME)",
+    "optenv": "in ROS 2, write $(env NAME DEFAULT)",
+}
+
+
+def parse_substitution(value: str, place: Place | None = None) -> list[Substitution]:
+    """The substitutions of a template; `place` is where it begins in the launch file.
+
+    FrontendError for invalid syntax, an unknown substitution or wrong arguments.
+    """
+    try:
+        parts = parse_template(value)
+    except GrammarError as problem:
+        raise as_lark_error(_syntax_error(value, problem, place)) from None
+    try:
+        return [_build(part, place) for part in parts]
+    except FrontendError as error:
+        as_lark_error(error)
+        raise
+
+
+def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
+    """Substitutions if the value is a text that contains some, else the value.
+
+    Items of a list are parsed one by one; ValueError if their types then differ.
+    """
+    kinds: set[type] = set()
+    if isinstance(value, list):
+        output: Any = [_parse_if(item, kinds, place) for item in value]
+    else:
+        output = _parse_if(value, kinds, place)
+    if len(kinds) > 1:
+        raise ValueError("The result is a non-uniform list")
+    return output
+
+
+def _parse_if(value: Any, kinds: set[type], place: Place | None) -> Any:
+    if not isinstance(value, str):
+        kinds.add(type(value))
+        return value
+    substitutions = parse_substitution(value, place)
+    if len(substitutions) == 1 and isinstance(substitutions[0], TextSubstitution):
+        kinds.add(str)
+        return substitutions[0].text
+    return substitutions
+
+
+def _build(part: Part, place: Place | None) -> Substitution:
+    if isinstance(part, Text):
+        substitution: Substitution = TextSubstitution(text=part.text)
+    else:
+        words = [[_build(piece, place) for piece in word] for word in part.words]
+        substitution = _call(part, words, place)
+    if place is not None:
+        substitution._origin = Origin(place.path, place.line)
+    return substitution
+
+
+def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) -> Substitution:
+    here = _shifted(place, call.position)
+    method = expose.substitution_parser(call.name)
+    if method is None:
+        hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
+        hint = hint or expose.failed_extensions()
+        message = f"unknown substitution $({call.name} ...)"
+        raise StructureError(message, place=here, hint=hint, ros_type="VisitError")
+    try:
+        substitution_type, arguments = expose.class_and_arguments(method, method(words))
+        made: Substitution = substitution_type(**arguments)
+    except FrontendError as error:
+        locate(error, here)
+        raise
+    except Exception as problem:  # third-party code may raise anything
+        from launcher.language.diagnostics.own_faults import own_fault
+
+        mistake = own_fault(problem, None if here is None else here.where)
+        if mistake is not None:
+            raise mistake from problem
+        message = f"$({call.name} ...): {problem}"
+        hint = getattr(problem, "_launcher_hint", None)
+        raise FrontendError(message, place=here, hint=hint, ros_type="VisitError") from problem
+    return made
+
+
+def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> FrontendError:
+    return FrontendError(
+        f"in '{shown(value)}': {problem}",
+        place=_shifted(place, problem.position),
+        hint=r"write '\$(' for a literal '$('" if problem.at_end else None,
+        ros_type="UnexpectedEOF" if problem.at_end else "UnexpectedCharacters",
+    )
+
+
+def _shifted(place: Place | None, characters: int) -> Place | None:
+    """The place moved right within its line; approximate if the line contains escapes."""
+    if place is None or place.column is None or place.source_line is None:
+        return place
+    column = place.column + characters
+    if column > len(place.source_line) + 1:
+        return place
+    return Place(place.path, place.line, column, place.source_line)

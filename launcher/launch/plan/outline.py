@@ -1,0 +1,41 @@
+"""The tree of a plan as data, for programs that show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from launcher.launch.plan.command_line import ParameterFiles
+from launcher.launch.plan.plan_tree import plan_tree
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.tree import Branch
+
+
+class _NoFiles(ParameterFiles):
+    """Nobody pastes a command of this tree."""
+
+    def keep(self, label: str, content: Mapping[str, Any]) -> tuple[str | None, str]:
+        return None, ""
+
+
+def outline(plan: Plan) -> list[dict[str, Any]]:
+    """Entries with `kind`, `text`, `detail`, `place`, `name` (of a process) and `children`."""
+    root = plan_tree(plan, _NoFiles())
+    return [_entry(branch, plan) for branch in root.children]
+
+
+def _entry(branch: Branch, plan: Plan) -> dict[str, Any]:
+    process, kind = branch.process, branch.style
+    is_component = kind == "process" and process is None
+    return {
+        "kind": "component" if is_component else kind,
+        "text": branch.head,
+        "detail": ", ".join(part for part in branch.aside.split(", ") if part != branch.place),
+        "place": branch.place or None,
+        "name": None if process is None else plan.processes[process].spec.name,
+        "children": [_entry(child, plan) for child in branch.children],
+    }

@@ -1,0 +1,283 @@
+"""`launch TARGET [name:=value ...]`: run a launch file until its processes have ended."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Sequence
+
+from launcher.base import text_file
+from launcher.base.command_line import Command, option
+from launcher.base.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
+from launcher.base.model.options import RunOptions
+from launcher.base.verb_table import VERBS
+from launcher.launch.core import LaunchCore, supervising
+from launcher.launch.options import (
+    RUN_OPTIONS,
+    SettingsSource,
+    run_options,
+    with_settings_beside,
+)
+from launcher.launch.target import (
+    ABOUT_TARGET,
+    READING_OPTIONS,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.launch.time_limit import limited
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from launcher.hosts.engine.fleet import FleetPlan
+    from launcher.language.interpreter import Interpreter
+    from launcher.launch.hosts.hosts import Preparation
+    from launcher.run.core_driver import Core
+
+FEW_NODES = 20  # find each other in any case
+
+COMMAND = Command(
+    "launch",
+    VERBS["launch"],
+    arguments=(TARGET,),
+    synopsis=SYNOPSIS,
+    about=f"""\
+{ABOUT_TARGET} The word `launch` may be left out.
+
+Ctrl-C stops all processes in order: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL; press it
+again to skip a wait.""",
+    options=(
+        option(
+            "-s, --show-args, --show-arguments",
+            "list the arguments of the launch file, as `args` does",
+            name="show_args",
+        ),
+        option(
+            "-p, --print, --print-description",
+            "show what would be started, as `plan` does",
+            name="print_plan",
+        ),
+        option(
+            "-a, --show-all-subprocesses-output",
+            "send the output of every process to the screen and to the log",
+            name="show_all",
+        ),
+        option(
+            "--enable",
+            "install the processes of other hosts there as units of systemd that start at boot, "
+            "and start them; nothing is started here",
+        ),
+        option("--disable", "stop and remove what --enable has installed"),
+        *READING_OPTIONS,
+    ),
+    exclusive=(("enable", "disable"), ("warm",)),
+    groups=(("options about the run", RUN_OPTIONS),),
+    epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run the launch file that `words` name; the exit code."""
+    parsed = COMMAND.parse(words)
+    options = run_options(parsed)
+    request = LaunchRequest.of(parsed)
+    if parsed.show_args:
+        from launcher.launch.verbs import args
+
+        return args.show(request)
+    options = with_settings_beside(options, request.path)
+    source = SettingsSource(parsed, request.path)
+    if parsed.show_all:
+        # Launch files hand the environment on to other launchers, as with ROS 2.
+        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    if parsed.print_plan:
+        from launcher.launch.verbs import plan
+
+        return plan.show(
+            request,
+            hosts=options.hosts,
+            discovery=options.discovery,
+            skip_hosts=options.skip_hosts,
+            options=options,
+        )
+    if parsed.enable or parsed.disable:
+        from launcher.export.verbs import enable
+
+        return (enable.enable if parsed.enable else enable.disable)(request, options)
+    return launch(request, options, source)
+
+
+def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
+    """Evaluate the launch file, then run what it describes; a script of a LaunchService runs."""
+    from launcher.output.logs.run_directory import provide_log_root
+
+    provide_log_root(os.environ)
+    judge = _judge()
+    if _is_script(request.path):
+        if judge is not None:
+            os.close(judge)  # what a script will start is not known
+        if options.hosts is not None or options.discovery is not None:
+            option = "--hosts" if options.hosts is not None else "--discovery"
+            hint = "a launch file with generate_launch_description() can run on several hosts"
+            raise UsageError(f"{option} does not apply to a script with a LaunchService", hint=hint)
+        if options.compose:
+            hint = "a launch file with generate_launch_description() can have composed nodes"
+            raise UsageError("--compose does not apply to a script with a LaunchService", hint=hint)
+        from launcher.launch.service import run_script
+
+        return run_script(request, options)
+    return _launch(request, options, source, judge)
+
+
+def _is_script(path: str) -> bool:
+    """Whether a Python file describes nothing, but runs a LaunchService itself."""
+    if not path.endswith(".py"):
+        return False
+    try:
+        text = text_file.read_bytes(path)
+    except OSError:
+        return False  # loading it reports the error
+    return b"LaunchService" in text and b"generate_launch_description" not in text
+
+
+def _launch(
+    request: LaunchRequest, options: RunOptions, source: SettingsSource, judge: int | None
+) -> int:
+    from launcher.language import frontends
+    from launcher.language.compat import vocabulary
+    from launcher.language.interpreter import Interpreter
+    from launcher.output.logs.run_directory import new_run_path
+
+    hosts = _hosts(options)
+    run_path = new_run_path(os.environ) if options.log_files else None
+    words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
+    with vocabulary(words) as session:
+        # Launch files ask where the logs of their run are.
+        session.log_dir = run_path
+        _read_log_formats()
+        with _noting_files(options), limited(request.time_limit, request.path):
+            description = frontends.load(request.path)
+        interpreter = Interpreter(
+            description,
+            path=request.path,
+            arguments=request.arguments,
+            noninteractive=request.noninteractive or sys.stdin is None or not sys.stdin.isatty(),
+        )
+        if hosts is not None or options.start_rules:
+            interpreter.note_scopes()
+        services = () if hosts is None else hosts.services
+        core = LaunchCore(interpreter, description, request, options.with_prefix, source, services)
+        try:
+            with _noting_files(options):
+                core.evaluate()
+            _check(core, interpreter, options)
+            fleet = None if hosts is None else hosts.fleet(core, request)
+            run: Core = core
+            absorbed: frozenset[str] = frozenset()
+            if options.compose:
+                from launcher.launch import composing
+
+                run, absorbed = composing.composed(core, options)
+            if session.nodes_made > FEW_NODES and fleet is None:
+                from launcher.launch.crowds import warn_of_crowd
+
+                warn_of_crowd(core, absorbed)
+            _warn_of_programs(core, fleet)
+            if judge is not None and not _is_accepted(judge, core):
+                return ExitCode.USAGE  # it says why
+            off = core.switched_off
+            supervised = supervising(run, options, run_path, request, session, fleet, off)
+            with supervised as (supervisor, _):
+                code = supervisor.run()
+        finally:
+            core.interpreter.close()
+    if core.interpreter.failure is not None:
+        print(core.interpreter.failure.render(), file=sys.stderr)
+        return ExitCode.PROCESS_FAILED
+    if code == ExitCode.PROCESS_FAILED:
+        from launcher.packages.unbuilt import repeat_warnings
+
+        repeat_warnings()
+    return code
+
+
+def _noting_files(options: RunOptions) -> AbstractContextManager[None]:
+    """Within, what the launch file reads is noted if it is to be watched."""
+    if not options.watch:
+        return contextlib.nullcontext()
+    from launcher.launch.files_read import recording
+
+    return recording()
+
+
+def _judge() -> int | None:
+    """The descriptor of a process that wants to know what will be started, and may refuse it."""
+    word = os.environ.pop("LAUNCHER_FORECAST", None)
+    if word is None:
+        return None  # nearly always, so that nothing is imported for it
+    from launcher.launch import forecast
+
+    return forecast.take_descriptor(word)
+
+
+def _is_accepted(judge: int, core: LaunchCore) -> bool:
+    from launcher.launch import forecast
+
+    return forecast.is_accepted(judge, core)
+
+
+def _hosts(options: RunOptions) -> Preparation | None:
+    """What is known of other hosts and of discovery before the evaluation; LauncherError."""
+    if options.hosts is None and options.discovery is None:
+        return None  # nearly always, so that nothing is imported for it
+    from launcher.launch.hosts import hosts
+
+    return hosts.Preparation(options)
+
+
+def _read_log_formats() -> None:
+    """Apply ROS 2's variables for the formats of the launcher's own lines; UsageError."""
+    if not any(os.environ.get(f"OVERRIDE_LAUNCH_{what}_FORMAT") for what in ("SCREEN", "LOG")):
+        return
+    try:
+        from launcher.language.logging import config
+
+        config.reset()
+    except ValueError as error:
+        raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
+
+
+def _warn_of_programs(core: LaunchCore, fleet: FleetPlan | None) -> None:
+    """Before the start, of programs on this machine that cannot be executed."""
+    from launcher.base.model.events import StartProcess
+    from launcher.posix.spawn import is_plain
+
+    specs = [effect.spec for effect in core.effects if isinstance(effect, StartProcess)]
+    if all(map(is_plain, specs)):
+        return  # nearly always, so that nothing is imported for it
+    from launcher.launch.programs import program_warnings
+
+    here = [spec for spec in specs if fleet is None or fleet.host_of(spec) is None]
+    for text in program_warnings(here):
+        core.interpreter.host.warn_quirk(text, None)
+    core.effects = [*core.interpreter.take_effects(), *core.effects]
+
+
+def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:
+    """LauncherError for a domain, a required process or an order with which it cannot work."""
+    if options.start_rules:
+        from launcher.launch import checks
+
+        checks.refuse_circles(options.start_rules, core.effects)
+    domain = interpreter.environment.get("ROS_DOMAIN_ID", "")
+    is_usual = not domain or (domain.isdecimal() and len(domain) < 3)
+    if is_usual and not options.required:
+        return  # nearly always, so that nothing is imported for it
+    from launcher.launch import checks
+
+    checks.refuse_domain(domain, core.effects)
+    if not interpreter.may_start_more:
+        checks.refuse_missing(options.required, core.effects)

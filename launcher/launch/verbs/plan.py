@@ -1,0 +1,374 @@
+"""`plan TARGET [name:=value ...]`: show what a launch file would start. Nothing is started."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from launcher.base.command_line import Command, Parsed, option
+from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, UsageError
+from launcher.base.model.options import RunOptions
+from launcher.base.model.record import replace
+from launcher.base.verb_table import VERBS
+from launcher.hosts.verbs.file import DISCOVERY
+from launcher.launch.options import (
+    COMPOSE,
+    LOG_LEVEL,
+    NO_SUPERVISE,
+    PREFIX,
+    SKIP_HOST,
+    SUPERVISE,
+    given_options,
+    refuse_conflicts,
+    with_settings_beside,
+)
+from launcher.launch.target import (
+    ABOUT_TARGET,
+    DEBUG,
+    EVALUATION_TIMEOUT,
+    LENIENT,
+    SYNOPSIS,
+    TARGET,
+    LaunchRequest,
+)
+from launcher.launch.time_limit import limited
+from launcher.posix.stdio import print_text, stdout_to_stderr
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.hosts.file.model import HostsFile
+    from launcher.launch.hosts.placing import Placing
+    from launcher.launch.plan.planner import Plan
+
+_HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
+# A running launch has its own.
+_OF_A_NEW_RUN = (
+    *(_HOSTS, SKIP_HOST, DISCOVERY, PREFIX, LOG_LEVEL, COMPOSE),
+    *(SUPERVISE, NO_SUPERVISE),
+)
+COMMAND = Command(
+    "plan",
+    VERBS["plan"],
+    arguments=(TARGET,),
+    synopsis=f"[{SYNOPSIS.removesuffix(' [options]')}] [options]",
+    about=f"""\
+Show which processes would be started when, with which command line, and why. Functions and
+commands of the launch file are executed, as when it is launched. Without TARGET: what the running
+launch has done so far.
+
+{ABOUT_TARGET}""",
+    options=(
+        option(
+            "--json", "print the plan as one JSON object; exit code 0 also if the launch file fails"
+        ),
+        LENIENT,
+        EVALUATION_TIMEOUT,
+        _HOSTS,
+        SKIP_HOST,
+        DISCOVERY,
+        PREFIX,
+        LOG_LEVEL,
+        COMPOSE,
+        option(
+            "--diff",
+            "what reloading the running launch (of TARGET) would start, stop and restart, with its "
+            "launch file as it is now",
+        ),
+        SUPERVISE,
+        NO_SUPERVISE,
+        option("--supervise-schema", "print the JSON Schema of supervision files"),
+        option("--run ID", "without TARGET: the id, pid or target of the running launch"),
+        DEBUG,
+    ),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Plan the launch file that `words` name; the exit code."""
+    parsed = COMMAND.parse(words)
+    if parsed.supervise_schema:
+        return _show_schema()
+    if parsed.diff:
+        return _show_diff(parsed)
+    if not parsed.words:
+        return _show_running(parsed)
+    if parsed.run is not None:
+        raise UsageError("--run and TARGET exclude each other")
+    options = given_options(parsed)
+    refuse_conflicts(options, parsed.hosts)
+    request = LaunchRequest.of(parsed)
+    return show(
+        request,
+        as_json=parsed.json,
+        hosts=parsed.hosts,
+        discovery=parsed.discovery,
+        skip_hosts=parsed.skip_hosts,
+        options=with_settings_beside(options, request.path),
+    )
+
+
+def _show_schema() -> int:
+    from launcher.base import strict_json
+    from launcher.launch.supervise.schema import json_schema
+
+    print_text(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    return ExitCode.OK
+
+
+def show(
+    request: LaunchRequest,
+    *,
+    as_json: bool = False,
+    hosts: str | None = None,
+    discovery: str | None = None,
+    skip_hosts: Sequence[str] = (),
+    options: RunOptions | None = None,
+) -> int:
+    """Print the plan of the request; LauncherError below it for what is wrong.
+
+    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there, and
+    `skip_hosts` are patterns of its hosts. `options` change processes as in a run.
+    """
+    file = _hosts_file(hosts, discovery, skip_hosts)
+    has_rules = options is not None and bool(options.start_rules)
+    plan = evaluate(request, with_scopes=file is not None or has_rules)
+    remarks = [] if options is None else _apply(options, plan)
+    errors = mistakes_of(plan, request)
+    if plan.start_rules:
+        from launcher.launch.supervise.circles import circle_among
+
+        circle = circle_among(plan.start_rules, [process.spec for process in plan.processes])
+        errors += [] if circle is None else [circle]
+    placing = None if file is None else _placing(plan, file)
+    if placing is not None:
+        errors += placing.findings.errors
+    if as_json:
+        _show_document(plan, errors, placing, file, remarks)
+        return ExitCode.OK if placing is None or not placing.findings.errors else ExitCode.USAGE
+    _show_tree(plan, placing, file, remarks)
+    if not errors:
+        return ExitCode.OK
+    from launcher.launch.mistakes import together
+
+    raise together(errors) from (plan.error.fault if plan.error else None)
+
+
+def _apply(options: RunOptions, plan: Plan) -> list[str]:
+    """Change the processes of the plan as a run does; warnings about the options."""
+    plan.start_rules = options.start_rules
+    if not (options.log_levels or options.prefix or options.file_names or options.compose):
+        return []
+    from launcher.run.option_warnings import unmatched, without_node
+
+    plan.processes = [replace(one, spec=options.adapt(one.spec)) for one in plan.processes]
+    specs = [process.spec for process in plan.processes]
+    known = [*specs, *plan.switched_off]
+    missing = [f"{text}{meant}" for text, meant in unmatched(options, known)]
+    remarks = [f"warning: {text}" for text in (*missing, *without_node(options, specs))]
+    return [*remarks, *_composed(options, plan)]
+
+
+def _composed(options: RunOptions, plan: Plan) -> list[str]:
+    """What `--compose` makes of the processes of the plan."""
+    if not options.compose:
+        return []
+    from launcher.launch.composing import composition_of
+
+    remarks, plan.absorbed = composition_of(plan, options)
+    return [f"note: {text}" for text in remarks]
+
+
+def _hosts_file(
+    path: str | None, discovery: str | None, skip_hosts: Sequence[str]
+) -> HostsFile | None:
+    """The values of secrets are not needed for a plan."""
+    if path is None and skip_hosts:
+        raise UsageError("--skip-host needs --hosts FILE")
+    if path is None and discovery is None:
+        return None
+    from launcher.hosts.file.changes import changed
+    from launcher.hosts.file.file import read
+    from launcher.hosts.file.model import HostsFile
+
+    file = HostsFile(path="", hosts={}) if path is None else read(path, with_secrets=False)
+    return changed(file, discovery, skip_hosts)
+
+
+def _placing(plan: Plan, file: HostsFile) -> Placing:
+    from launcher.launch.hosts.placing import place
+
+    with stdout_to_stderr():
+        return place(plan, file)
+
+
+def _show_running(parsed: Parsed) -> int:
+    """What the running launch has done so far; LauncherError if there is no such run."""
+    from launcher.control.runs import NoActiveRunError, files_of_last_run, find_run
+
+    try:
+        run = find_run(parsed.run, read_only=True)
+    except NoActiveRunError:
+        hint = f"usage: {parsed.command.usage}"
+        for file in files_of_last_run("plan"):
+            hint += f"\nthe plan of the last run: {file}"
+        raise UsageError("the launch file is missing, and no run is active", hint=hint) from None
+    with run.connect() as connection:
+        reply = connection.ask("plan")
+    if parsed.json:
+        from launcher.base import strict_json
+
+        print_text(strict_json.dumps(reply.result, indent=1))
+    else:
+        print_text("\n".join(reply.text))
+    return ExitCode.OK
+
+
+def _show_diff(parsed: Parsed) -> int:
+    """Ask the run, which has the arguments and the environment; LauncherError."""
+    from launcher.control.runs import find_run
+
+    for one, (flag, *_), _ in parsed.given:
+        if one in _OF_A_NEW_RUN:
+            hint = "the launch file is compared with the options that the run has got"
+            raise UsageError(f"--diff takes no {flag.partition('=')[0]}", hint=hint)
+    which = parsed.run
+    if parsed.words and which is not None:
+        raise UsageError("--run and TARGET exclude each other")
+    if parsed.words:
+        request = LaunchRequest.of(parsed)
+        if request.arguments:
+            words = " ".join(f"{name}:={value}" for name, value in request.arguments)
+            hint = "the launch file is compared with the arguments that the run has got"
+            raise UsageError(f"--diff takes no arguments: {words}", hint=hint)
+        which = request.path
+    with find_run(which, read_only=True).connect() as connection:
+        reply = connection.ask("reload", dry_run=True)
+    if parsed.json:
+        from launcher.base import strict_json
+
+        print_text(strict_json.dumps(reply.result, indent=1))
+    else:
+        print_text("\n".join(reply.text))
+    return ExitCode.OK
+
+
+def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
+    """The plan; what the launch file prints goes to standard error."""
+    from launcher.launch.plan.planner import Plan, PlanError, make_plan
+
+    try:
+        with stdout_to_stderr(), limited(request.time_limit, request.path):
+            return make_plan(request.path, request.arguments, with_scopes=with_scopes)
+    except LaunchFileError as fault:
+        # It was interrupted; how far it got is unknown.
+        plan = Plan(request.path)
+        plan.arguments_error = fault.message
+        plan.error = PlanError(
+            kind="TimeoutError", message=fault.message, stage="run", phase="run", fault=fault
+        )
+        return plan
+
+
+def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
+    """Everything that is wrong with the launch file and its arguments."""
+    unknown = [name for name, _ in request.arguments if name not in plan.known_names]
+    if plan.error is None and not unknown:
+        return []
+    from launcher.launch import mistakes
+    from launcher.launch.known_names import known_names
+
+    errors: list[LauncherError] = []
+    if unknown and plan.description is not None and not request.lenient:
+        with stdout_to_stderr():
+            known = known_names(plan)
+        errors, warnings = mistakes.unknown_names(request.arguments, known, plan.declared)
+        for warning in warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+    if plan.error is not None:
+        if plan.error.phase == "exit" and not plan.error.fault.hint:
+            plan.error.fault.hint = "this happens later, when a process has ended"
+        errors += mistakes.of_launch_file(
+            plan.error.fault, plan.description, plan.context, request.arguments, os.environ
+        )
+    return errors
+
+
+def _show_document(
+    plan: Plan,
+    errors: Sequence[LauncherError],
+    placing: Placing | None = None,
+    file: HostsFile | None = None,
+    remarks: Sequence[str] = (),
+) -> None:
+    """The document alone on standard output; for people, the rest on standard error."""
+    from launcher.base import strict_json
+    from launcher.launch.plan.plan_json import document
+
+    placed = () if placing is None else placing.placed
+    found = document(plan, placed)
+    if file is not None:
+        from launcher.launch.plan.hosts import discovery_document
+
+        found["discovery"] = discovery_document(file.discovery)
+    print_text(strict_json.dumps(found, indent=1))
+    for line in [*_warnings(plan, placing, file), *remarks, *(error.render() for error in errors)]:
+        print(line, file=sys.stderr)
+
+
+def _show_tree(
+    plan: Plan,
+    placing: Placing | None = None,
+    file: HostsFile | None = None,
+    remarks: Sequence[str] = (),
+) -> None:
+    from launcher.launch.plan.command_line import ParameterFiles
+    from launcher.launch.plan.plan_tree import plan_tree
+    from launcher.launch.plan.tree import draw
+    from launcher.output.stdout import wants_colour
+
+    placed = () if placing is None else placing.placed
+    tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
+    lines = [tree, *_warnings(plan, placing, file), *remarks]
+    if file is not None and file.discovery.mode is not None:
+        from launcher.launch.plan.hosts import discovery_line
+
+        lines.append(discovery_line(file.discovery))
+    print_text("\n".join(lines))
+
+
+def _warnings(plan: Plan, placing: Placing | None, file: HostsFile | None) -> list[str]:
+    lines = [surprise.render() for surprise in plan.warnings]
+    if placing is not None:
+        warnings = (*placing.findings.warnings, *placing.warnings)
+        lines += [f"warning: {warning}" for warning in warnings]
+        lines += [f"note: {remark}" for remark in placing.findings.remarks]
+    lines += [f"warning: {message}" for message in _programs(plan, placing)]
+    lines += [f"warning: {message}" for message in _crowds(plan, file)]
+    return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines
+
+
+def _programs(plan: Plan, placing: Placing | None) -> list[str]:
+    """About programs of this machine that cannot be executed now."""
+    from launcher.launch.programs import program_warnings
+
+    specs = [process.spec for process in plan.processes]
+    if placing is None:
+        return program_warnings(specs)
+    placed = zip(specs, placing.placed, strict=True)
+    return program_warnings(spec for spec, one in placed if one.host is None)
+
+
+def _crowds(plan: Plan, file: HostsFile | None) -> list[str]:
+    """About nodes on this machine; those of several hosts have warnings of their own."""
+    if file is not None and file.hosts:
+        return []
+    from launcher.launch.crowds import crowds, of_run
+
+    if file is None:
+        return crowds(of_run(plan))
+    from launcher.hosts.discovery import wire
+    from launcher.hosts.file.model import DiscoveryMode
+
+    is_served = file.discovery.mode is DiscoveryMode.SERVER
+    return [] if is_served else crowds(of_run(plan), wire(file.discovery).environment_of())

@@ -1,0 +1,78 @@
+"""`run PACKAGE EXECUTABLE [ARG ...]`: run one executable of a package in this terminal."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+
+from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.errors import UsageError
+from launcher.base.verb_table import VERBS
+from launcher.output.logs.run_directory import provide_log_root
+from launcher.packages import executables, find_executable
+from launcher.posix.dispositions import for_exec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+
+def _words(text: str) -> list[str]:
+    """The words of a command, at least one; ValueError."""
+    words = shlex.split(text)
+    if not words:
+        raise ValueError("it is empty")
+    return words
+
+
+COMMAND = Command(
+    "run",
+    VERBS["run"],
+    arguments=(
+        option("PACKAGE"),
+        option("[EXECUTABLE]"),
+        option("[ARG ...]", default=(), name="words", count="..."),
+    ),
+    synopsis="[options] PACKAGE EXECUTABLE [ARG ...]",
+    about="""\
+Run one executable of a package in this terminal. All words after EXECUTABLE are its arguments,
+--ros-args included.""",
+    options=(
+        option("--prefix COMMAND", "run it by this command: 'gdb -ex run --args'", _words),
+        DEBUG,
+    ),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Replace this process by the program, which then has the terminal and gets all signals.
+
+    `ros2 run` stays its parent and swallows signals (CONFORMANCE 2.3).
+    """
+    parsed = COMMAND.parse(words)
+    package, executable = parsed.package, parsed.executable
+    for word, what in ((package, "a package"), (executable, "an executable")):
+        if word is not None and (not word or word[0] == os.sep or ".." in word.split(os.sep)):
+            raise UsageError(f"'{word}' is not the name of {what}", hint=f"usage: {COMMAND.usage}")
+    if executable is None:
+        names = ", ".join(executables(package, os.environ)) or "none"
+        raise UsageError("the executable is missing", hint=f"executables of {package}: {names}")
+    found = str(find_executable(package, executable, os.environ))
+    argv = [*(parsed.prefix or []), found, *parsed.words]
+    provide_log_root(os.environ)
+    try:
+        _become(argv)
+    except OSError as error:
+        if parsed.prefix is None:
+            raise
+        hint = "it is the command in front of the executable"
+        raise UsageError(f"--prefix: {argv[0]}: {error.strerror}", hint=hint) from None
+
+
+def _become(argv: list[str]) -> NoReturn:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with for_exec():
+        os.execvp(argv[0], argv)

@@ -1,0 +1,59 @@
+"""Leases of ROS domain ids that are not in use on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import random
+import socket
+from collections.abc import Iterator
+
+from launcher.base.errors import LauncherError
+from launcher.posix import proc
+
+# Above 101 the UDP ports are in the ephemeral range of Linux; users choose small ids.
+_DOMAIN_IDS = range(20, 102)
+_FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
+
+
+class NoFreeDomainError(LauncherError):
+    """All domain ids are leased or in use."""
+
+
+@contextlib.contextmanager
+def leased_domain() -> Iterator[int]:
+    """Hold a free domain id; the lease ends with the process at the latest.
+
+    Domains with open UDP ports are not free, even without a lease. Children that use the domain
+    must end before the lease. Raises NoFreeDomainError.
+    """
+    busy = busy_domains()
+    for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
+        if domain_id in busy:
+            continue
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lease:
+            if _take(lease, domain_id):
+                yield domain_id
+                return
+    first, last = _DOMAIN_IDS[0], _DOMAIN_IDS[-1]
+    raise NoFreeDomainError(f"every ROS domain from {first} to {last} is in use on this machine")
+
+
+def _take(lease: socket.socket, domain_id: int) -> bool:
+    """Bind the abstract socket name of the domain; False if another process has it.
+
+    Like the ports of the domain, it belongs to the network namespace and not to a user.
+    """
+    try:
+        lease.bind(f"\0ros-domain-lease-{domain_id}")
+    except OSError as error:
+        if error.errno != errno.EADDRINUSE:
+            raise
+        return False
+    return True
+
+
+def busy_domains() -> set[int]:
+    """Domains with an open UDP port."""
+    ports = {port for port, _ in proc.udp_sockets()}
+    return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}

@@ -1,0 +1,250 @@
+"""`action VERB ...`: list and inspect actions, and send goals."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import signal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from launcher.base.command_line import Command, Parsed, option
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.verb_table import VERBS
+from launcher.posix.dispositions import Handled
+from launcher.ros.verb import (
+    dispatch,
+    graph_snapshot,
+    json_text,
+    observing,
+    ros_command,
+    seconds,
+    show,
+    show_typed,
+    spin_time_s,
+    standard_input,
+    to_json_plain,
+    warn,
+)
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.goals import Goal
+    from launcher.ros.services import ServiceCaller
+    from launcher.ros.snapshot.graph import GraphSnapshot
+
+_ANSWER_S = 30.0
+
+NAME = option("NAME", name="action_name")
+TYPE = option("TYPE", name="action_type")
+COUNT = option("-c, --count-actions", "print only their number")
+SHOW_TYPES = option("-t, --show-types", "show their types")
+
+
+def _list(options: Parsed) -> int:
+    found = graph_snapshot(options).action_types()
+    show_typed(options, found, only_count=options.count_actions)
+    return ExitCode.OK
+
+
+def _info(options: Parsed) -> int:
+    graph, name = graph_snapshot(options), full_name(options.action_name)
+    users = {title: _users(graph, title, name) for title in ("Action Clients", "Action Servers")}
+    if not any(users.values()) and (problem := _unknown(graph, name)):
+        warn(f"hint: {problem}")
+    document: dict[str, Any] = {"name": name}
+    lines = [f"Action: {options.action_name}"]
+    for title, nodes in users.items():
+        lines.append(f"{title.capitalize()}: {len(nodes)}")
+        document[title.split()[1].lower()] = [
+            {"node": node, "types": types} for node, types in nodes
+        ]
+        for node, types in nodes if not options.count else ():
+            shown = f" [{', '.join(types)}]" if options.show_types else ""
+            lines.append(f"    {node}{shown}")
+    show(options, document, lines)
+    return ExitCode.OK
+
+
+def _users(graph: GraphSnapshot, title: str, action: str) -> list[tuple[str, list[str]]]:
+    """The nodes that use an action in this way, with the types that they give it."""
+    return [
+        (node, types)
+        for node in sorted(set(graph.nodes))
+        for name, types in graph.of_node(node)[title]
+        if name == action
+    ]
+
+
+def _unknown(graph: GraphSnapshot, name: str) -> str | None:
+    from launcher.base.ros_errors import did_you_mean
+
+    known = graph.action_types()
+    if not known:
+        return "there are no actions" if graph.nodes else None
+    return did_you_mean(name, known) or f"actions: {', '.join(known)}"
+
+
+def _type(options: Parsed) -> int:
+    from launcher.base.ros_errors import VerbError
+
+    graph, name = graph_snapshot(options), full_name(options.action_name)
+    types = graph.action_types().get(name)
+    if types is None:
+        raise VerbError(f"Unknown action '{options.action_name}'", hint=_unknown(graph, name))
+    show(options, {"name": name, "types": types}, types)
+    return ExitCode.OK
+
+
+def _find(options: Parsed) -> int:
+    from launcher.ros.messages.interfaces import names_of_type
+
+    found = names_of_type(graph_snapshot(options).action_types(), options.action_type, "action")
+    show(options, found, [len(found)] if options.count_actions else found)
+    return ExitCode.OK
+
+
+def _send_goal(options: Parsed) -> int:
+    from launcher.ros.messages.from_yaml import fill, parse
+    from launcher.ros.messages.interfaces import load
+    from launcher.ros.services import ServiceCaller
+
+    kind = load(options.action_type, "action", "The passed action type is invalid")
+    values = kind.Goal()
+    fill(values, parse(standard_input() if options.stdin else options.goal))
+    name = full_name(options.action_name)
+    with (
+        observing(options, lambda graph: name in graph.action_types()) as observer,
+        ServiceCaller(observer) as caller,
+    ):
+        caller.load(kind)
+        _refuse_other_type(observer, name, kind, options)
+        return _pursue(caller, kind, name, values, options)
+
+
+def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed) -> None:
+    """VerbError if the action has another type."""
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.discovery.completeness import settle
+
+    if (graph := observer.prefetched_graph()) is None:
+        settle(
+            observer,
+            spin_time_s(options),
+            enough=lambda: name in observer.graph_snapshot().action_types(),
+        )
+        graph = observer.graph_snapshot()
+    types = graph.action_types().get(name, [])
+    if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
+        raise VerbError(
+            f"action '{name}' has the type {', '.join(types)}, not {options.action_type}"
+        )
+
+
+def _pursue(caller: ServiceCaller, kind: Any, name: str, values: Any, options: Parsed) -> int:
+    """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long."""
+    from launcher.ros.goals import Goal
+    from launcher.ros.services import NoAnswerError
+
+    def feedback(message: Any) -> None:
+        _tell(options, {"feedback": message}, f"Feedback:\n    {_yaml(message, options)}")
+
+    goal = Goal(caller, kind, name, feedback if options.feedback else None)
+    _tell(options, None, "Waiting for an action server to become available...")
+    if not goal.wait_for_server(options.timeout):
+        raise NoAnswerError(f"action '{name}' is not available after {options.timeout:g} s")
+    _tell(options, None, f"Sending goal:\n     {_yaml(values, options)}")
+    try:
+        with _interrupts() as goal.interrupts:
+            limit_s = _ANSWER_S if options.timeout is None else options.timeout
+            accepted = goal.send(values, limit_s)
+            document = {"accepted": accepted, "goal_id": goal.id}
+            if not accepted:
+                _tell(options, document, "Goal was rejected.")
+                return ExitCode.PROCESS_FAILED
+            _tell(options, document, f"Goal accepted with ID: {goal.id}\n")
+            found = goal.result(options.timeout)
+    except KeyboardInterrupt:
+        _cancel(goal, options)
+        return ExitCode.INTERRUPTED
+    if found is None:
+        warn(f"the goal has not ended after {options.timeout:g} s")
+        _cancel(goal, options)
+        return ExitCode.PROCESS_FAILED
+    status, result = found
+    text = f"Result:\n    {_yaml(result, options)}\nGoal finished with status: {status}"
+    _tell(options, {"status": status, "result": result}, text)
+    return ExitCode.OK if status == "SUCCEEDED" else ExitCode.PROCESS_FAILED
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Collect signals that ask for an end, which may not raise anywhere within rclpy."""
+    seen: list[int] = []
+    signums = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    with Handled(lambda number, _: seen.append(number), signums):
+        yield seen
+
+
+def _cancel(goal: Goal, options: Parsed) -> None:
+    _tell(options, None, "Canceling goal...")
+    goal.cancel()
+    _tell(options, {"canceled": True, "goal_id": goal.id}, "Goal canceled.")
+
+
+def _yaml(message: Any, options: Parsed) -> str:
+    from launcher.ros.messages.to_yaml import to_yaml
+
+    return "" if options.json else to_yaml(message)
+
+
+def _tell(options: Parsed, document: dict[str, Any] | None, text: str) -> None:
+    """Print the text, or with --json a line of the document, if there is one."""
+    from launcher.ros.messages.to_yaml import to_plain
+
+    if not options.json:
+        print(text, flush=True)
+    elif document is not None:
+        plain = {
+            name: to_json_plain(to_plain(value)) if hasattr(value, "SLOT_TYPES") else value
+            for name, value in document.items()
+        }
+        print(json_text(plain), flush=True)
+
+
+COMMAND = Command(
+    "action",
+    VERBS["action"],
+    commands=(
+        ros_command("action list", "list actions", _list, SHOW_TYPES, COUNT),
+        ros_command(
+            "action info",
+            "show the clients and servers of an action",
+            _info,
+            NAME,
+            SHOW_TYPES,
+            option("-c, --count", "print only how many there are"),
+        ),
+        ros_command("action type", "print the type of an action", _type, NAME),
+        ros_command("action find", "list the actions of a type", _find, TYPE, COUNT),
+        ros_command(
+            "action send_goal",
+            "send a goal, and wait for its result; Ctrl-C cancels it",
+            _send_goal,
+            NAME,
+            TYPE,
+            option("[YAML]", "the goal", default="", name="goal"),
+            option("--stdin", "read the YAML from stdin"),
+            option("-f, --feedback", "print the feedback"),
+            option(
+                "--timeout S",
+                "wait S seconds for the server, and as long for its answer and for the end of the "
+                "goal, which is then cancelled (default: 30 for the answer, else without end)",
+                seconds,
+            ),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

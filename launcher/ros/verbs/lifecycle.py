@@ -1,0 +1,199 @@
+"""`lifecycle VERB ...`: list lifecycle nodes, show and change their state."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from launcher.base.command_line import Command, Parsed, option
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.verb_table import VERBS
+from launcher.ros.verb import (
+    dispatch,
+    graph_snapshot,
+    observing,
+    ros_command,
+    seconds,
+    settled_observer,
+    show,
+    spin_time_s,
+    warn,
+)
+
+if TYPE_CHECKING:
+    from launcher.ros.services import ServiceCaller
+
+NODE = option("NODE", name="node_name")
+HIDDEN = option("--include-hidden-nodes", "ignored: a node that is named may be hidden")
+TIMEOUT = option("--timeout S", "wait S seconds for an answer of a node (default: 5)", seconds)
+
+
+def _nodes(options: Parsed) -> int:
+    from launcher.ros.nodes import visible_names
+
+    graph = graph_snapshot(options)
+    found = visible_names(graph.lifecycle_nodes(), hidden=options.include_hidden_nodes)
+    show(options, found, [len(found)] if options.count_nodes else found)
+    return ExitCode.OK
+
+
+@contextlib.contextmanager
+def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
+    """A caller, and the full name of the lifecycle node that the options name."""
+    from launcher.ros.services import ServiceCaller
+
+    node = full_name(options.node_name)
+    with (
+        observing(options, lambda graph: graph.is_lifecycle(node)) as observer,
+        ServiceCaller(observer) as caller,
+    ):
+        from launcher.ros import lifecycle
+
+        _set_limit(caller, options)
+        lifecycle.prepare(caller, node)
+        yield caller, lifecycle.require(observer, node, spin_time_s(options))
+
+
+def _set_limit(caller: ServiceCaller, options: Parsed) -> None:
+    if options.timeout is not None:
+        caller.answer_s = options.timeout
+
+
+def _list(options: Parsed) -> int:
+    from launcher.ros import lifecycle
+
+    with _asking(options) as (caller, node):
+        found = lifecycle.transitions(caller, node, every=options.all)
+    document = [
+        {
+            **_document(one.transition),
+            "start": one.start_state.label,
+            "goal": one.goal_state.label,
+        }
+        for one in found
+    ]
+    lines = (
+        f"- {one['label']} [{one['id']}]\n\tStart: {one['start']}\n\tGoal: {one['goal']}"
+        for one in document
+    )
+    show(options, document, lines)
+    return ExitCode.OK
+
+
+def _document(labelled: Any) -> dict[str, Any]:
+    """Of a state or a transition."""
+    return {"id": labelled.id, "label": labelled.label}
+
+
+def _get(options: Parsed) -> int:
+    if options.node_name is None:
+        return _get_all(options)
+    from launcher.ros import lifecycle
+
+    with _asking(options) as (caller, node):
+        found = _states(caller, [node], options)
+        if not found:
+            raise lifecycle.silence_of(node, caller.answer_s)
+    show(options, found, _state_lines(found, is_named=False))
+    return ExitCode.OK
+
+
+def _get_all(options: Parsed) -> int:
+    from launcher.ros import lifecycle
+    from launcher.ros.nodes import visible_names
+    from launcher.ros.services import ServiceCaller
+
+    code = ExitCode.OK
+    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
+        _set_limit(caller, options)
+        every = observer.graph_snapshot().lifecycle_nodes()
+        names = visible_names(every, hidden=options.include_hidden_nodes)
+        found = _states(caller, names, options)
+        for node in [name for name in names if name not in found]:
+            problem = lifecycle.silence_of(node, caller.answer_s).message
+            warn(f"Exception while calling service of node '{node}': {problem}")
+            code = ExitCode.PROCESS_FAILED
+    show(options, found, _state_lines(found, is_named=True))
+    return code
+
+
+def _states(caller: ServiceCaller, names: list[str], options: Parsed) -> dict[str, dict[str, Any]]:
+    from launcher.ros import lifecycle
+
+    found = {node: _document(state) for node, state in lifecycle.states(caller, names).items()}
+    if options.transitions:
+        for node, document in found.items():
+            possible = lifecycle.transitions(caller, node)
+            document["transitions"] = [_document(one.transition) for one in possible]
+    return found
+
+
+def _state_lines(found: dict[str, dict[str, Any]], *, is_named: bool) -> Iterable[str]:
+    for node, state in found.items():
+        prefix = f"{node}: " if is_named else ""
+        yield f"{prefix}{state['label']} [{state['id']}]"
+        for one in state.get("transitions", ()):
+            yield f"- {one['label']} [{one['id']}]"
+
+
+def _set(options: Parsed) -> int:
+    from launcher.ros import lifecycle
+
+    with _asking(options) as (caller, node):
+        transition = lifecycle.find(lifecycle.transitions(caller, node), options.transition)
+        lifecycle.change(caller, node, transition, options.timeout)
+    document = {"node": node, "transition": _document(transition), "success": True}
+    show(options, document, ["Transitioning successful"])
+    return ExitCode.OK
+
+
+COMMAND = Command(
+    "lifecycle",
+    VERBS["lifecycle"],
+    commands=(
+        ros_command(
+            "lifecycle nodes",
+            "list the nodes that have a lifecycle",
+            _nodes,
+            option("-a, --all, --include-hidden-nodes", "hidden nodes as well"),
+            option("-c, --count-nodes", "print only the number of nodes"),
+        ),
+        ros_command(
+            "lifecycle list",
+            "list the transitions that a node can make now",
+            _list,
+            NODE,
+            option("-a, --all", "all transitions that it has, from whichever state"),
+            HIDDEN,
+            TIMEOUT,
+        ),
+        ros_command(
+            "lifecycle get",
+            "print the state of a node, or of all lifecycle nodes",
+            _get,
+            option("[NODE]", name="node_name"),
+            option("-a, --all, --include-hidden-nodes", "hidden nodes as well"),
+            option("-t, --transitions", "print the transitions that are possible, too"),
+            TIMEOUT,
+        ),
+        ros_command(
+            "lifecycle set",
+            "make a transition: configure, activate, deactivate, cleanup, shutdown",
+            _set,
+            NODE,
+            option("TRANSITION", "its label or number"),
+            HIDDEN,
+            option(
+                "--timeout S",
+                "wait S seconds for the answers of the node and for the end of the transition "
+                "(default: 5 for answers, without end for the transition)",
+                seconds,
+            ),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,0 +1,309 @@
+"""`param VERB ...`: list, get and set parameters of running nodes."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import re
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from launcher.base.command_line import Command, Parsed, option
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.verb_table import VERBS
+from launcher.ros.verb import (
+    dispatch,
+    observing,
+    ros_command,
+    seconds,
+    settled_observer,
+    show,
+    spin_time_s,
+    warn,
+)
+
+if TYPE_CHECKING:
+    from launcher.ros.services import ServiceCaller
+    from launcher.ros.snapshot.graph import GraphSnapshot
+
+
+NODE = option("NODE", name="node_name")
+PARAMETER = option("PARAMETER", name="parameter_name")
+HIDDEN = option("--include-hidden-nodes", "hidden nodes as well")
+TIMEOUT = option(
+    "--timeout S",
+    "wait S seconds for the node, and as long for each answer (default: until the graph is "
+    "complete, and 5 for an answer)",
+    seconds,
+)
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """A regular expression; ValueError."""
+    try:
+        return re.compile(word)
+    except re.error as error:
+        raise ValueError(f"'{word}' is not a regular expression: {error}") from None
+
+
+@contextlib.contextmanager
+def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
+    """A caller, and the full name of the node that the options name."""
+    from launcher.ros.services import ServiceCaller, require_node
+
+    node, started = full_name(options.node_name), time.monotonic()
+    _apply_timeout(options)
+    services = {f"{node}/list_parameters", f"{node}/get_parameters"}
+
+    def is_known(graph: GraphSnapshot) -> bool:
+        # a participant announces its services before its nodes
+        return node in graph.nodes and services <= graph.service_types().keys()
+
+    with (
+        observing(options, is_known) as observer,
+        ServiceCaller(observer) as caller,
+    ):
+        from launcher.ros.parameters import prepare
+
+        prepare(caller, node)
+        until_s = started + (options.timeout or 0.0)
+        found = require_node(observer, options.node_name, spin_time_s(options), until_s)
+        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
+        yield caller, found
+
+
+def _apply_timeout(options: Parsed) -> None:
+    """The graph need not be complete later than the timeout."""
+    if options.timeout is not None and options.spin_time is None:
+        options.spin_time = options.timeout
+
+
+def _list(options: Parsed) -> int:
+    if options.node_name is None:
+        return _list_all(options)
+    with _asking(options) as (caller, node):
+        names = _names(caller, node, options)
+    show(options, {node: names}, (f"  {name}" for name in names))
+    return ExitCode.OK
+
+
+def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
+    from launcher.ros import parameters
+
+    names = parameters.list_names(caller, node, list(options.param_prefixes))
+    if options.filter is not None:
+        names = [name for name in names if options.filter.match(name)]
+    if not options.param_type or not names:
+        return names
+    types = parameters.declared_types(caller, node, names)
+    # one may have been undeclared meanwhile
+    return [
+        f"{name} (type: {parameters.type_name(types[name])})" for name in names if name in types
+    ]
+
+
+def _list_all(options: Parsed) -> int:
+    from launcher.ros.nodes import visible_names
+    from launcher.ros.services import NoAnswerError, ServiceCaller
+
+    found: dict[str, list[str]] = {}
+    code = ExitCode.OK
+    _apply_timeout(options)
+    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
+        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
+        names = set(visible_names(observer.node_names(), hidden=options.include_hidden_nodes))
+        services = dict(observer.node.get_service_names_and_types())
+        for node in sorted(n for n in names if f"{n}/list_parameters" in services):
+            try:
+                found[node] = _names(caller, node, options)
+            except NoAnswerError as error:
+                warn(f"Exception while calling service of node '{node}': {error.message}")
+                code = ExitCode.PROCESS_FAILED
+    shown = {node: names for node, names in found.items() if names}
+    lines = ([f"{node}:", *(f"  {name}" for name in shown[node])] for node in shown)
+    show(options, found, itertools.chain.from_iterable(lines))
+    return code
+
+
+def _get(options: Parsed) -> int:
+    from launcher.ros import parameters
+
+    name = options.parameter_name
+    with _asking(options) as (caller, node):
+        values = parameters.get(caller, node, [name])
+        if not values:
+            parameters.require_names(caller, node, [name])
+    if not values:
+        print("Parameter not set.")
+        return ExitCode.OK
+    value, kind = values[0], parameters.type_name(values[0].type)
+    document = {"name": name, "type": kind, "value": parameters.plain_value(value)}
+    show(options, document, [parameters.value_text(value, hide_type=options.hide_type)])
+    return ExitCode.OK
+
+
+def _set(options: Parsed) -> int:
+    from launcher.ros import parameters
+
+    words = dict(zip(options.pairs[::2], options.pairs[1::2], strict=True))
+    with _asking(options) as (caller, node):
+        if options.atomic:
+            types = parameters.declared_types(caller, node, list(words), parameters.type_for_words)
+            messages = [
+                parameters.typed_parameter(name, word, types.get(name, parameters.NOT_SET))
+                for name, word in words.items()
+            ]
+            result = parameters.set_atomically(caller, node, messages)
+            done = "Set parameters atomically successful"
+            return _report(result, done, "Setting parameters atomically")
+        outcomes = parameters.set_values(caller, node, words, parameters.typed_parameter)
+    codes = [
+        _report(one.result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
+        for name, one in outcomes.items()
+        for prefix in [f"{name}: " if len(words) > 1 else ""]
+    ]
+    return max(codes)
+
+
+def _report(result: Any, done: str, failing: str) -> int:
+    reason = f": {result.reason}" if result.reason else ""
+    if result.successful:
+        print(f"{done}{reason}")
+        return ExitCode.OK
+    warn(f"{failing} failed{reason}")
+    return ExitCode.PROCESS_FAILED
+
+
+def _delete(options: Parsed) -> int:
+    from launcher.ros import parameters
+
+    with _asking(options) as (caller, node):
+        result = parameters.delete(caller, node, options.parameter_name)
+    return _report(result, "Deleted parameter successfully", "Deleting parameter")
+
+
+def _describe(options: Parsed) -> int:
+    from launcher.ros import parameters
+    from launcher.ros.messages.to_yaml import to_plain
+
+    with _asking(options) as (caller, node):
+        found = parameters.describe(caller, node, options.parameter_names)
+    documents = [to_plain(descriptor) for descriptor in found]
+    named = [{**one, "type": parameters.type_name(one["type"])} for one in documents]
+    lines = (parameters.descriptor_lines(descriptor) for descriptor in found)
+    show(options, named, itertools.chain.from_iterable(lines))
+    return ExitCode.OK
+
+
+def _dump(options: Parsed) -> int:
+    from launcher.base.model.parameter_text import file_text
+    from launcher.ros import parameters
+
+    with _asking(options) as (caller, node):
+        found = parameters.values_of(caller, node, parameters.list_names(caller, node))
+    values = {name: parameters.plain_value(value) for name, value in found.items() if value.type}
+    document = parameters.dump_document(node, values)
+    show(options, document, [file_text(document)])
+    return ExitCode.OK
+
+
+def _load(options: Parsed) -> int:
+    from launcher.ros import parameters
+
+    with _asking(options) as (caller, node):
+        values = parameters.file_values(
+            options.parameter_file, node, use_wildcard=not options.no_use_wildcard
+        )
+        outcomes = parameters.set_values(caller, node, values, parameters.written_parameter)
+        refused = [name for name, one in outcomes.items() if not one.result.successful]
+        now = parameters.values_of(caller, node, refused)
+    code = int(ExitCode.OK)
+    for name, (message, result) in outcomes.items():
+        one = _report(result, f"Set parameter {name} successful", f"Set parameter {name}")
+        # A file of `param dump` has read-only parameters, too; they already have its values.
+        is_so = message is not None and name in now and now[name] == message.value
+        code = max(code, ExitCode.OK if is_so else one)
+    return code
+
+
+COMMAND = Command(
+    "param",
+    VERBS["param"],
+    commands=(
+        ros_command(
+            "param list",
+            "list parameters",
+            _list,
+            option("[NODE]", name="node_name"),
+            option("--filter REGEX", "only parameters whose name begins with a match", _pattern),
+            HIDDEN,
+            option(
+                "--param-prefixes PREFIX ...", "only parameters below these prefixes", default=()
+            ),
+            option("--param-type", "show their types"),
+            TIMEOUT,
+        ),
+        ros_command(
+            "param get",
+            "print the value of a parameter",
+            _get,
+            NODE,
+            PARAMETER,
+            HIDDEN,
+            option("--hide-type", "print the value only"),
+            TIMEOUT,
+        ),
+        ros_command(
+            "param set",
+            "set parameters",
+            _set,
+            NODE,
+            option("PARAMETER VALUE ...", name="pairs"),
+            HIDDEN,
+            option("--atomic", "set all or none"),
+            TIMEOUT,
+        ),
+        ros_command(
+            "param delete",
+            "delete a parameter, where the node allows it",
+            _delete,
+            NODE,
+            PARAMETER,
+            HIDDEN,
+            TIMEOUT,
+        ),
+        ros_command(
+            "param describe",
+            "show the type, the description and the limits of parameters",
+            _describe,
+            NODE,
+            option("PARAMETER ...", name="parameter_names"),
+            HIDDEN,
+            TIMEOUT,
+        ),
+        ros_command(
+            "param dump",
+            "print the parameters of a node as a file",
+            _dump,
+            NODE,
+            HIDDEN,
+            TIMEOUT,
+        ),
+        ros_command(
+            "param load",
+            "set the parameters of a node from a file",
+            _load,
+            NODE,
+            option("FILE", name="parameter_file"),
+            HIDDEN,
+            option("--no-use-wildcard", "only those below the full name of the node"),
+            option("--use-wildcard", "ignored, for compatibility: wildcards are taken"),
+            TIMEOUT,
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,0 +1,238 @@
+"""`service VERB ...`: list and call services."""
+
+from __future__ import annotations
+
+import functools
+import math
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from launcher.base.command_line import Command, Parsed, count, number, option
+from launcher.base.errors import ExitCode
+from launcher.base.model.ros_names import full_name
+from launcher.base.verb_table import VERBS
+from launcher.ros.topics.qos import MAX_DEPTH, QOS_OPTIONS
+from launcher.ros.verb import (
+    dispatch,
+    graph_snapshot,
+    json_text,
+    observing,
+    require_rate,
+    ros_command,
+    seconds,
+    show,
+    show_typed,
+    spin_time_s,
+    standard_input,
+    to_json_plain,
+)
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
+    from launcher.ros.services import ServiceCaller
+
+_CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
+_ANSWER_S = 30.0
+
+
+NAME = option("NAME", name="service_name")
+TYPE = option("TYPE", name="service_type")
+COUNT = option("-c, --count-services", "print only their number")
+HIDDEN = option("--include-hidden-services", "hidden services as well")
+QOS = (("QoS", QOS_OPTIONS),)
+
+
+def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
+    from launcher.ros.snapshot.graph import is_hidden
+
+    found = graph_snapshot(options).service_types()
+    return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
+
+
+def _list(options: Parsed) -> int:
+    found = _services(options, hidden=options.include_hidden_services)
+    show_typed(options, found, only_count=options.count_services)
+    return ExitCode.OK
+
+
+def _type(options: Parsed) -> int:
+    types = _services(options, hidden=True).get(full_name(options.service_name), [])
+    show(options, {"name": options.service_name, "types": types}, types)
+    return ExitCode.OK if types else ExitCode.PROCESS_FAILED
+
+
+def _find(options: Parsed) -> int:
+    from launcher.ros.messages.interfaces import names_of_type
+
+    known = _services(options, hidden=options.include_hidden_services)
+    found = names_of_type(known, options.service_type, "srv")
+    show(options, found, [len(found)] if options.count_services else found)
+    return ExitCode.OK
+
+
+def _info(options: Parsed) -> int:
+    from launcher.base.ros_errors import VerbError, did_you_mean
+    from launcher.ros.snapshot.graph import is_hidden
+
+    graph, name = graph_snapshot(options), full_name(options.service_name)
+    known = graph.service_types()
+    if name not in known:
+        hint = did_you_mean(name, [one for one in known if not is_hidden(one)])
+        raise VerbError(f"Unknown service '{options.service_name}'", hint=hint)
+    clients, servers, types = graph.clients(name), graph.servers(name), known[name]
+    document = {
+        "name": name,
+        "types": types,
+        "clients": [one.node for one in clients],
+        "services": [one.node for one in servers],
+    }
+    lines = (
+        f"Type: {types[0] if len(types) == 1 else types}",
+        f"Clients count: {len(clients)}",
+        f"Services count: {len(servers)}",
+    )
+    show(options, document, lines)
+    return ExitCode.OK
+
+
+def _echo(options: Parsed) -> int:
+    from launcher.ros.service_events import echo
+
+    return echo(options)
+
+
+def _call(options: Parsed) -> int:
+    from launcher.ros.messages.from_yaml import fill, parse
+    from launcher.ros.messages.interfaces import load
+    from launcher.ros.services import ServiceCaller
+    from launcher.ros.topics.streams import until_interrupted
+
+    if options.rate is not None:
+        require_rate(options.rate)
+    kind = load(options.service_type, "srv", "The passed service type is invalid")
+    request = kind.Request()
+    fill(request, parse(standard_input() if options.stdin else options.values))
+    name = full_name(options.service_name)
+    with (
+        observing(options, lambda graph: name in graph.service_types()) as observer,
+        ServiceCaller(observer) as caller,
+    ):
+        _await_service(caller, kind, options)
+        with until_interrupted(is_end=options.rate is not None):
+            while True:
+                started = time.monotonic()
+                _call_once(caller, kind, request, options)
+                if options.rate is None:
+                    break
+                time.sleep(max(0.0, started + 1.0 / options.rate - time.monotonic()))
+    return ExitCode.OK
+
+
+def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
+    """Wait for the service; VerbError if it has another type, or is not there in time."""
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.services import NoAnswerError
+
+    deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
+    caller.load(kind)
+    name = full_name(options.service_name)
+    types = _offered(caller.observer, name, spin_time_s(options))
+    if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
+        raise VerbError(
+            f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
+        )
+    client = caller.client(kind, options.service_name)
+    if types and caller.wait_for(client, _CONNECT_S):
+        return
+    # With --json, standard output has answers only.
+    stream = sys.stderr if options.json else sys.stdout
+    print("waiting for service to become available...", file=stream, flush=True)
+    if not caller.wait_for(client, deadline - time.monotonic()):
+        raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
+
+
+def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
+    """The types of a service; read before our own client adds the type that it requests."""
+    from launcher.ros.discovery.completeness import settle
+
+    if (graph := observer.prefetched_graph()) is not None:
+        return graph.service_types().get(name, [])
+
+    def known() -> list[str]:
+        types: list[str] = dict(observer.node.get_service_names_and_types()).get(name, [])
+        return types
+
+    settle(observer, spin_time_s, enough=known)
+    return known()
+
+
+def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) -> None:
+    from launcher.ros.messages.to_yaml import to_plain
+
+    if not options.json:
+        print(f"requester: making request: {request!r}\n", flush=True)
+    limit_s = _ANSWER_S if options.timeout is None else options.timeout
+    answer = caller.call(kind, options.service_name, request, limit_s)
+    if options.json:
+        print(json_text(to_json_plain(to_plain(answer))), flush=True)
+    else:
+        print(f"response:\n{answer!r}\n", flush=True)
+
+
+COMMAND = Command(
+    "service",
+    VERBS["service"],
+    options=(HIDDEN,),
+    commands=(
+        ros_command(
+            "service list",
+            "list services",
+            _list,
+            option("-t, --show-types", "show their types"),
+            COUNT,
+            HIDDEN,
+        ),
+        ros_command("service type", "print the type of a service", _type, NAME),
+        ros_command("service info", "show the type of a service, and how many use it", _info, NAME),
+        ros_command(
+            "service echo",
+            "print the requests and responses of a service that has introspection",
+            _echo,
+            NAME,
+            option("[TYPE]", name="service_type"),
+            option("--timeout S", "end after S seconds", seconds),
+            option("--csv", "print values separated by commas"),
+            option("-f, --full-length", "do not truncate"),
+            option(
+                "-l, --truncate-length N",
+                "truncate arrays, bytes and strings after N",
+                lambda word: count(word, 0, MAX_DEPTH),
+                128,
+            ),
+            option("--no-arr", "print the sizes of arrays only"),
+            option("--no-str", "print the lengths of strings only"),
+            option("--flow-style", "print each list on one line"),
+            groups=QOS,
+        ),
+        ros_command("service find", "list the services of a type", _find, TYPE, COUNT, HIDDEN),
+        ros_command(
+            "service call",
+            "call a service",
+            _call,
+            NAME,
+            TYPE,
+            option("[YAML]", "the request", default="", name="values"),
+            option("--stdin", "read the YAML from stdin"),
+            option("-r, --rate HZ", "repeat the call at this rate", number),
+            option(
+                "--timeout S",
+                "wait S seconds for the service, and as long for each response "
+                "(default: without end for the service, 30 for a response)",
+                seconds,
+            ),
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,0 +1,293 @@
+"""`topic VERB ...`: list, inspect, print, measure and publish topics."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable
+
+from launcher.base.command_line import (
+    Command,
+    Option,
+    Parsed,
+    count,
+    number,
+    option,
+    positive_seconds,
+)
+from launcher.base.errors import ExitCode, UsageError
+from launcher.base.model.ros_names import full_name
+from launcher.base.verb_table import VERBS
+from launcher.ros.topics.qos import QOS_OPTIONS
+from launcher.ros.verb import (
+    SIM_TIME,
+    dispatch,
+    graph_snapshot,
+    print_json,
+    require_rate,
+    ros_command,
+    seconds,
+    show,
+)
+
+_MAX = 2**31 - 1
+
+
+def _positive(word: str) -> int:
+    return _number(word, 1, "value must be a positive integer")
+
+
+def _natural(word: str) -> int:
+    return _number(word, 0, "value must be non-negative integer")
+
+
+def _number(word: str, least: int, problem: str) -> int:
+    """A whole number; ValueError with the text of ros2cli."""
+    try:
+        return count(word, least, _MAX)
+    except ValueError:
+        raise ValueError(problem) from None
+
+
+NAME = option("NAME", name="topic_name")
+NAMES = option("NAME ...", name="topic_names")
+HIDDEN = option("--include-hidden-topics", "hidden topics as well")
+COUNT = option("-c, --count-topics", "print only the number of topics")
+FOR = option("--for S", "end after S seconds", seconds, name="for_s")
+QOS = (("QoS", QOS_OPTIONS),)
+
+
+def _window(default: int) -> Option:
+    return option("-w, --window N", "number of messages to average over", _positive, default)
+
+
+def _list(options: Parsed) -> int:
+    from launcher.ros.topics import listing
+
+    found = listing.listed(graph_snapshot(options), hidden=options.include_hidden_topics)
+    lines: Iterable[object] = (one.label if options.show_types else one.name for one in found)
+    if options.count_topics:
+        lines = [len(found)]
+    elif options.verbose:
+        lines = ["\n".join(listing.verbose_listing(found))]
+    fields = ("name", "types", "publishers", "subscriptions")
+    show(options, [{field: getattr(one, field) for field in fields} for one in found], lines)
+    return ExitCode.OK
+
+
+def _info(options: Parsed) -> int:
+    from launcher.ros.snapshot.qos_matching import explain, mismatches
+    from launcher.ros.topics import listing
+
+    name, graph = full_name(options.topic_name), graph_snapshot(options)
+    if options.json:
+        print_json(listing.info_document(graph, name))
+        return ExitCode.OK
+    print("\n".join(listing.info_lines(graph, name, verbose=options.verbose)))
+    endpoints = graph.endpoints(name)
+    if options.explain or (options.verbose and mismatches(endpoints)):
+        print(explain(endpoints))
+    return ExitCode.OK
+
+
+def _type(options: Parsed) -> int:
+    from launcher.ros.topics import listing
+
+    name = options.topic_name
+    types = listing.known_types(graph_snapshot(options)).get(full_name(name), [])
+    if not types:
+        from launcher.ros.topics.listener import full_topic
+
+        full_topic(name)  # VerbError if it cannot be one
+    show(options, {"name": options.topic_name, "types": types}, types)
+    return ExitCode.OK if types else ExitCode.PROCESS_FAILED
+
+
+def _find(options: Parsed) -> int:
+    from launcher.ros.messages.interfaces import names_of_type
+    from launcher.ros.snapshot.graph import is_hidden
+    from launcher.ros.topics import listing
+
+    hidden = options.include_hidden_topics
+    known = listing.known_types(graph_snapshot(options)).items()
+    shown = {name: types for name, types in known if hidden or not is_hidden(name)}
+    found = names_of_type(shown, options.topic_type, "msg")
+    show(options, found, [len(found)] if options.count_topics else found)
+    return ExitCode.OK
+
+
+def _echo(options: Parsed) -> int:
+    from launcher.ros.topics.streams import echo
+
+    options.topic_names, options.message_type = _topics_and_type(options.words)
+    if options.field and options.raw:
+        raise UsageError("--field and --raw exclude each other")
+    return echo(options)
+
+
+def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
+    """The topics, and the type that may follow a single one; VerbError for what is neither.
+
+    Further topics begin with a slash, a type has one inside.
+    """
+    strange = [word for word in words[1:] if not word.startswith("/")]
+    if len(words) == 2 and strange and "/" in words[1]:
+        return words[:1], words[1]
+    if strange:
+        from launcher.base.ros_errors import VerbError
+
+        kinds = "a further topic (/NAME) nor the type of a single one (PACKAGE/msg/NAME)"
+        hint = f"'{strange[0]}' is neither {kinds}"
+        raise VerbError("The passed message type is invalid", hint=hint)
+    return words, None
+
+
+def _hz(options: Parsed) -> int:
+    from launcher.ros.topics.streams import hz
+
+    if options.min_hz is not None and not math.isfinite(options.min_hz):
+        raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
+    if options.min_hz is not None and options.for_s is None:
+        raise UsageError("--min needs --for", hint="for example: --for 5 --min 4.5")
+    return hz(options)
+
+
+def _bw(options: Parsed) -> int:
+    from launcher.ros.topics.streams import bw
+
+    return bw(options)
+
+
+def _delay(options: Parsed) -> int:
+    from launcher.ros.topics.streams import delay
+
+    return delay(options)
+
+
+def _pub(options: Parsed) -> int:
+    from launcher.ros.topics.publish import publish
+
+    require_rate(options.rate)
+    return publish(options)
+
+
+COMMAND = Command(
+    "topic",
+    VERBS["topic"],
+    options=(HIDDEN,),
+    commands=(
+        ros_command(
+            "topic list",
+            "list topics",
+            _list,
+            option("-t, --show-types", "show their types"),
+            option("-v, --verbose", "group them by direction, with the number of users"),
+            COUNT,
+            HIDDEN,
+        ),
+        ros_command(
+            "topic info",
+            "show the type, the publishers and the subscriptions of a topic",
+            _info,
+            NAME,
+            option("-v, --verbose", "show each endpoint with its QoS"),
+            option("--explain", "explain which pairs do not match, and why"),
+        ),
+        ros_command(
+            "topic echo",
+            "print the messages of topics",
+            _echo,
+            option(
+                "NAME ...",
+                "topics, further ones with their slash; the TYPE of a single one may follow",
+                name="words",
+            ),
+            option("--once", "end after the first message"),
+            option("--timeout S", "end after S seconds", seconds),
+            option("--field A.B[0]", "print only this field"),
+            option("--filter EXPR", "only messages m for which this is true"),
+            option("--csv", "print values separated by commas"),
+            option("-f, --full-length", "do not truncate"),
+            option(
+                "-l, --truncate-length N",
+                "truncate arrays, bytes and strings after N",
+                _natural,
+                128,
+            ),
+            option("--no-arr", "print the sizes of arrays only"),
+            option("--no-str", "print the lengths of strings only"),
+            option("--flow-style", "print each list on one line"),
+            option("--raw", "print the serialized bytes"),
+            option("-i, --include-message-info", "print timestamps and sequence numbers"),
+            option("--no-lost-messages", "ignored, for compatibility with ros2"),
+            SIM_TIME,
+            groups=QOS,
+        ),
+        ros_command(
+            "topic hz",
+            "measure the rate of messages",
+            _hz,
+            NAMES,
+            _window(10000),
+            option("--filter EXPR", "count only messages m for which it is true"),
+            option("--wall-time", "ignored; always on"),
+            FOR,
+            option("--min HZ", "with --for: exit code 1 below HZ", number, name="min_hz"),
+            SIM_TIME,
+            groups=QOS,
+        ),
+        ros_command(
+            "topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, SIM_TIME, groups=QOS
+        ),
+        ros_command(
+            "topic delay",
+            "measure the age of messages by their headers",
+            _delay,
+            NAME,
+            _window(10000),
+            FOR,
+            SIM_TIME,
+            groups=QOS,
+        ),
+        ros_command(
+            "topic pub",
+            "publish messages",
+            _pub,
+            NAME,
+            option("TYPE", name="message_type"),
+            option("[YAML]", '"field: value"', default="", name="values"),
+            option("--stdin", "read the YAML from stdin"),
+            option("-r, --rate HZ", "rate", number, 1.0),
+            option("-p, --print N", "print each Nth", _positive, 1),
+            option("-1, --once", "publish one message"),
+            option("-t, --times N", "publish N messages", _positive),
+            option(
+                "-w, --wait-matching-subscriptions N",
+                "wait for N subscriptions (default: 1 with --once and --times, otherwise 0)",
+                _natural,
+            ),
+            option("--max-wait-time-secs S", "fail if that takes longer", positive_seconds),
+            option(
+                "--keep-alive S",
+                "stay for S seconds after the last message",
+                seconds,
+                0.1,
+            ),
+            option("-n, --node-name NAME", "name of the node that publishes"),
+            SIM_TIME,
+            groups=QOS,
+            exclusive=(("once", "times"),),
+        ),
+        ros_command("topic type", "print the type of a topic", _type, NAME),
+        ros_command(
+            "topic find",
+            "list the topics of a type",
+            _find,
+            option("TYPE", name="topic_type"),
+            COUNT,
+            HIDDEN,
+        ),
+    ),
+)
+
+main = functools.partial(dispatch, COMMAND)

@@ -1,0 +1,210 @@
+"""Starts the process that sends ROS requests for the supervisor (launcher.ros.helpers.agent).
+
+With the first request, since most launch files have none and importing rclpy is slow.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable, Mapping
+
+from launcher.base import strict_json
+from launcher.base.model.events import (
+    ChangeState,
+    ComponentLoaded,
+    Event,
+    LoadComponent,
+    StateChanged,
+    TimerFired,
+    TimerLost,
+    TransitionSeen,
+    WatchLifecycle,
+)
+from launcher.base.model.record import as_dict
+from launcher.posix import spawn
+from launcher.posix.reactor import Reactor
+from launcher.run.helpers.popen import start_module, wait_or_kill
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+ENDED = "the launcher's ROS agent has ended"
+GOODBYE_S = 2.0  # an agent that does not exit at EOF of its input is killed after this
+
+Request = LoadComponent | ChangeState | WatchLifecycle
+
+
+class RosTimer:
+    """A timer of the agent; `cancel()` is idempotent."""
+
+    def __init__(self, agent: RosAgent, timer_id: int) -> None:
+        self._agent = agent
+        self._timer_id = timer_id
+
+    def cancel(self) -> None:
+        self._agent.cancel_timer(self._timer_id)
+
+
+class RosAgent:
+    """Sends requests; calls `on_event` with the answers, and `warn` with texts for the user."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        env: Mapping[str, str],
+        on_event: Callable[[Event], None],
+        warn: Callable[[str], None],
+    ) -> None:
+        self._reactor = reactor
+        self._on_event = on_event
+        self._warn = warn
+        self._partial = b""
+        self._unsent = b""
+        self._pending: dict[int, LoadComponent | ChangeState] = {}
+        self._timers: set[int] = set()
+        self._process = start_module(
+            ["launcher.ros.helpers.agent"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=dict(env),
+            bufsize=0,
+        )
+        spawn.started.add(self._process.pid)
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._in, self._out = self._process.stdin.fileno(), self._process.stdout.fileno()
+        os.set_blocking(self._out, False)
+        os.set_blocking(self._in, False)
+        reactor.add_reader(self._out, self._readable)
+
+    @property
+    def is_loading(self) -> bool:
+        """Whether a load request is pending, maybe in a container of another run."""
+        return any(isinstance(request, LoadComponent) for request in self._pending.values())
+
+    def send(self, request: Request) -> None:
+        """Send a request; the answer is an event, which never comes if the service never exists."""
+        if not isinstance(request, WatchLifecycle):
+            self._pending[request.request_id] = request
+        self._write(_as_json(request))
+
+    def targets(self) -> list[tuple[int, str]]:
+        """Requests without an answer, and the full names of the nodes that they are for."""
+        return [(number, _target(request)) for number, request in self._pending.items()]
+
+    def fail(self, request_id: int, error: str) -> None:
+        """Answer a request ourselves, and forget it."""
+        request = self._pending.pop(request_id)
+        self._write({"do": "drop", "id": request_id})
+        self._on_event(_answer_to(request)(request_id=request_id, error=error))
+
+    def use_sim_time(self, value: bool) -> None:
+        self._write({"do": "use_sim_time", "value": value})
+
+    def call_later(self, timer_id: int, delay_s: float) -> RosTimer:
+        """TimerFired after a time on the ROS clock, or TimerLost."""
+        self._timers.add(timer_id)
+        self._write({"do": "timer", "id": timer_id, "delay_s": delay_s})
+        return RosTimer(self, timer_id)
+
+    def cancel_timer(self, timer_id: int) -> None:
+        if timer_id in self._timers:
+            self._timers.remove(timer_id)
+            self._write({"do": "cancel_timer", "id": timer_id})
+
+    def _write(self, message: dict[str, object]) -> None:
+        # Without waiting: an agent that hangs must not suspend the run.
+        is_first = not self._unsent
+        self._unsent += strict_json.packed(message, default=_bytes_as_json).encode() + b"\n"
+        if is_first and self._flush():
+            self._reactor.add_writer(self._in, self._writable)
+
+    def _writable(self) -> None:
+        if not self._flush():
+            self._reactor.remove(self._in)
+
+    def _flush(self) -> bool:
+        """Write what the pipe takes; whether something is left."""
+        try:
+            self._unsent = self._unsent[os.write(self._in, self._unsent) :]
+        except BlockingIOError:
+            return True
+        except BrokenPipeError:
+            self._unsent = b""  # the end of its output is noticed as well
+            self._reactor.call_later(0, self._fail_all)
+        return bool(self._unsent)
+
+    def _readable(self) -> None:
+        chunk = os.read(self._out, 65536)
+        if not chunk:
+            self._reactor.remove(self._out)
+            self._fail_all()
+            return
+        *lines, self._partial = (self._partial + chunk).split(b"\n")
+        for line in lines:
+            self._answered(strict_json.unpacked(line))
+
+    def _answered(self, answer: dict[str, Any]) -> None:
+        match answer:
+            case {"warning": text}:
+                self._warn(str(text))
+            case {"timer": timer_id}:
+                if timer_id in self._timers:  # else: cancelled meanwhile
+                    self._timers.remove(timer_id)
+                    self._on_event(TimerFired(timer_id=timer_id))
+            case {"id": request_id, **rest}:
+                request = self._pending.pop(request_id, None)
+                if request is not None:  # else: we have given it up meanwhile
+                    self._on_event(_answer_to(request)(request_id=request_id, **rest))
+            case _:
+                self._on_event(TransitionSeen(**answer))
+
+    def _fail_all(self) -> None:
+        pending, self._pending = self._pending, {}
+        for request_id, request in pending.items():
+            self._on_event(_answer_to(request)(request_id=request_id, error=ENDED))
+        timers, self._timers = self._timers, set()
+        for timer_id in timers:
+            self._on_event(TimerLost(timer_id=timer_id, reason=ENDED))
+
+    def close(self) -> None:
+        """Stop the agent; pending requests and timers are dropped."""
+        self._pending.clear()
+        self._timers.clear()
+        self._reactor.remove(self._out)
+        self._reactor.remove(self._in)
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.close()
+        wait_or_kill(self._process, GOODBYE_S)
+        spawn.started.discard(self._process.pid)
+        self._process.stdout.close()
+
+
+def _bytes_as_json(value: bytes) -> dict[str, list[int]]:
+    return {"bytes": list(value)}  # the values of parameters are never mappings
+
+
+def _target(request: LoadComponent | ChangeState) -> str:
+    is_load = isinstance(request, LoadComponent)
+    name: str = getattr(request.request, "container" if is_load else "node")
+    return name if name.startswith("/") else f"/{name}"
+
+
+def _answer_to(request: Request) -> type[ComponentLoaded] | type[StateChanged]:
+    return ComponentLoaded if isinstance(request, LoadComponent) else StateChanged
+
+
+def _as_json(request: Request) -> dict[str, object]:
+    if isinstance(request, WatchLifecycle):
+        return {"do": "watch", "node": request.node}
+    if isinstance(request, ChangeState):
+        change = request.request
+        return {
+            "do": "change_state",
+            "id": request.request_id,
+            "node": change.node,
+            "transition_id": change.transition_id,
+            "transition": change.transition,
+        }
+    return {"do": "load", "id": request.request_id, **as_dict(request.request)}

@@ -1,0 +1,216 @@
+"""Which nodes do not answer, as a helper process tells (`engine.helpers.responsiveness`).
+
+It is running while somebody looks (`top`), or during the whole run with `--responsive`, one for
+each ROS domain: it takes 30 MB and a participant in the domain.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from launcher.base.model.ros_arguments import full_node_name
+from launcher.base.model.run_events import NotResponding, Responds
+from launcher.posix import proc
+from launcher.posix.reactor import Reactor, Timer
+from launcher.run.helpers.responsiveness import ResponsivenessHelper
+from launcher.run.logs.run_log import RunLog
+from launcher.run.machine import ProcessState
+from launcher.run.process import Process
+from launcher.run.stacks.dump import Dump, lines
+from launcher.run.stacks.stacks import Stacks, Wish, members
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+PERIOD_S = 1.0
+LOOK_S = 15.0  # after the last look the helper goes on for so long
+ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is noticed after three
+SURE_S = 4.5  # silence is noticed after 3 s, by a round each second
+POLL_S = 0.1
+
+
+class Silence:
+    """A node does not answer: for how long, and what its process was doing when it was noticed."""
+
+    def __init__(self) -> None:
+        self.silent_s = self.reported_s = 0.0
+        self.stack: tuple[str, ...] = ()
+
+    def report(self, silent_s: float, now: float) -> None:
+        self.silent_s, self.reported_s = silent_s, now
+
+    def elapsed_s(self, now: float) -> float:
+        return self.silent_s + now - self.reported_s
+
+
+class Responsiveness:
+    """`processes` are those of the run; `adopt` is called with the pid of each helper."""
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        stacks: Stacks,
+        processes: Mapping[int, Process],
+        adopt: Callable[[int], None],
+    ) -> None:
+        self._reactor = reactor
+        self._log = log
+        self._stacks = stacks
+        self._processes = processes
+        self._adopt = adopt
+        self._until_s = -math.inf
+        self._is_asked = False
+        self._timer: Timer | None = None
+        self._helpers: dict[
+            str, ResponsivenessHelper | None
+        ] = {}  # by domain; None: it does not work there
+
+    def look(self, for_s: float = LOOK_S) -> None:
+        """Somebody looks now; `inf`: to the end of the run."""
+        self._until_s = max(self._until_s, self._reactor.now() + for_s)
+        if self._timer is None:
+            self._tick()
+
+    def ask(self, processes: Sequence[Process], done: Callable[[list[str]], None]) -> None:
+        """Call `done` when it is known which of these answer, with the names of the others.
+
+        Also one that has not answered before is told, unless that is watched during the whole run:
+        then it is a node of which no answer can be expected.
+        """
+        self._is_asked = self._until_s != math.inf
+        now = self._reactor.now()
+        # What is known already may be older than a silence that is not noticed yet.
+        since_s = now if self._timer is None else now + SURE_S
+        self.look()
+        self._look_again(processes, since_s, now + ASK_S, done)
+
+    def _look_again(
+        self,
+        processes: Sequence[Process],
+        since_s: float,
+        until_s: float,
+        done: Callable[[list[str]], None],
+    ) -> None:
+        now = self._reactor.now()
+        wanted = {process for nodes in self._wanted().values() for process in nodes.values()}
+        unknown = [
+            one.name
+            for one in processes
+            if one in wanted and not (one.answers or one.silence is not None)
+        ]
+        if (now < since_s or (unknown and now < until_s)) and self._timer is not None:
+            again = functools.partial(self._look_again, processes, since_s, until_s, done)
+            self._reactor.call_later(POLL_S, again)
+        else:
+            done(unknown)
+
+    def _tick(self) -> None:
+        if self._reactor.now() > self._until_s:
+            self.close()
+            return
+        wanted = self._wanted()
+        for domain in wanted.keys() - self._helpers.keys():
+            env = next(iter(wanted[domain].values())).spec.env
+            self._helpers[domain] = self._started(domain, env)
+        for domain, helper in self._helpers.items():
+            if helper is not None:
+                helper.watch(wanted.get(domain, {}), expected=self._is_asked)
+        self._forget_others(wanted)
+        self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    def _wanted(self) -> dict[str, dict[str, Process]]:
+        """Domain -> full name of the node -> its process, for all that should answer."""
+        found: dict[str, dict[str, Process]] = {}
+        for process in self._processes.values():
+            node = full_node_name(process.spec.argv) if _should_answer(process) else None
+            if node is not None:
+                domain = process.spec.env.get("ROS_DOMAIN_ID") or "0"
+                found.setdefault(domain, {})[node] = process
+        return found
+
+    def _forget_others(self, wanted: Mapping[str, Mapping[str, Process]]) -> None:
+        """Those that were suspended, or restarted under a debugger, are not expected to answer."""
+        names = {process.name for nodes in wanted.values() for process in nodes.values()}
+        for process in self._processes.values():
+            if process.name not in names and process.machine.state is ProcessState.RUNNING:
+                process.answers, process.silence = False, None
+
+    def _started(self, domain: str, env: Mapping[str, str]) -> ResponsivenessHelper | None:
+        ended = functools.partial(self._ended, domain)
+        try:
+            helper = ResponsivenessHelper(self._reactor, env, self._report, ended)
+        except OSError as error:
+            self._log.warn(f"it is not watched whether nodes respond: {error.strerror}")
+            return None
+        self._adopt(helper.pid)
+        return helper
+
+    def _ended(self, domain: str, why: str) -> None:
+        self._helpers[domain] = None
+        self._log.warn(f"it is not watched any more whether nodes respond: {why or 'no reason'}")
+        self._forget_others({})
+
+    def _report(self, report: dict[str, Any]) -> None:
+        process = next((p for p in self._processes.values() if p.name == report["name"]), None)
+        if process is None or process.child is None or process.child.pid != report["pid"]:
+            return
+        if not _should_answer(process):
+            return
+        now, silent_s = self._reactor.now(), report["silent_s"]
+        if silent_s is None:
+            process.answers, process.silence = False, None
+        elif not silent_s:
+            self._answers(process, now)
+        elif process.silence is not None:
+            process.silence.report(silent_s, now)
+        elif not any(map(proc.is_traced, members(process.child.pid))):
+            self._fell_silent(process, report, now)
+
+    def _answers(self, process: Process, now: float) -> None:
+        process.answers, silence, process.silence = True, process.silence, None
+        if silence is not None:
+            silent_s = silence.elapsed_s(now)
+            self._log.log("INFO", process.name, f"responds again, after {silent_s:.0f} s")
+            self._log.note(Responds(round(silent_s, 1)), process)
+
+    def _fell_silent(self, process: Process, report: dict[str, Any], now: float) -> None:
+        assert process.child is not None
+        silence = process.silence = Silence()
+        silence.report(report["silent_s"], now)
+        self._log.note(NotResponding(report["silent_s"]), process)
+
+        def found(dump: Dump) -> None:
+            silence.stack = tuple(lines(dump))
+            where = f"it is in {dump.place}" if dump.place else _state(dump)
+            text = f"{report['node']} has not answered for {silence.elapsed_s(now):.0f} s"
+            self._log.log("WARNING", process.name, f"does not respond: {text}; {where}")
+
+        self._stacks.dump(Wish(members(process.child.pid)[0]), found)
+
+    def close(self) -> None:
+        """Nobody looks any more, or the run has ended."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._until_s, self._is_asked = -math.inf, False
+        for helper in self._helpers.values():
+            if helper is not None:
+                helper.close()
+        self._helpers.clear()
+        self._forget_others({})
+
+
+def _should_answer(process: Process) -> bool:
+    """Whether it runs here, and neither a user nor a debugger holds it."""
+    is_running = process.child is not None and process.machine.state is ProcessState.RUNNING
+    is_held = process.machine.is_suspended or process.debugger is not None
+    return is_running and not is_held and process.host is None
+
+
+def _state(dump: Dump) -> str:
+    state = dump.threads[0].state if dump.threads else "its state is not known"
+    return f"{state} ({dump.problem})" if dump.problem else state

@@ -1,0 +1,319 @@
+"""Holds back the first start of processes until those that they wait for are ready."""
+
+from __future__ import annotations
+
+import errno
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from launcher.base.model import run_events
+from launcher.base.model.spec import ProcessSpec
+from launcher.base.model.supervision import StartRule
+from launcher.posix.reactor import Reactor, Timer
+from launcher.run.logs.run_log import RunLog
+from launcher.run.machine import Command, ProcessState
+from launcher.run.process import Process
+from launcher.run.ready import order
+from launcher.run.ready.order import StartOrder
+from launcher.run.ready.watch import Watch
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.run.helpers.graph_facts import GraphFacts
+    from launcher.run.listener import RunListener
+    from launcher.run.machine import Ended
+    from launcher.run.process_driver import ProcessDriver, StartGate
+
+REPORT_EVERY_S = 10.0  # which processes still wait
+MAX_NAMES = 3  # of processes in such a line
+
+
+class ReadyGate:
+    """A `StartGate`; starts that it lets pass go to the `next` one, or to the driver.
+
+    `env` is the environment of the launcher, `env_of` that of a process.
+    """
+
+    def __init__(
+        self,
+        reactor: Reactor,
+        log: RunLog,
+        driver: ProcessDriver,
+        listener: RunListener,
+        rules: Sequence[StartRule],
+        *,
+        env: Mapping[str, str],
+        env_of: Callable[[Process], Mapping[str, str]],
+        switched_off: Callable[[], Iterable[ProcessSpec]],
+    ) -> None:
+        self._reactor = reactor
+        self._log = log
+        self._driver = driver
+        self._listener = listener
+        self._env = env
+        self._env_of = env_of
+        self._order = StartOrder(rules, switched_off)
+        self._processes: dict[str, Process] = {}
+        self._watches: dict[str, Watch] = {}
+        self._timer: Timer | None = None
+        self._reported_s = 0.0
+        self._next: StartGate | None = None
+        self._start: Callable[[Process], None] = lambda process: None
+        self._is_closed = False
+
+    def lead_to(self, gate: StartGate | None, start: Callable[[Process], None]) -> None:
+        self._next, self._start = gate, start
+
+    # ---- the gate
+
+    def add(self, process: Process) -> None:
+        """A process that may be started from now on."""
+        self._processes[process.name] = process
+        self._carry_out(self._order.add(process.spec))
+
+    def join(self, process: Process) -> None:
+        """A process from before there were rules: it does not wait."""
+        self.add(process)
+        now = self._reactor.now()
+        self._order.skip(process.name, now)
+        if process.history.starts:
+            self._carry_out(self._order.started(process.name, now))
+        if process.child is not None:
+            self._watch(process)
+        elif process.last_end is not None:
+            self.ended(process, process.last_end)
+
+    def follow(self, rules: Sequence[StartRule]) -> None:
+        """Other rules hold from now on."""
+        before = {name: self._order[name].facts for name in self._processes}
+        self._carry_out(self._order.follow(rules, self._reactor.now()))
+        for name, process in self._processes.items():
+            if self._order[name].facts != before[name]:
+                self._unwatch(name)
+                self._watch(process)
+        self._check_soon()
+
+    def adopt(self, process: Process) -> None:
+        """It has another spec now."""
+        self._carry_out(self._order.adopt(process.spec))
+        self._check_soon()
+
+    def forget(self, process: Process) -> None:
+        """The launch file does not have it any more, and it has ended, if it can be ended."""
+        self._unwatch(process.name)
+        del self._processes[process.name]
+        self._order.forget(process.name)
+        self._check_soon()
+
+    def waits(self, process: Process) -> bool:
+        return self._order[process.name].phase is order.Phase.WAITING
+
+    def admit(self, process: Process) -> None:
+        entry, now = self._order[process.name], self._reactor.now()
+        if process.machine.is_held:  # a user starts it
+            self._order.skip(process.name, now)
+        if self._order.admit(process.name, now):
+            self._pass(process)
+            self._check_soon()  # others may wait for those that wait
+            return
+        after = entry.rule.after
+        assert after is not None
+        names = ", ".join(after.names)
+        text = f"waiting for {names}, at most {after.timeout_s:g} s"
+        self._log.log("INFO", process.name, text)
+        self._log.note(run_events.Waiting(tuple(after.names), after.timeout_s), process)
+        self._reported_s = max(self._reported_s, now)
+        self._check_soon()  # not now: the launch file may start more of them
+
+    def withdraw(self, process: Process) -> bool:
+        if not self._order.withdraw(process.name):
+            return self._next is not None and self._next.withdraw(process)
+        self._check_soon()
+        return True
+
+    def skip(self, process: Process) -> bool:
+        """A user starts it: it does not wait any more; False if it does not wait."""
+        entry, now = self._order[process.name], self._reactor.now()
+        waited_s = now - entry.admitted_s
+        if not self._order.skip(process.name, now):
+            return False
+        self._note_release(process, waited_s, "requested")
+        self._pass(process)
+        return True
+
+    def _pass(self, process: Process) -> None:
+        (self._start if self._next is None else self._next.admit)(process)
+
+    # ---- what happens to processes
+
+    def awaited_facts(self, process: Process) -> list[str]:
+        return [fact.text for fact in self._order[process.name].facts]
+
+    def started(self, process: Process) -> None:
+        self._carry_out(self._order.started(process.name, self._reactor.now()))
+        self._watch(process)
+        self._check_soon()
+
+    def _watch(self, process: Process) -> None:
+        """Look for the facts of a running process that is not ready."""
+        entry = self._order[process.name]
+        if entry.is_running and entry.facts and entry.ready_s is None:
+            self._watches[process.name] = Watch(
+                process,
+                entry.facts,
+                functools.partial(self._seen, process.name),
+                reactor=self._reactor,
+                graph=lambda: self._graph,
+                env=self._env if process.host is not None else self._env_of(process),
+            )
+
+    def ended(self, process: Process, end: Ended) -> None:
+        if process.name not in self._processes:
+            return  # it is gone, and could not be ended before
+        outcome = end.outcome
+        actions = self._order.ended(
+            process.name,
+            self._reactor.now(),
+            outcome.returncode,
+            str(outcome),
+            asked=end.asked,
+            final=end.is_final,
+        )
+        self._unwatch(process.name)
+        self._carry_out(actions)
+        self._check_soon()
+
+    def _seen(self, name: str, index: int, holds: bool, text: str) -> None:
+        now = self._reactor.now()
+        actions = self._order.fact(name, index, now, holds=holds, text=text)
+        if actions:
+            self._unwatch(name)
+            self._carry_out(actions)
+            self._check_soon()
+
+    def _unwatch(self, name: str) -> None:
+        if name in self._watches:
+            self._watches.pop(name).close()
+
+    @functools.cached_property
+    def _graph(self) -> GraphFacts:
+        """Imported, and its process started, when a fact needs the ROS graph."""
+        from launcher.run.helpers.graph_facts import GraphFacts
+
+        return GraphFacts(self._reactor, self._log.warn)
+
+    # ---- waiting
+
+    def _check_soon(self) -> None:
+        self._wake_in(0)
+
+    def _wake_in(self, delay_s: float) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = None if self._is_closed else self._reactor.call_later(delay_s, self._check)
+
+    def _check(self) -> None:
+        self._timer = None
+        actions = self._order.check(self._reactor.now())
+        self._carry_out(actions)
+        if actions:
+            self._listener.idle()
+        if not self._order.waiting:
+            return
+        self._report()
+        now = self._reactor.now()
+        deadline = self._order.deadline
+        due_s = self._reported_s + REPORT_EVERY_S
+        wake_s = due_s if deadline is None else min(due_s, deadline)
+        if self._timer is None:
+            self._wake_in(max(0.0, wake_s - now))
+
+    def _report(self) -> None:
+        """Say now and then who still waits for what."""
+        now = self._reactor.now()
+        if now < self._reported_s + REPORT_EVERY_S:
+            return
+        self._reported_s = now
+        names: dict[str, list[str]] = {}
+        for entry in self._order.waiting:
+            names.setdefault(self._order.reason(entry.name), []).append(entry.name)
+        for reason, those in names.items():
+            more = len(those) - MAX_NAMES
+            listed = ", ".join(those[:MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
+            waited_s = now - min(self._order[name].admitted_s for name in those)
+            verb = "waits" if len(those) == 1 else "wait"
+            text = f"{listed} {verb} for {reason} ({waited_s:.1f} s)"
+            self._log.log("INFO", "launch", text)
+
+    def _carry_out(self, actions: Sequence[order.Action]) -> None:
+        for action in actions:
+            process = self._processes[action.name]
+            match action:
+                case order.Release(waited_s=waited_s):
+                    self._note_release(process, waited_s, "ready")
+                    self._pass(process)
+                case order.Expire():
+                    self._expire(process, action)
+                case order.Ready(took_s=took_s):
+                    self._log.log("INFO", process.name, f"ready after {took_s:.2f} s")
+                    self._log.note(run_events.Ready(round(took_s, 6)), process)
+                case order.RestartWith(other=other):
+                    self._restart(process, other)
+                case order.Circle(chain=chain):
+                    text = f"does not wait, since that would be a circle: {' -> '.join(chain)}"
+                    self._log.log("WARNING", process.name, text)
+
+    def _restart(self, process: Process, other: str) -> None:
+        """The launch file is not told of its exit: `on_exit` must not end the run."""
+        if process.machine.state is ProcessState.RUNNING and not process.is_debugged:
+            text = f"restarted, since {other} has been restarted"
+            self._log.log("INFO", process.name, text)
+            process.is_replaced = True
+            self._driver.advance(process, Command.RESTART)
+
+    def _expire(self, process: Process, expired: order.Expire) -> None:
+        what = f"not ready after {expired.waited_s:.1f} s: {expired.text}"
+        if expired.consequence == "start":
+            self._log.log("WARNING", process.name, f"started although {what}")
+            self._note_release(process, expired.waited_s, "timeout")
+            self._pass(process)
+            return
+        self._note_release(process, expired.waited_s, expired.consequence)
+        self._driver.refuse(process, errno.ETIMEDOUT, f"waited for {what}")
+        if expired.consequence == "stop-run":
+            self._listener.stop(f"{process.name} has waited for {expired.text}")
+
+    def _note_release(self, process: Process, waited_s: float, why: str) -> None:
+        names = tuple(self._order.needed(process.name))
+        self._log.note(run_events.Released(round(waited_s, 6), why, names), process)
+
+    # ---- for users
+
+    def row(self, process: Process) -> dict[str, object]:
+        """What `ps` tells of it: `ready` is None for a process without `ready_when`."""
+        if process.name not in self._processes:
+            return {"ready": None, "ready_s": None, "waiting_for": None, "lacks": None}
+        entry, now = self._order[process.name], self._reactor.now()
+        reason = self._order.reason(process.name)
+        waits = entry.phase is order.Phase.WAITING
+        since_s = entry.admitted_s if waits else entry.started_s
+        text = f"{reason} ({now - since_s:.1f} s)" if reason else None
+        is_ready = entry.ready_s is not None
+        return {
+            "ready": is_ready if entry.facts else None,
+            "ready_s": round((entry.ready_s or 0.0) - entry.started_s, 3)
+            if is_ready and entry.facts
+            else None,
+            "waiting_for": text if waits else None,
+            "lacks": None if waits else text,
+        }
+
+    def close(self) -> None:
+        """End what looks for facts, before leftovers are looked for."""
+        self._is_closed = True
+        if self._timer is not None:
+            self._timer.cancel()
+        for name in list(self._watches):
+            self._unwatch(name)
+        if "_graph" in vars(self):
+            self._graph.close()

@@ -1,0 +1,108 @@
+"""Looks whether the facts of one life of a process hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+from launcher.base.model.supervision import GRAPH_KINDS, Fact
+from launcher.output.cpu_limit import TooSlowError
+from launcher.output.filters import Pattern
+from launcher.posix.reactor import Reactor
+from launcher.run.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Protocol
+
+    Tell = Callable[[bool, str], None]  # whether it holds, and what is seen instead
+
+    class GraphFacts(Protocol):
+        """What tells facts of the ROS graph."""
+
+        def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, tell: Tell) -> int: ...
+        def unwatch(self, number: int) -> None: ...
+
+    class Attempt(Protocol):
+        def close(self) -> None: ...
+
+
+_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
+
+
+class Watch:
+    """From the start of a process until it is ready or ends; close it.
+
+    `tell(index, holds, text)` is called with what is seen of a fact. `env` is the environment of
+    the process.
+    """
+
+    def __init__(
+        self,
+        process: Process,
+        facts: Sequence[Fact],
+        tell: Callable[[int, bool, str], None],
+        *,
+        reactor: Reactor,
+        graph: Callable[[], GraphFacts],
+        env: Mapping[str, str],
+    ) -> None:
+        self._process = process
+        self._tell = tell
+        self._patterns: dict[int, Pattern] = {}
+        self._attempts: list[Attempt] = []
+        self._graph: GraphFacts | None = None
+        self._numbers: list[int] = []
+        for index, fact in enumerate(facts):
+            self._begin(index, fact, reactor, graph, env)
+        if self._patterns:
+            process.on_lines = self._read
+
+    def _begin(
+        self,
+        index: int,
+        fact: Fact,
+        reactor: Reactor,
+        graph: Callable[[], GraphFacts],
+        env: Mapping[str, str],
+    ) -> None:
+        def tell(holds: bool, text: str) -> None:
+            self._tell(index, holds, text)
+
+        if fact.kind == "log":
+            self._patterns[index] = Pattern(fact.subject)
+        elif fact.kind in GRAPH_KINDS:
+            self._graph = graph()
+            self._numbers.append(self._graph.watch(fact, env, reactor.now(), tell))
+        elif fact.kind in ("port", "command"):
+            from launcher.run.ready.attempts import CommandRun, Connection
+
+            if fact.kind == "port":
+                self._attempts.append(Connection(fact, reactor, tell))
+            else:
+                cwd = None if self._process.host is not None else self._process.spec.cwd
+                self._attempts.append(CommandRun(fact, reactor, tell, env=env, cwd=cwd))
+
+    def _read(self, lines: bytes) -> None:
+        split = _COLOUR.sub(b"", lines).splitlines()
+        for index, pattern in list(self._patterns.items()):
+            try:
+                found = bool(pattern.choose(split))
+            except TooSlowError:
+                self._tell(index, False, f"the search for '{pattern.text}' takes too long")
+                continue
+            if found:
+                del self._patterns[index]
+                self._tell(index, True, "")
+        if not self._patterns:
+            self._process.on_lines = None
+
+    def close(self) -> None:
+        self._process.on_lines = None
+        for attempt in self._attempts:
+            attempt.close()
+        for number in self._numbers:
+            assert self._graph is not None
+            self._graph.unwatch(number)
+        self._attempts.clear()
+        self._numbers.clear()

@@ -1,0 +1,154 @@
+"""Asks what processes of a run are doing, several at the same time and each only once."""
+
+from __future__ import annotations
+
+import functools
+from collections import deque
+from collections.abc import Callable
+
+from launcher.base.model.record import Record
+from launcher.packages.extras import install_command
+from launcher.posix import proc
+from launcher.posix.reactor import Reactor
+from launcher.run.stacks import answers, py_spy
+from launcher.run.stacks.command import Completed, ShortCommand
+from launcher.run.stacks.dump import Dump, command_of, of_kernel
+
+TIMEOUT_S = 10.0
+RETRY_S = 0.3  # py-spy cannot read an interpreter that is just being started, or changing much
+TRIES = 4
+AT_ONCE = 3  # each takes a processor for some ten milliseconds
+MOST_PROCESSES = 16  # below one process of the run
+
+
+class Wish(Record):
+    """Whose stacks are wanted, and how."""
+
+    pid: int
+    native: bool = False
+    with_locals: bool = False
+
+
+Done = Callable[[Dump], None]
+
+
+class Stacks:
+    """Dumps stacks; requests for the same process are answered by the same dump."""
+
+    def __init__(self, reactor: Reactor) -> None:
+        self._reactor = reactor
+        self._waiting: dict[Wish, list[Done]] = {}
+        self._queue: deque[tuple[Wish, int]] = deque()
+        self._running: dict[Wish, ShortCommand] = {}
+
+    def dump(self, wish: Wish, done: Done) -> None:
+        """Call `done` with the stacks of this process, or with what can be told instead."""
+        if wish in self._waiting:
+            self._waiting[wish].append(done)
+            return
+        self._waiting[wish] = [done]
+        if not py_spy.is_python(wish.pid):
+            self._answer(wish, _of_other_program(wish.pid))
+        elif py_spy.find() is None:
+            hint = f"{install_command('debug')} installs py-spy"
+            self._ask(wish, "py-spy is not installed", hint)
+        else:
+            self._queue.append((wish, TRIES))
+            self._start_some()
+
+    def _start_some(self) -> None:
+        while self._queue and len(self._running) < AT_ONCE:
+            self._start(*self._queue.popleft())
+
+    def _start(self, wish: Wish, tries: int) -> None:
+        program = py_spy.find() or "py-spy"
+        words = py_spy.words(program, wish.pid, native=wish.native, with_locals=wish.with_locals)
+        ended = functools.partial(self._ended, wish, tries, program)
+        try:
+            self._running[wish] = ShortCommand(self._reactor, words, ended, timeout_s=TIMEOUT_S)
+        except OSError as error:
+            problem = f"{program} cannot be started: {error.strerror}"
+            self._answer(wish, of_kernel(wish.pid, problem, install_command("debug")))
+
+    def _ask(self, wish: Wish, problem: str, hint: str) -> None:
+        """Ask the process itself, where py-spy cannot be used."""
+
+        def answered(dump: Dump | None) -> None:
+            if dump is None and not proc.is_alive(wish.pid):
+                dump = _ended_meanwhile(wish.pid)
+            elif dump is None:
+                more = f"{problem}, and it does not answer: C code holds the GIL, or it was forked"
+                dump = of_kernel(wish.pid, more, hint)
+            elif wish.native or wish.with_locals:
+                missing = "no native calls and local variables: " + problem
+                dump = Dump(dump.pid, dump.command, dump.threads, missing, hint)
+            self._answer(wish, dump)
+
+        if not answers.ask(self._reactor, wish.pid, answered):
+            self._answer(wish, of_kernel(wish.pid, problem, hint))
+
+    def _ended(self, wish: Wish, tries: int, program: str, completed: Completed) -> None:
+        del self._running[wish]
+        dump = _result(wish.pid, completed)
+        if completed.returncode and py_spy.is_denied(completed):
+            self._ask(wish, *py_spy.repair(wish.pid, program))
+        elif dump is None and tries > 1 and proc.is_alive(wish.pid):
+            again = functools.partial(self._again, wish, tries - 1)
+            self._reactor.call_later(RETRY_S, again)
+        else:
+            self._answer(wish, dump or _without(wish.pid, completed))
+        self._start_some()
+
+    def _again(self, wish: Wish, tries: int) -> None:
+        if wish in self._waiting:  # else: closed meanwhile
+            self._queue.append((wish, tries))
+            self._start_some()
+
+    def _answer(self, wish: Wish, dump: Dump) -> None:
+        for done in self._waiting.pop(wish, ()):
+            done(dump)
+
+    def close(self) -> None:
+        """Drop all requests."""
+        self._waiting.clear()
+        self._queue.clear()
+        for command in self._running.values():
+            command.close()
+        self._running.clear()
+
+
+def _result(pid: int, completed: Completed) -> Dump | None:
+    """The dump; None if another try may succeed."""
+    if completed.returncode == 0:
+        try:
+            return py_spy.parse(pid, completed.output)
+        except ValueError as error:
+            return of_kernel(pid, str(error), "")
+    return None
+
+
+def _without(pid: int, completed: Completed) -> Dump:
+    if not proc.is_alive(pid):
+        return _ended_meanwhile(pid)
+    return of_kernel(pid, py_spy.failure(completed), "")
+
+
+def _ended_meanwhile(pid: int) -> Dump:
+    return Dump(pid, command_of(pid), problem="it has ended meanwhile")
+
+
+def _of_other_program(pid: int) -> Dump:
+    if not proc.is_alive(pid):
+        return _ended_meanwhile(pid)
+    hint = f"gdb -p {pid} -batch -ex 'thread apply all bt'"
+    return of_kernel(pid, "this is no Python program", hint)
+
+
+def members(pid: int) -> list[int]:
+    """The Python programs among a process and its descendants; the process itself if none is.
+
+    A debugger may have an interpreter in it, too: it counts only where nothing else does.
+    """
+    family = sorted(proc.family([pid]))
+    found = list(filter(py_spy.is_interpreter, family)) or list(filter(py_spy.is_python, family))
+    return found[:MOST_PROCESSES] or [pid]

@@ -1,0 +1,72 @@
+"""Forks a process whose parent is the launcher.
+
+The process in between exits at once, so that the launcher, which adopts orphans, becomes the
+parent; that is the case when `fork` returns.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import warnings
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from launcher.run.warm.tracing import Tracing
+
+
+class Forker:
+    """Forks; `tracing` is the library whose threads have to be there again in the new process."""
+
+    def __init__(self, tracing: Tracing | None) -> None:
+        self._tracing = tracing
+
+    def fork(self) -> int:
+        """The pid of the new process, which leads a session; 0 in it."""
+        theirs, ours = os.pipe()
+        between = self.fork_child()
+        if between == 0:
+            with _quiet():
+                is_between = os.fork() != 0
+            if is_between:
+                os._exit(0)
+            os.setsid()
+            os.write(ours, b"%d" % os.getpid())
+            os.close(ours)
+            os.close(theirs)
+            return 0
+        os.close(ours)
+        os.waitpid(between, 0)
+        try:
+            return int(os.read(theirs, 32) or -1)
+        finally:
+            os.close(theirs)
+
+    def fork_child(self) -> int:
+        """As `os.fork`: a child of our own, whose threads can be restored."""
+        if self._tracing is not None:
+            self._tracing.before_fork()
+        with _quiet():
+            pid = os.fork()
+        if pid and self._tracing is not None:
+            self._tracing.after_fork_in_parent()
+        return pid
+
+    def restore_threads(self) -> None:
+        """To be called in the new process, when it has its descriptors."""
+        if self._tracing is not None:
+            self._tracing.after_fork_in_child()
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Python 3.12 warns of threads; those that there may be have been provided for."""
+    if sys.version_info < (3, 12):
+        yield
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        yield

@@ -1,0 +1,217 @@
+"""Imports what programs need, and finds out which imports are no good in a process that forks.
+
+An import may start threads, which a forked process would lack, or do what is seen only once:
+write, open files, start processes, change the environment, signal handlers or the search path.
+Such a module is left out by a new preparing process, since what it did cannot be undone; programs
+import it themselves then.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib
+import os
+import signal
+import sys
+
+from launcher.run.warm import tracing
+from launcher.run.warm.forking import Forker
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from typing import Any
+
+    from launcher.run.warm.scan import Scan
+
+_ROS = "rclpy"
+_ROS_MODULES = (
+    "rclpy",
+    "rclpy.executors",
+    "rclpy.impl.implementation_singleton",
+    "rclpy.node",
+    "rclpy.type_support",
+)
+_INTERFACES = ("msg", "srv", "action")
+# Every node has the services of its parameters and type descriptions, and publishes its log.
+_TYPES_OF_NODES = (
+    ("rcl_interfaces.msg", "Log"),
+    ("rcl_interfaces.msg", "ParameterEvent"),
+    ("rcl_interfaces.srv", "DescribeParameters"),
+    ("rcl_interfaces.srv", "GetParameterTypes"),
+    ("rcl_interfaces.srv", "GetParameters"),
+    ("rcl_interfaces.srv", "ListParameters"),
+    ("rcl_interfaces.srv", "SetParameters"),
+    ("rcl_interfaces.srv", "SetParametersAtomically"),
+    ("type_description_interfaces.srv", "GetTypeDescription"),
+)
+# Not worth it, or with effects on the terminal or the browser.
+_NOT_PREPARED = ("__future__", "antigravity", "idlelib", "readline", "rlcompleter", "this")
+
+
+class Preparation:
+    """One pass over all imports; `step(name)` is called before each.
+
+    `added` are the variables that the interpreter itself has set, `tracing` the library whose
+    threads a fork has to restore.
+    """
+
+    def __init__(
+        self, request: Mapping[str, Any], scan: Scan, step: Callable[[str], object]
+    ) -> None:
+        self._scan = scan
+        self._expects_ros: bool = request["ros"]
+        self._without = tuple(request.get("without", ()))
+        self._step = step
+        self._variables: set[str] = set()
+        self._unwanted: list[str] = []
+        self._output = _captured_output()
+        given: Mapping[str, str] = request["environment"]
+        self.added = {k: v for k, v in os.environ.items() if given.get(k) != v}
+        self.tracing: tracing.Tracing | None = None
+
+    def run(self) -> list[str]:
+        """Import everything; the modules that are to be left out from now on.
+
+        The imports of nodes are known before the scan has found them.
+        """
+        with _recorded_variables(self._variables):
+            if self._expects_ros:
+                self._import_ros()
+            names, types = self._scan.result()
+            if _ROS in names:
+                self._import_ros()
+            for name in names:
+                is_known = name in sys.modules
+                if not is_known and name.partition(".")[0] not in (*_NOT_PREPARED, *self._without):
+                    self._checked(name, functools.partial(importlib.import_module, name))
+            if _ROS in sys.modules and not self._unwanted:
+                self._checked(_ROS, functools.partial(_load_types, types))
+        return [*self._without, *self._unwanted] if self._unwanted else []
+
+    def result(self) -> dict[str, Any]:
+        """What the launcher has to know to judge a start."""
+        tops = {name.partition(".")[0] for name in sys.modules}
+        return {
+            "variables": sorted(self._variables),
+            "modules": sorted(tops - {"__main__"}),
+            "without": list(self._without),
+        }
+
+    def _checked(self, name: str, load: Callable[[], object]) -> None:
+        """Load it, and note what it is part of if it did what a fork does not repeat."""
+        self._step(name)
+        before = _State(self._output)
+        with contextlib.suppress(Exception, SystemExit):  # the program will see the same error
+            load()
+        after = _State(self._output)
+        is_seen_once = after != before and name != _ROS
+        has_threads = len(after.threads) != len(before.threads)
+        if is_seen_once or (has_threads and not self._survives_fork()):
+            self._unwanted.append(name.partition(".")[0])
+
+    def _import_ros(self) -> None:
+        if _ROS not in (*sys.modules, *self._without, *self._unwanted):
+            self._checked(_ROS, _load_ros)
+
+    def _survives_fork(self) -> bool:
+        """Whether a forked process has the threads that there are now.
+
+        Some libraries end their threads before a fork and start them when they are needed next.
+        """
+        self.tracing = self.tracing or tracing.loaded()
+        return _threads_after_fork(self.tracing) == len(_threads())
+
+
+class _State:
+    """What can be seen of an import beside its modules."""
+
+    def __init__(self, output: int) -> None:
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        self.threads = _threads()
+        self._facts = (
+            os.fstat(output).st_size,
+            os.listdir("/proc/self/fd"),
+            dict(os.environ._data),  # type: ignore[attr-defined]  # not as if it was read
+            os.getcwd(),
+            [signal.getsignal(number) for number in sorted(signal.valid_signals())],
+            list(sys.path),
+            list(map(id, sys.meta_path)),
+            list(map(id, sys.path_hooks)),
+            [id(sys.stdin), id(sys.stdout), id(sys.stderr)],
+            [id(sys.excepthook), id(sys.unraisablehook), id(sys.displayhook)],
+            _children(),
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _State) and self._facts == other._facts
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _threads() -> list[str]:
+    return os.listdir("/proc/self/task")
+
+
+def _children() -> str:
+    with open("/proc/thread-self/children", encoding="ascii") as file:
+        return file.read()
+
+
+def _threads_after_fork(library: tracing.Tracing | None) -> int:
+    """How many threads a forked process has."""
+    theirs, ours = os.pipe()
+    forker = Forker(library)
+    pid = forker.fork_child()
+    if pid == 0:
+        forker.restore_threads()
+        os.write(ours, b"%d" % len(_threads()))
+        os._exit(0)
+    os.close(ours)
+    os.waitpid(pid, 0)
+    with open(theirs, "rb") as answer:
+        return int(answer.read() or 0)
+
+
+def _captured_output() -> int:
+    """Standard output and error go to a file in memory from now on; its descriptor."""
+    file = os.memfd_create("launcher-output", os.MFD_CLOEXEC)
+    for number in (1, 2):
+        os.dup2(file, number)
+    os.close(file)
+    return 2
+
+
+def _load_ros() -> None:
+    for name in _ROS_MODULES:
+        importlib.import_module(name)
+    sys.modules[_ROS].get_rmw_implementation_identifier()  # loads the middleware
+    _load_types(_TYPES_OF_NODES)
+
+
+def _load_types(types: Sequence[tuple[str, str]]) -> None:
+    check = sys.modules["rclpy.type_support"].check_for_type_support
+    for module, name in types:
+        if module.rpartition(".")[2] in _INTERFACES:
+            with contextlib.suppress(Exception):
+                check(getattr(importlib.import_module(module), name))
+
+
+@contextlib.contextmanager
+def _recorded_variables(names: set[str]) -> Iterator[None]:
+    """Note which variables of the environment are read meanwhile."""
+    environ: Any = type(os.environ)
+    read = environ.__getitem__
+
+    def note(self: Any, key: Any) -> Any:
+        names.add(os.fsdecode(key) if isinstance(key, bytes) else str(key))
+        return read(self, key)
+
+    environ.__getitem__ = note
+    try:
+        yield
+    finally:
+        environ.__getitem__ = read

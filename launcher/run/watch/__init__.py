@@ -1,0 +1,1 @@
+"""Watches the files that processes have loaded; its own process, `python -m launcher.run.watch`."""

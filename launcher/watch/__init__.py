@@ -1,1 +1,0 @@
-"""Watches the files that processes have loaded; its own process, `python -m launcher.watch`."""

@@ -1,0 +1,198 @@
+"""`bag info`: its text, rates over time, and odd bags."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import StoragePlugin
+
+from launcher.bag import mcap_file, statistics
+from launcher.bag import verbs as bag_verb
+from launcher.bag.model import Message, Topic
+from launcher.bag.reader import Bag
+from launcher.bag.writer import BagWriter, Storage
+from launcher.base.errors import UsageError
+from tests.support.bags import START_NS, counting, foreign_bag, message, string_topic, write_bag
+
+
+@pytest.fixture(autouse=True)
+def _a_terminal_of_80_columns(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TZ", "UTC")
+
+
+def printed(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    assert bag_verb.main(["info", *map(str, words)]) == 0
+    return capsys.readouterr().out
+
+
+def test_the_text_is_that_of_ros2_bag_info(tmp_path: Path, capsys):
+    folder = write_bag(tmp_path / "b", [*counting("/b", 20), message("/a", 0.5, "once")])
+    size = (folder / "b_0.mcap").stat().st_size / 1024
+    assert printed(capsys, folder, "--no-rates").splitlines() == [
+        "",
+        "Files:             b_0.mcap",
+        f"Bag size:          {size:.1f} KiB",
+        "Storage id:        mcap",
+        "ROS Distro:        jazzy",
+        "Duration:          1.900000000s",
+        "Start:             Nov 14 2023 22:13:20.000000000 (1700000000.000000000)",
+        "End:               Nov 14 2023 22:13:21.900000000 (1700000001.900000000)",
+        "Messages:          21",
+        "Topic information: Topic: /a | Type: std_msgs/msg/String | Count: 1 | "
+        "Serialization Format: cdr",
+        "                   Topic: /b | Type: std_msgs/msg/String | Count: 20 | "
+        "Serialization Format: cdr",
+    ]
+
+
+def test_names_and_order(tmp_path: Path, capsys):
+    folder = write_bag(tmp_path / "b", [message("/a", 0, "x"), *counting("/b", 3)])
+    assert printed(capsys, folder, "-t") == "/a\n/b\n"
+    assert printed(capsys, folder, "-t", "--sort", "count") == "/b\n/a\n"
+    with pytest.raises(UsageError, match="'size' is not one of name, type, count"):
+        bag_verb.main(["info", str(folder), "--sort", "size"])
+
+
+def test_rates_show_gaps_and_need_no_decompression(tmp_path: Path, capsys, monkeypatch):
+    steady = counting("/steady", 200)
+    gappy = [message("/gappy", n / 20, "x") for n in range(400) if not 160 < n < 240]
+    ordered = sorted([*steady, *gappy], key=lambda one: one.log_ns)
+    folder = write_bag(tmp_path / "b", ordered)
+    monkeypatch.setattr(mcap_file.McapFile, "messages", None)
+    lines = printed(capsys, folder).splitlines()
+    gappy_line = next(line for line in lines if line.startswith("/gappy"))
+    steady_line = next(line for line in lines if line.startswith("/steady"))
+    assert gappy_line.split()[-4:] == ["20", "16", "20", "4"]
+    assert steady_line.split()[-4:] == ["10", "10", "10", "0.1"]
+    bar = steady_line[len("/steady  ") :][: -len(" ".join([" " * 7] * 4)) - 2]
+    assert set(bar.strip()) == {"█"}
+    assert "█   " in gappy_line[9:45]
+    assert max(map(len, lines[-3:])) <= 80
+
+
+def test_bars_are_plain_where_the_terminal_lacks_blocks(tmp_path: Path, monkeypatch):
+    folder = write_bag(tmp_path / "b", counting("/a", 50))
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", stream)
+    bag_verb.main(["info", str(folder)])
+    stream.flush()
+    assert b"@@@@" in stream.buffer.getvalue()
+
+
+@pytest.mark.parametrize("plugin", list(StoragePlugin))
+@pytest.mark.parametrize("version", [8, 9])
+def test_bags_of_another_library(tmp_path: Path, capsys, plugin, version):
+    messages = [("/n", "std_msgs/msg/Int32", START_NS + n * 10**9, {"data": n}) for n in range(11)]
+    folder = foreign_bag(tmp_path / "b", messages, plugin=plugin, version=version)
+    (document,) = json.loads(printed(capsys, folder, "--json", "-v"))
+    assert document["messages"] == 11
+    assert document["duration_ns"] == 10 * 10**9
+    (topic,) = document["topics"]
+    assert (topic["name"], topic["type"], topic["count"]) == ("/n", "std_msgs/msg/Int32", 11)
+    assert topic["rate"]["mean_hz"] == 1.0
+    assert topic["rate"]["min_hz"] == pytest.approx(1.0)
+    assert topic["size_bytes"] == 11 * 8
+    assert Bag(str(folder)).times() == {"/n": [one[2] for one in messages]}
+
+
+def service_event(kind: int, number: int) -> bytes:
+    return struct.pack("<4sB3xiI16s4xq", b"\0\1\0\0", kind, 1, 2, b"client", number)
+
+
+def test_calls_of_services_are_counted_once(tmp_path: Path, capsys):
+    writer = BagWriter(str(tmp_path / "b"))
+    name = "/add/_service_event"
+    writer.add_topic(Topic(name=name, type="example_interfaces/srv/AddTwoInts_Event"))
+    for number in range(3):
+        for kind in (0, 1, 2, 3) if number else (0,):
+            at_ns = START_NS + number
+            writer.write(Message(name, at_ns, at_ns, 0, service_event(kind, number)))
+    writer.close()
+    text = printed(capsys, tmp_path / "b", "--no-rates")
+    assert "Topic information: \n" in text
+    assert "Service:           1\n" in text
+    assert (
+        "Service information: Service: /add | Type: example_interfaces/srv/AddTwoInts | "
+        "Event Count: 9 | Serialization Format: cdr\n"
+    ) in text
+    assert "Request Count: 3 | Response Count: 2 |" in printed(capsys, tmp_path / "b", "-v")
+    assert printed(capsys, tmp_path / "b", "-t") == ""
+
+
+def test_verbose_has_qos_and_sizes(tmp_path: Path, capsys):
+    text = printed(capsys, write_bag(tmp_path / "b", counting("/a", 10)), "-v", "--no-rates")
+    assert "Count: 10 | Size Contribution: 180 B | Serialization" in text
+    assert "QoS: reliable, volatile, history unknown\n" in text
+
+
+@pytest.mark.parametrize("number", [0, 1, 3])
+def test_bags_without_duration(tmp_path: Path, capsys, number: int):
+    messages = [message("/a", 0, "x")] * number
+    folder = write_bag(tmp_path / "b", messages)
+    text = printed(capsys, folder)
+    assert f"Messages:          {number}\n" in text
+    assert "Duration:          0.000000000s\n" in text
+    (document,) = json.loads(printed(capsys, folder, "--json"))
+    assert [topic["rate"]["mean_hz"] for topic in document["topics"]] == [None] * min(number, 1)
+
+
+def test_huge_times(tmp_path: Path, capsys):
+    writer = BagWriter(str(tmp_path / "b"))
+    writer.add_topic(string_topic("/a"))
+    for at_ns in (0, 2**62):
+        writer.write(Message("/a", at_ns, at_ns, 0, b"\0\1\0\0"))
+    writer.close()
+    text = printed(capsys, tmp_path / "b")
+    assert "Duration:          4611686018.427387904s" in text
+
+
+def test_an_unfinished_bag_is_told_on_stderr(tmp_path: Path, capsys):
+    folder = write_bag(tmp_path / "b", counting("/a", 95))
+    storage = folder / "b_0.mcap"
+    storage.write_bytes(storage.read_bytes()[:-400])
+    (folder / "metadata.yaml").unlink()
+    assert bag_verb.main(["info", str(folder)]) == 0
+    out, err = capsys.readouterr()
+    assert "Messages:          95\n" in out
+    assert "it has no metadata.yaml" in err
+    assert "bag check --repair" in err
+
+
+def test_without_indexes_times_come_from_the_messages(tmp_path: Path, monkeypatch):
+    folder = write_bag(tmp_path / "b", counting("/a", 30), storage=Storage(max_bytes=2000))
+    known = Bag(str(folder)).times()
+    monkeypatch.setattr(mcap_file, "index_times", lambda block: iter(()))
+    assert Bag(str(folder)).times() == known
+    assert len(known["/a"]) == 30
+
+
+def test_a_slow_topic_is_steady_and_a_single_message_counts():
+    second = 10**9
+    slow = statistics.course([0, 4 * second, 8 * second], 0, 10 * second, 20)
+    assert slow.parts_hz[:16] == pytest.approx([0.25] * 16)
+    assert slow.parts_hz[16:] == (None,) * 4
+    single = statistics.course([5 * second], 0, 10 * second, 10)
+    assert single.parts_hz == (*[None] * 5, 1.0, *[None] * 4)
+    assert statistics.bar(single.parts_hz) == "     █    "
+    assert statistics.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
+
+
+@pytest.mark.parametrize(
+    "words", [["info", "B"], ["convert", "B", "-o", "C.csv"], ["compare", "B", "B"]]
+)
+def test_looking_at_bags_needs_no_ros(tmp_path: Path, words: list[str]):
+    write_bag(tmp_path / "B", counting("/a", 5))
+    code = (
+        "import sys\n"
+        "from launcher.bag import verbs\n"
+        "verbs.main(sys.argv[1:])\n"
+        "sys.exit(any(name.startswith('rclpy') for name in sys.modules))\n"
+    )
+    subprocess.run([sys.executable, "-c", code, *words], cwd=tmp_path, check=True)

@@ -1,0 +1,56 @@
+"""Two ends of a connection."""
+
+from __future__ import annotations
+
+import os
+
+from launcher.hosts.engine.channel import WRITE_BYTES, Channel
+from launcher.hosts.engine.frames import Frame, Kind
+from launcher.posix.reactor import Reactor
+
+FRAMES = 3000  # more than writev(2) takes at once
+
+
+class End:
+    """Collects what its channel receives, and stops the reactor at the last frame."""
+
+    def __init__(self, reactor: Reactor, frames: int) -> None:
+        self._reactor = reactor
+        self._frames = frames
+        self.channel = Channel(reactor, self)
+        self.payloads: list[bytes] = []
+        self.lost_because: list[str] = []
+
+    def received(self, frame: Frame) -> None:
+        if frame.kind == Kind.OUTPUT:
+            self.payloads.append(frame.payload)
+        if len(self.payloads) == self._frames:
+            self._reactor.stop()
+
+    def lost(self, reason: str) -> None:
+        self.lost_because.append(reason)
+        self._reactor.stop()
+
+    malformed = lost
+
+    def relieved(self) -> None:
+        pass
+
+
+def test_many_small_frames_that_were_kept_arrive_after_a_return():
+    payloads = [b"%d" % number for number in range(FRAMES)]
+    assert sum(map(len, payloads)) < WRITE_BYTES
+    with Reactor() as reactor:
+        sender, receiver = End(reactor, FRAMES), End(reactor, FRAMES)
+        for payload in payloads:
+            sender.channel.send(Kind.OUTPUT, payload)
+        there, back = os.pipe(), os.pipe()
+        sender.channel.attach(back[0], there[1])
+        receiver.channel.attach(there[0], back[1])
+        sender.channel.resume(0)
+        reactor.call_later(60.0, reactor.stop)
+        reactor.run()
+        assert receiver.payloads == payloads
+        assert sender.lost_because == receiver.lost_because == []
+        sender.channel.detach()
+        receiver.channel.detach()

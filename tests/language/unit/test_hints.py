@@ -1,0 +1,206 @@
+"""Hints for mistakes of newcomers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from launcher.base.errors import LaunchFileError
+from launcher.launch.plan.planner import make_plan
+from tests.language.unit.test_errors import HEAD
+
+
+def fault(tmp_path: Path, text: str, name: str = "x.launch.py") -> LaunchFileError:
+    """The error of a launch file; line 7 of a Python file is the first one of the text."""
+    file = tmp_path / name
+    file.write_text(f"{HEAD}{text}\n" if name.endswith(".py") else text)
+    error = make_plan(str(file), []).error
+    assert error is not None
+    return error.fault
+
+
+def description(*entries: str) -> str:
+    """The text of a function; the first entry is in line 8."""
+    return (
+        "    return LaunchDescription([\n"
+        + "".join(f"        {one},\n" for one in entries)
+        + "    ])"
+    )
+
+
+# ---- files
+
+
+def test_a_missing_include_in_the_working_directory_has_its_line_and_a_near_name(
+    tmp_path: Path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "child.launch.py").write_text("")
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('chlid.launch.py')"))
+
+    assert error.message == f"the included launch file {tmp_path}/chlid.launch.py does not exist"
+    assert error.hint == "did you mean 'child.launch.py'?"
+    assert str(error.where).endswith("x.launch.py:8")
+
+
+def test_a_missing_include_of_a_yaml_file_has_its_line_and_a_near_name(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there.launch.yaml").write_text("")
+    text = "launch:\n- include:\n    file: thre.launch.yaml\n"
+
+    error = fault(tmp_path, text, "x.launch.yaml")
+
+    assert error.hint == "did you mean 'there.launch.yaml'?"
+    assert str(error.where).endswith("x.launch.yaml:3")
+
+
+def test_a_relative_include_beside_the_launch_file_is_not_one_below_the_working_directory(
+    tmp_path: Path, monkeypatch
+):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    (tmp_path / "child.launch.py").write_text("")
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('child.launch.py')"))
+
+    assert error.hint == (
+        f"relative paths are those below {here}; "
+        "write PathJoinSubstitution([ThisLaunchFileDir(), 'child.launch.py'])"
+    )
+
+
+def test_a_missing_parameter_file_is_reported_once_with_a_near_name(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "params.yaml").write_text("")
+    node = "Node(package='group_gp1', executable='robot_1', parameters=['prams.yaml'])"
+    file = tmp_path / "x.launch.py"
+    file.write_text(HEAD + description(node))
+
+    plan = make_plan(str(file), [])
+
+    (warning,) = plan.warnings
+    assert warning.text == (
+        "Parameter file path is not a file: prams.yaml; the node starts without it; "
+        "hint: did you mean 'params.yaml'?"
+    )
+    assert [text for text, _ in plan.logs if "prams" in text] == []
+
+
+def test_a_cycle_of_relative_includes_is_named(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "y.launch.py").write_text(
+        HEAD + description("IncludeLaunchDescription('x.launch.py')")
+    )
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('y.launch.py')"))
+
+    assert error.message == (
+        "launch files include each other endlessly: x.launch.py -> y.launch.py -> x.launch.py"
+    )
+
+
+# ---- expressions
+
+
+def test_a_syntax_error_of_an_expression_in_xml_has_its_line_and_the_expression(tmp_path: Path):
+    text = (
+        "<launch>\n  <arg name='a' default='$(eval 1+)'/>\n  <log message='$(var a)'/>\n</launch>"
+    )
+
+    error = fault(tmp_path, text, "x.launch.xml")
+
+    assert error.message == "in the Python expression `1+`: invalid syntax"
+    assert str(error.where).endswith("x.launch.xml:2")
+    assert error.column == text.split("\n")[1].index("eval") + 1
+
+
+def test_a_value_without_quotes_in_an_expression_is_explained(tmp_path: Path):
+    expression = "PythonExpression([LaunchConfiguration('mode'), \" == 'sim'\"])"
+    argument = "DeclareLaunchArgument('mode', default_value='sim')"
+
+    error = fault(tmp_path, description(argument, f"LogInfo(msg={expression})"))
+
+    assert error.message.endswith("NameError: name 'sim' is not defined")
+    assert error.hint is not None
+    assert error.hint.startswith("it is the value of mode: put it in quotes")
+    assert str(error.where).endswith("x.launch.py:9")
+
+
+def test_a_comparison_with_a_text_in_a_condition_is_an_equals_substitution(tmp_path: Path):
+    condition = "IfCondition(LaunchConfiguration('mode') == 'sim')"
+    start = "    from launch.conditions import IfCondition\n"
+
+    error = fault(tmp_path, start + description(f"LogInfo(msg='x', condition={condition})"))
+
+    assert error.message == "a substitution is compared with a text, and is never equal to it"
+    assert error.hint == "write EqualsSubstitution(LaunchConfiguration('mode'), 'sim')"
+
+
+def test_the_text_of_a_number_is_that_of_the_number(tmp_path: Path):
+    error = fault(tmp_path, "    n = 42\n" + description("LogInfo(msg=n)"))
+
+    assert error.hint == "write it as a text, as in '42'"
+
+
+def test_a_value_that_is_nearly_true_gets_one_hint(tmp_path: Path):
+    text = "<launch>\n  <log message='x' if='True1'/>\n</launch>"
+
+    assert fault(tmp_path, text, "x.launch.xml").hint == "did you mean true?"
+
+
+# ---- XML
+
+
+def test_an_ampersand_in_xml_is_written_as_an_entity(tmp_path: Path):
+    text = "<launch>\n  <executable cmd='echo a & b'/>\n</launch>"
+
+    error = fault(tmp_path, text, "x.launch.xml")
+
+    assert (error.hint, str(error.where)[-2:]) == ("write &amp; for a literal '&'", ":2")
+
+
+def test_a_tag_without_its_end_in_xml_is_named_with_its_line(tmp_path: Path):
+    text = "<launch>\n  <node pkg='p' exec='e'\n</launch>"
+
+    assert fault(tmp_path, text, "x.launch.xml").hint == "<node in line 2 has no '>' at its end"
+
+
+# ---- declarations and imports
+
+
+def test_an_argument_that_is_declared_below_its_use_is_named_with_that_line(tmp_path: Path):
+    use = "LogInfo(msg=LaunchConfiguration('p'))"
+
+    error = fault(tmp_path, description(use, "DeclareLaunchArgument('p', default_value='1')"))
+
+    assert error.hint == "'p' is declared below, in line 9; move the declaration in front"
+
+
+def test_an_argument_that_is_declared_below_its_use_in_markup_is_named(tmp_path: Path):
+    xml = "<launch>\n  <log message='$(var p)'/>\n  <arg name='p' default='1'/>\n</launch>"
+    yaml = "launch:\n- log:\n    message: $(var p)\n- arg:\n    name: p\n    default: '1'\n"
+
+    for text, name, line in ((xml, "x.launch.xml", 3), (yaml, "x.launch.yaml", 4)):
+        hint = fault(tmp_path, text, name).hint
+        assert hint == f"'p' is declared below, in line {line}; move the declaration in front"
+
+
+def test_a_node_of_descriptions_is_imported_from_actions(tmp_path: Path):
+    start = "    from launch_ros.descriptions import Node\n"
+
+    error = fault(tmp_path, start + description("Node(package='p', executable='e')"))
+
+    assert error.hint == "import Node from launch_ros.actions instead of launch_ros.descriptions"
+
+
+def test_an_empty_launch_key_is_written_as_a_list(tmp_path: Path):
+    assert fault(tmp_path, "launch:\n", "x.launch.yaml").hint == "write 'launch: []'"
+
+
+def test_a_misspelt_class_and_a_keyword_of_xml_are_suggested(tmp_path: Path):
+    assert fault(tmp_path, description("ExecuteProces(cmd=['x'])")).hint == (
+        "did you mean 'ExecuteProcess'?"
+    )
+    node = "Node(pkg='p', executable='e')"
+    assert fault(tmp_path, description(node), "y.launch.py").hint == "did you mean 'package'?"

@@ -1,0 +1,195 @@
+"""Warnings about surprising behaviour of ROS 2, once each, with file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from launcher.base.model import events as model
+from launcher.language.actions.arguments import DeclareLaunchArgument
+from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
+from launcher.language.actions.events import RegisterEventHandler
+from launcher.language.actions.group import GroupAction
+from launcher.language.actions.process import ExecuteProcess, OnProcessExit
+from launcher.language.actions.timer import RosTimer, TimerAction
+from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
+from launcher.language.ros.node import Node
+from launcher.language.ros.parameter_descriptions import ParameterValue
+from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
+from launcher.launch.plan.planner import make_plan
+from tests.language.unit.interpreter.interpreting import interpreting
+
+
+def warnings_of(*entities: Any) -> list[str]:
+    with interpreting(entities) as interpreter:
+        interpreter.start()
+        assert all(str(warning.origin).startswith(__file__) for warning in interpreter.warnings)
+        return [warning.text for warning in interpreter.warnings]
+
+
+def test_a_timer_in_a_group_that_sets_something_loses_it():
+    timer = TimerAction(period=1.0, actions=[Node(executable="x")])
+
+    (warning,) = warnings_of(GroupAction([PushROSNamespace("ns"), timer]))
+
+    assert (
+        "the actions of this timer run outside of its group, without the group's ros_namespace"
+        in warning
+    )
+
+
+def test_a_ros_timer_beside_nodes_with_simulated_time_may_be_on_wall_time():
+    timer = RosTimer(period=1.0, actions=[])
+    parameter = SetParameter("use_sim_time", True)
+
+    (warning,) = warnings_of(parameter, timer)
+
+    assert "SetUseSimTime(True)" in warning
+    timer = RosTimer(period=1.0, actions=[])
+    assert warnings_of(parameter, timer, SetUseSimTime(True)) == []
+    assert warnings_of(RosTimer(period=1.0, actions=[])) == []
+
+
+def test_a_timer_in_a_group_loses_its_environment_too():
+    timer = TimerAction(period=1.0, actions=[])
+
+    (warning,) = warnings_of(GroupAction([SetEnvironmentVariable("LAUNCHER_TEST", "1"), timer]))
+
+    assert "without the group's $LAUNCHER_TEST" in warning
+
+
+def test_a_timer_in_a_group_that_sets_nothing_is_fine():
+    assert warnings_of(GroupAction([TimerAction(period=1.0, actions=[])])) == []
+
+
+def test_a_handler_in_a_group_loses_the_groups_settings():
+    handler = RegisterEventHandler(OnProcessExit(on_exit=[]))
+
+    (warning,) = warnings_of(GroupAction([SetLaunchConfiguration("a", "1"), handler]))
+
+    assert (
+        "the actions of this event handler run outside of its group, without the group's a"
+        in warning
+    )
+
+
+def test_a_missing_parameter_file_gives_a_warning():
+    node = Node(executable="x", parameters=["/no/such/file.yaml"])
+
+    assert warnings_of(node) == [
+        "Parameter file path is not a file: /no/such/file.yaml; the node starts without it"
+    ]
+
+
+def test_a_missing_parameter_file_gives_the_near_name(tmp_path: Path):
+    (tmp_path / "robot.yaml").touch()
+    (tmp_path / "other.txt").touch()
+
+    (warning,) = warnings_of(Node(executable="x", parameters=[str(tmp_path / "robto.yaml")]))
+
+    assert warning.endswith("the node starts without it; hint: did you mean 'robot.yaml'?")
+
+
+@pytest.mark.parametrize("text", ["0483", "1e5", "y", "nan", "a: b"])
+def test_a_text_that_nodes_do_not_get_as_one_gives_a_warning(text: str):
+    (warning,) = warnings_of(SetParameter("a", ParameterValue(text, value_type=str)))
+
+    assert warning.startswith(f"SetParameter passes '{text}' without quotes")
+
+
+@pytest.mark.parametrize("value", ["text", "12", 12, True, ParameterValue("a", value_type=str)])
+def test_what_nodes_get_as_it_is_gives_none(value: object):
+    assert warnings_of(SetParameter("a", value)) == []
+
+
+def test_a_parameter_that_leaks_out_of_its_group_gives_a_warning():
+    inside = GroupAction([SetParameter("b", 2)])
+
+    assert warnings_of(SetParameter("a", 1), inside, GroupAction([])) == [
+        "SetParameter also applies after its group, because of an earlier one outside"
+    ]
+
+
+def test_a_warning_comes_once_however_often_the_place_is_visited():
+    timer = TimerAction(period=1.0, actions=[])
+    group = GroupAction([SetLaunchConfiguration("a", "1"), timer])
+    with interpreting([group, group, ExecuteProcess(cmd=["x"])]) as interpreter:
+        effects = interpreter.start()
+
+    said = [e for e in effects if isinstance(e, model.LogMessage) and e.level == "WARNING"]
+    assert len(interpreter.warnings) == len(said) == 1
+
+
+def test_an_argument_that_keeps_the_value_of_another_include_gives_a_warning(tmp_path: Path):
+    child = (
+        "from launch import LaunchDescription\n"
+        "from launch.actions import DeclareLaunchArgument\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([DeclareLaunchArgument('rate', default_value='{}')])\n"
+    )
+    (tmp_path / "one.launch.py").write_text(child.format(1))
+    (tmp_path / "two.launch.py").write_text(child.format(2))
+    parent = tmp_path / "parent.launch.py"
+    parent.write_text(
+        "from launch import LaunchDescription\n"
+        "from launch.actions import IncludeLaunchDescription as Include\n"
+        "def generate_launch_description():\n"
+        f"    return LaunchDescription([Include('{tmp_path}/one.launch.py'),\n"
+        f"                              Include('{tmp_path}/two.launch.py')])\n"
+    )
+
+    (warning,) = make_plan(str(parent), []).warnings
+
+    assert warning.text.startswith(f"argument 'rate' keeps the value '1' of {tmp_path}/one.launch")
+    assert str(warning.origin) == f"{tmp_path}/two.launch.py:4"
+
+
+def test_an_argument_of_the_parent_gives_no_warning():
+    declare = [DeclareLaunchArgument("rate", default_value=value) for value in "12"]
+
+    assert warnings_of(*declare) == []
+
+
+def names_warned_of(*entities: Any, **options: Any) -> list[str]:
+    with interpreting(entities, **options) as interpreter:
+        interpreter.start()
+        return [f"{warning.origin}: {warning.text}" for warning in interpreter.warnings]
+
+
+def test_two_nodes_of_one_full_name_are_named_with_their_places():
+    first = Node(executable="x", name="n", namespace="arm")
+    second = Node(executable="y", arguments=["--ros-args", "-r", "__ns:=/arm", "-r", "__node:=n"])
+
+    (warning,) = names_warned_of(first, second)
+
+    text = f"y-2 and x-1 ({first._origin}) have the same node name /arm/n"
+    assert warning == f"{second._origin}: {text}"
+
+
+def test_a_loaded_node_may_have_the_name_of_another_one():
+    node = Node(executable="x", name="n")
+    descriptions = [ComposableNode(package="p", plugin="P", name="n")]
+    box = ComposableNodeContainer(
+        executable="b", name="box", namespace="", composable_node_descriptions=descriptions
+    )
+
+    (warning,) = names_warned_of(node, box)
+
+    text = f"P in /box and x-1 ({node._origin}) have the same node name /n"
+    assert warning == f"{box._origin}: {text}"
+
+
+def test_nodes_of_different_names_or_domains_or_times_do_not_collide():
+    again = Node(executable="x", name="n")
+    first = Node(executable="x", name="n", on_exit=[again])
+    elsewhere = Node(executable="x", name="n", additional_env={"ROS_DOMAIN_ID": "7"})
+    other = Node(executable="x", name="n", namespace="arm")
+    unnamed = [Node(executable="x"), Node(executable="x")]
+    with interpreting([first, elsewhere, other, *unnamed], environment={}) as interpreter:
+        started, *_ = [e for e in interpreter.start() if isinstance(e, model.StartProcess)]
+        exited = model.ProcessExited(process_id=started.process_id, pid=1, returncode=0)
+        interpreter.handle(exited)
+
+        assert interpreter.warnings == ()

@@ -1,0 +1,105 @@
+"""The ways to install: colcon (plain and symlinked), and pip into a clean environment."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+from tests.support.repository import REPOSITORY
+from tests.system.conftest import LONG_STOP_WORDS, World
+
+BUILD_S = 500.0
+
+
+def run(*command: str, cwd: Path, env: dict[str, str] | None = None) -> str:
+    done = subprocess.run(
+        command, cwd=cwd, env=env, capture_output=True, text=True, timeout=BUILD_S, check=False
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    """The tracked files, without what a build or an editable install has left in the checkout."""
+    target = tmp_path / "workspace" / "src" / "group_gp1"
+    listed = run("git", "ls-files", "--cached", "--others", "--exclude-standard", cwd=REPOSITORY)
+    for name in listed.splitlines():
+        source = REPOSITORY / name
+        if source.is_file():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(source, target / name)
+    return target
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param((), id="plain"),
+        pytest.param(("--symlink-install",), id="symlink", marks=pytest.mark.thorough),
+    ],
+)
+def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: World, options):
+    workspace = sources.parent.parent
+    colcon = Path(sys.executable).with_name("colcon")
+    tools = {**os.environ, "PATH": f"{colcon.parent}:{os.environ['PATH']}"}
+    run(str(colcon), "build", *options, cwd=workspace, env=tools)
+
+    program = workspace / "install/group_gp1/lib/group_gp1/dispatcher"
+    setup = workspace / "install/setup.sh"
+    node = world.terminal("sh", "-c", f". {setup} && exec {program}", cwd=workspace)
+    node.wait_for("Assigned task pick_shelf_A3 to robot_1")
+    node.ctrl_c()
+    assert node.exit_code() == 0
+
+    # The workspace's launch file is found by package and file, as `ros2 launch` finds it.
+    words = shlex.join(world.command("group_gp1", "system.launch.py", *LONG_STOP_WORDS))
+    started = world.terminal("sh", "-c", f". {setup} && exec {words}", cwd=workspace)
+    started.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
+    started.ctrl_c()
+    assert started.exit_code() == 0
+    share = workspace / "install/group_gp1/share/group_gp1/launch"
+    installed = {path.name for path in share.iterdir()}
+    assert installed == {path.name for path in (REPOSITORY / "launch").iterdir() if path.is_file()}
+
+
+@pytest.mark.thorough
+def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
+    sources: Path, world: World, tmp_path: Path
+):
+    home = tmp_path / "venv"
+    venv.create(home, with_pip=True)
+    python = str(home / "bin" / "python")
+    pins = str(sources / "requirements" / "run.txt")
+    run(python, "-m", "pip", "install", "--quiet", "-c", pins, ".", cwd=sources)
+
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    fleet = world.terminal(python, "-m", "launcher", "system", *LONG_STOP_WORDS, cwd=elsewhere)
+    fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
+    fleet.wait_for("[robot_1]: Received task ")
+    fleet.ctrl_c()
+    assert fleet.exit_code() == 0
+
+    # what is read besides code
+    share = home / "share" / "group_gp1" / "launch"
+    assert (share / "system.expect.yaml").is_file()
+    for file in (
+        "ros/probe/participant.xml",
+        "ros/topics/publisher.xml",
+        "ros/draw/page.html",
+        "py.typed",
+    ):
+        assert list(home.rglob(f"launcher/{file}")), file
+
+    node = world.terminal(str(home / "bin" / "dispatcher"), cwd=elsewhere)
+    node.wait_for("Assigned task pick_shelf_A3 to robot_1")
+    node.ctrl_c()
+    assert node.exit_code() == 0
