@@ -11,7 +11,7 @@ from launcher.control.line_allowance import LineAllowance
 from launcher.control.peer import Exchange
 from launcher.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.run.process import Process
-from launcher.run.run_control import RunControl
+from launcher.run.run import Run
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,17 +34,16 @@ class Follower(Record):
 class Logs:
     """Reads the ring buffers of processes; subscribes to them only while a client follows."""
 
-    def __init__(self, control: RunControl) -> None:
-        self._control = control
+    def __init__(self, run: Run) -> None:
+        self._run = run
         self._followers: list[Follower] = []
-        control.on_process = lambda process: self._subscribe()
 
     def last(self, processes: Sequence[Process] | None, most: int) -> list[Item]:
         """The last lines in order of time; None: of all processes and the launcher."""
         found: list[tuple[str | None, Block]] = []
         if processes is None:
-            processes = self._control.processes
-            found += [(None, block) for block in self._control.log.ring.last(most)]
+            processes = self._run.processes
+            found += [(None, block) for block in self._run.log.ring.last(most)]
         for process in processes:
             blocks = [*process.ring.last(most), *process.unfinished()]
             found += [(process.name, block) for block in blocks]
@@ -72,18 +71,18 @@ class Logs:
 
         def leave() -> None:
             self._followers = [one for one in self._followers if one is not follower]
-            self._subscribe()
+            self.subscribe()
 
         exchange.on_end = leave
         if allowance is not None:
             exchange.before_last = partial(self._report, exchange, allowance)
-        self._subscribe()
+        self.subscribe()
 
-    def _subscribe(self) -> None:
+    def subscribe(self) -> None:
         """Subscribe to the rings that are followed, and to no others."""
         of_all = [one for one in self._followers if one.chosen is None]
-        self._set_tap(self._control.log.ring, None, of_all)
-        for process in self._control.processes:
+        self._set_tap(self._run.log.ring, None, of_all)
+        for process in self._run.processes:
             followers = [
                 one
                 for one in self._followers
@@ -108,7 +107,7 @@ class Logs:
         if allowance is None:
             return True
         is_reporting = allowance.has_left_out
-        reactor = self._control.reactor
+        reactor = self._run.reactor
         may = allowance.take(name or "", block.lines.count(b"\n"), reactor.now())
         if allowance.has_left_out and not is_reporting:
             reactor.call_later(REPORT_S, partial(self._report, follower.exchange, allowance))
@@ -123,7 +122,7 @@ class Logs:
         exchange.item(item, stands_for=lines)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
-        wall_s = time.time() - (self._control.reactor.now() - block.read_at_s)
+        wall_s = time.time() - (self._run.reactor.now() - block.read_at_s)
         stream = block.stream or None
         clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):

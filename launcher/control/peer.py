@@ -8,9 +8,9 @@ import socket
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from launcher.base.run_verb import BadCallError
 from launcher.control import protocol
 from launcher.control.protocol import REQUEST_LIMIT, Request, RequestError
-from launcher.control.verbs import BadCallError
 from launcher.posix.reactor import Reactor
 
 TYPE_CHECKING = False

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base import strict_json
 from launcher.base.model.record import Record
-from launcher.control.verbs import BadCallError
+from launcher.base.run_verb import BadCallError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from launcher.base.run_verb import BadCallError
 from launcher.control import protocol
 from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
-from launcher.control.verbs import BadCallError
 from launcher.posix import socket_directory
 from launcher.posix.reactor import Reactor, Timer
 from launcher.posix.socket_directory import ControlError

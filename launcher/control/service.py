@@ -8,26 +8,24 @@ import re
 import signal
 from collections.abc import Callable, Mapping, Sequence
 
-from launcher.base.errors import LauncherError
-from launcher.base.model.record import Record
+from launcher import __version__
+from launcher.base.by_name import load
+from launcher.base.model.run_events import Asked
+from launcher.base.run_verb import BadCallError, Call
 from launcher.base.text import count
 from launcher.control import format, status, verbs
 from launcher.control.logs import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request, to_json
-from launcher.control.results import sentence, shown_sentence, shown_sentences
-from launcher.control.selection import ProcessNames, refuse_part, resolve
-from launcher.control.server import Server
-from launcher.control.verbs import BadCallError, Call
 from launcher.output.filters import Pattern, level_named
-from launcher.posix import socket_directory
-from launcher.posix.socket_directory import ControlError
 from launcher.run.output.screen_filters import ScreenFilters, Shown
 from launcher.run.process import Process
-from launcher.run.process_control import ProcessControl
-from launcher.run.request_queue import Done, ProcessRequest
-from launcher.run.request_result import Kind, Result
-from launcher.run.run_control import RunControl
+from launcher.run.requests.process_control import ProcessControl
+from launcher.run.requests.request_queue import Done, ProcessRequest
+from launcher.run.requests.request_result import Kind, Result
+from launcher.run.requests.results import sentence, shown_sentence, shown_sentences
+from launcher.run.requests.selection import ProcessNames, refuse_part, resolve
+from launcher.run.run import Run
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -53,41 +51,52 @@ _FILTER_VERBS = {
 }
 
 
-class Identity(Record):
-    """A run, as its clients see it. `started` is in seconds since 1970."""
+class RunRequest:
+    """A verb of a part that is to be carried out."""
 
-    run_id: str
-    launcher: str
-    target: str
-    arguments: tuple[str, ...]
-    started: float
-    environment: Mapping[str, str]
+    def __init__(self, run: Run, call: Call, exchange: Exchange) -> None:
+        self.run = run
+        self.call = call
+        self.exchange = exchange
+
+    def chosen(self, names: Sequence[str] | None = None) -> list[Process]:
+        """The processes that these words name, by default those of the call."""
+        return chosen(self.run, self.call.names if names is None else names)
+
+
+def chosen(run: Run, names: Sequence[str]) -> list[Process]:
+    """The processes with these names; all of them if there are none. BadCallError."""
+    processes = run.processes
+    if not names:
+        return processes
+    places = resolve(names, [ProcessNames.of(process.spec) for process in processes])
+    return [processes[place] for place in places]
 
 
 class Service:
     """Serves one run; a request that waits for something is answered when it has happened."""
 
-    def __init__(self, control: RunControl, identity: Identity) -> None:
-        self._control = control
-        self._identity = identity
-        self._logs = Logs(control)
+    def __init__(self, run: Run, filters: ScreenFilters, logs: Logs) -> None:
+        self._run = run
+        self._filters = filters
+        self._logs = logs
 
     def hello(self) -> dict[str, Any]:
         """The first line for each client."""
-        identity = self._identity
+        run = self._run
         return {
             "protocol": VERSION,
-            "launcher": identity.launcher,
+            "launcher": __version__,
             "run": {
-                "id": identity.run_id,
+                "id": run.id,
                 "pid": os.getpid(),
-                "target": identity.target,
-                "arguments": list(identity.arguments),
-                "started": identity.started,
-                "log_dir": self._control.log_dir,
-                "domain_id": _domain_id(identity.environment),
-                "discovery": _discovery(identity.environment),
-                "processes": [process.name for process in self._control.processes],
+                "target": run.launched.target,
+                "arguments": list(run.launched.arguments),
+                "started": run.started_wall_s,
+                "log_dir": run.log_dir,
+                "domain_id": _domain_id(run.env),
+                "discovery": _discovery(run.env),
+                "processes": [process.name for process in run.processes],
             },
         }
 
@@ -97,11 +106,13 @@ class Service:
     def _answer(self, request: Request, exchange: Exchange) -> None:
         call = verbs.check(request.verb, request.names, request.options)
         name = call.verb.name
-        if name in _PROCESS_VERBS:
-            do = functools.partial(_PROCESS_VERBS[name], self._control.process_control)
+        if call.verb.serve:
+            load(call.verb.serve)(RunRequest(self._run, call, exchange))
+        elif name in _PROCESS_VERBS:
+            do = functools.partial(_PROCESS_VERBS[name], self._run.process_control)
             self._each(call, exchange, do)
         elif name in _FILTER_VERBS:
-            _show(call, exchange, _FILTER_VERBS[name](self._control.filters, self._chosen(call)))
+            _show(call, exchange, _FILTER_VERBS[name](self._filters, self._chosen(call)))
         else:
             getattr(self, f"_do_{name}")(call, exchange)
 
@@ -114,23 +125,18 @@ class Service:
             # A bug in a verb must not end the run.
             import traceback
 
-            self._control.log.log("ERROR", "launch", traceback.format_exc().rstrip())
+            self._run.log.log("ERROR", "launch", traceback.format_exc().rstrip())
             exchange.fail(BadCallError("internal", f"'{verb}' failed; the log has more"))
 
     def _chosen(self, call: Call) -> list[Process]:
-        """The processes that the request names; all of them if it names none."""
-        processes = self._control.processes
-        if not call.names:
-            return processes
-        places = resolve(call.names, [ProcessNames.of(process.spec) for process in processes])
-        return [processes[place] for place in places]
+        return chosen(self._run, call.names)
 
     # ---- read-only verbs
 
     def _rows(self, call: Call) -> dict[str, Any]:
         return {
-            "processes": [status.row(self._control, p) for p in self._chosen(call)],
-            "sampled_every_s": self._control.housekeeper.sample_period_s,
+            "processes": [status.row(self._run, p) for p in self._chosen(call)],
+            "sampled_every_s": self._run.housekeeper.sample_period_s,
         }
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
@@ -142,7 +148,9 @@ class Service:
             exchange.reply(result, text)
 
         if call.options.get("responsive"):
-            self._control.responsiveness.ask(self._chosen(call), answer)
+            from launcher.run.monitor.responsiveness import Responsiveness
+
+            self._run.parts.need(Responsiveness).ask(self._chosen(call), answer)
         else:
             answer()
 
@@ -156,35 +164,22 @@ class Service:
 
         def send_sample() -> None:
             if exchange.is_open:
-                self._control.responsiveness.look()
+                from launcher.run.monitor.responsiveness import Responsiveness
+
+                self._run.parts.need(Responsiveness).look()
                 exchange.item(self._rows(call))
-                self._control.reactor.call_later(period_s, send_sample)
+                self._run.reactor.call_later(period_s, send_sample)
 
         send_sample()
 
     def _do_info(self, call: Call, exchange: Exchange) -> None:
-        base = self._identity.environment
-        found = [status.info(self._control, process, base) for process in self._chosen(call)]
+        base = self._run.env
+        found = [status.info(self._run, process, base) for process in self._chosen(call)]
         text = [line for one in found for line in format.info_lines(one)]
         exchange.reply({"processes": found}, text)
 
-    def _do_stack(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.stack import StackRequest
-
-        StackRequest(self._control, call, exchange).ask(self._chosen(call))
-
-    def _do_debug(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.debug import DebugRequest
-
-        chosen = self._chosen(call)
-        if len(chosen) > 1:
-            names = ", ".join(process.name for process in chosen)
-            raise BadCallError("bad-request", f"debug takes one process, not {names}")
-        refuse_part("debug", call.names, chosen[0].spec)
-        DebugRequest(self._control, call, exchange).begin(chosen[0])
-
     def _do_plan(self, call: Call, exchange: Exchange) -> None:
-        core = self._control.core
+        core = self._run.core
         exchange.reply(core.plan(), core.plan_lines())
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
@@ -216,7 +211,7 @@ class Service:
         self._logs.follow(chosen, exchange, call.options.get("max_rate"))
 
     def _do_events(self, call: Call, exchange: Exchange) -> None:
-        events = self._control.log.events
+        events = self._run.log.events
         history = events.history() if call.options.get("history", True) else []
         if not call.options.get("follow"):
             exchange.reply_raw("events", history)
@@ -248,25 +243,15 @@ class Service:
 
         def left() -> None:
             for process, request in requests:
-                self._control.process_control.withdraw(process, request)
+                self._run.process_control.withdraw(process, request)
 
         exchange.on_end = left
         for process in chosen:
             requests.append((process, do(process, done)))
 
-    def _do_watch(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control import watches
-
-        watches.serve(self._control, call, exchange, self._chosen)
-
-    def _do_reload(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control import reloads
-
-        reloads.serve(self._control, call, exchange)
-
     def _do_kill(self, call: Call, exchange: Exchange) -> None:
         kill = functools.partial(
-            self._control.process_control.kill,
+            self._run.process_control.kill,
             signum=call.options.get("signal", signal.SIGKILL),
             as_crash=bool(call.options.get("as_crash")),
         )
@@ -274,24 +259,13 @@ class Service:
 
     def _do_send(self, call: Call, exchange: Exchange) -> None:
         data = (call.options["text"] + "\n").encode(errors="surrogateescape")
-        control = self._control.process_control
+        control = self._run.process_control
         self._each(call, exchange, lambda process, done: control.send(process, data, done))
 
-    def _do_detach(self, call: Call, exchange: Exchange) -> None:
-        try:
-            detached = self._control.detach()
-        except LauncherError as error:
-            raise BadCallError("wrong-state", error.message) from None
-        result = {
-            "left": [{"name": name, "host": host} for name, host in detached.left],
-            "stopped": list(detached.stopped),
-            "dropped": list(detached.dropped),
-        }
-        exchange.reply(result, detached.sentences)
-
     def _do_quit(self, call: Call, exchange: Exchange) -> None:
-        running = sum(process.child is not None for process in self._control.processes)
-        self._control.quit("quit requested by a user")
+        running = sum(process.child is not None for process in self._run.processes)
+        self._run.log.note(Asked("quit"))
+        self._run.shutdown.stop("quit requested by a user")
         text = f"the run is being stopped: {count(running, 'process')} still running"
         exchange.reply({"running": running}, [text])
 
@@ -300,35 +274,20 @@ class Service:
     def _do_level(self, call: Call, exchange: Exchange) -> None:
         word = call.options.get("level")
         if word is None:
-            _show(call, exchange, self._control.filters.levels(self._chosen(call)))
+            _show(call, exchange, self._filters.levels(self._chosen(call)))
             return
         try:
             level = level_named(word)
         except ValueError as error:
             hint = "known levels: DEBUG, INFO, WARN, ERROR, FATAL, ALL"
             raise BadCallError("bad-option", str(error), hint) from None
-        _show(call, exchange, self._control.filters.level(level, self._chosen(call)))
-
-    def _do_loglevel(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.loglevel import answer
-
-        answer(self._control, self._chosen(call), call, exchange)
-
-    def _do_snapshot(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.snapshot import answer
-
-        answer(self._control, call, exchange)
-
-    def _do_web(self, call: Call, exchange: Exchange) -> None:
-        from launcher.control.page import answer
-
-        answer(self._control, exchange)
+        _show(call, exchange, self._filters.level(level, self._chosen(call)))
 
     def _do_format(self, call: Call, exchange: Exchange) -> None:
         """The form of lines on the screen of the run."""
         from launcher.output import line_format
 
-        word, screen = call.options.get("format"), self._control.screen
+        word, screen = call.options.get("format"), self._run.screen
         if word is not None:
             try:
                 screen.format = line_format.check(word)
@@ -342,7 +301,7 @@ class Service:
             pattern = Pattern(text) if text else None
         except (re.error, ValueError, OverflowError, RecursionError) as error:
             raise BadCallError("bad-option", f"invalid pattern '{text}': {error}") from None
-        _show(call, exchange, self._control.filters.grep(pattern, self._chosen(call)))
+        _show(call, exchange, self._filters.grep(pattern, self._chosen(call)))
 
 
 def _answer(exchange: Exchange, results: Sequence[Result]) -> None:
@@ -382,19 +341,3 @@ def _discovery(environment: Mapping[str, str]) -> dict[str, str]:
     if not environment.get("ROS_DISCOVERY_SERVER") and not environment.get("ROS_STATIC_PEERS"):
         return {}
     return {name: environment.get(name, "") for name in DISCOVERY_VARIABLES}
-
-
-def open_control(control: RunControl, identity: Identity) -> Server | None:
-    """Start the control server of a run; warns and returns None if there is no place for it."""
-    service = Service(control, identity)
-    try:
-        return Server(
-            control.reactor,
-            lambda: socket_directory.prepare(identity.run_id, os.environ, os.getuid()),
-            hello=service.hello,
-            serve=service.serve,
-            warn=control.log.warn,
-        )
-    except ControlError as error:
-        control.log.warn(f"cannot open the control socket: {error.message}")
-        return None

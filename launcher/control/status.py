@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy
-from launcher.control.selection import ProcessNames
 from launcher.output.filters import LEVELS, LineFilter
 from launcher.run.process import Process
-from launcher.run.run_control import RunControl
+from launcher.run.requests.selection import ProcessNames
+from launcher.run.run import Run
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 
-def row(control: RunControl, process: Process) -> dict[str, Any]:
+def row(run: Run, process: Process) -> dict[str, Any]:
     """A process in `ps`."""
     spec, child, shown = process.spec, process.child, process.filter
-    sample = control.sample_of(process)
+    sample = run.housekeeper.sample_of(process)
     named = ProcessNames.of(spec)
     uptime_s, since_s = None, process.machine.running_since
     if child is not None and since_s is not None:
-        uptime_s = round(control.reactor.now() - since_s, 3)
+        uptime_s = round(run.reactor.now() - since_s, 3)
     return {
         "name": spec.name,
         "label": spec.label,
@@ -46,10 +46,9 @@ def row(control: RunControl, process: Process) -> dict[str, Any]:
         "paused": process.is_halted,
         "debugger": process.debugger and process.debugger.address,
         "start": _start(process),
-        "not_responding_s": _silent_s(process, control.reactor.now()),
+        "not_responding_s": _silent_s(process, run.reactor.now()),
         "last_exit": _last_exit(process),
-        **(_place(process) if control.has_hosts else {}),
-        **({} if control.ready is None else control.ready.row(process)),
+        **{name: value for part in run.parts for name, value in part.row(process).items()},
     }
 
 
@@ -63,21 +62,6 @@ def _silent_s(process: Process, now: float) -> float | None:
 def _start(process: Process) -> str | None:
     """`warm` or `cold`; None before the first start."""
     return process.start_kind.partition(",")[0] or ("cold" if process.history.starts else None)
-
-
-def _place(process: Process) -> dict[str, Any]:
-    """Only in runs with a hosts file: the host, the unit there, and since when its rows are not
-    current.
-    """
-    host = process.host
-    silent_s = None if host is None else host.unreachable_s
-    is_placed = host is not None and bool(process.words_there)
-    return {
-        "host": process.host_name or "local",
-        "unit": (host.link.unit(process.process_id) or None) if host and is_placed else None,
-        "stop_after_s": None if host is None else host.link.stop_after_s,
-        "unreachable_s": None if silent_s is None else round(silent_s, 1),
-    }
 
 
 def _hidden_by(shown: LineFilter | None) -> str | None:
@@ -99,17 +83,16 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
     }
 
 
-def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
+def info(run: Run, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     """A process in `info`; `base` is the environment that its own is compared with.
 
     That is known only on the host if the run was attached to.
     """
-    spec, ros, logs = process.spec, process.spec.ros, control.log_dir
+    spec, ros, logs = process.spec, process.spec.ros, run.log_dir
     is_known = process.host is None or bool(spec.env)
-    watched = control.watched_files(process)
     started = spec if process.debugger is None else process.debugger.spec
     return {
-        **row(control, process),
+        **row(run, process),
         "command": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
@@ -121,8 +104,9 @@ def info(control: RunControl, process: Process, base: Mapping[str, str]) -> dict
         "environment_unset": sorted(base.keys() - spec.env.keys()) if is_known else [],
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
-        "watched_files": None if watched is None else len(watched),
+        "watched_files": None,
         "log_file": None if logs is None else f"{logs}/{spec.name}.log",
+        **{name: value for part in run.parts for name, value in part.info(process).items()},
     }
 
 

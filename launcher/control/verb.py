@@ -12,6 +12,7 @@ from launcher.base import strict_json
 from launcher.base.command_help import sentence
 from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import ExitCode
+from launcher.base.run_verb import Call, Verb
 from launcher.control import verbs
 from launcher.control.client import Connection
 from launcher.control.format import event_line, log_line, without_colour
@@ -23,7 +24,6 @@ from launcher.control.runs import (
     files_of_last_run,
     find_run,
 )
-from launcher.control.verbs import Call, Verb
 
 WIDE = 1000  # columns of a table that goes into a pipe
 NAMES = """\

@@ -9,83 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from launcher.base import command_line
 from launcher.base.command_line import Command, HelpRequested, Option, Parsed, option
 from launcher.base.errors import UsageError
-from launcher.base.model.record import Record
+from launcher.base.run_verb import TEXT, BadCallError, Call, Verb
 from launcher.base.text import did_you_mean
+from launcher.run.parts import ROWS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 
-class Verb(Record):
-    """A verb, whose arguments are read from its usage.
-
-    `behind`: options that the words behind the name set, the last one by the last word. `streams`:
-    with the option `follow` it sends items until the run ends. `shell`: it is also a command of
-    its own.
-    """
-
-    usage: str
-    help: str
-    options: tuple[Option, ...] = ()
-    behind: tuple[Option, ...] = ()
-    streams: bool = False
-    shell: bool = True
-
-    @property
-    def name(self) -> str:
-        """The first word of the usage."""
-        return self.usage.partition(" ")[0]
-
-    @property
-    def names(self) -> str:
-        """How many processes: none, one, some (at least one) or any (none stands for all)."""
-        if "[NAME ...]" in self.usage:
-            return "any"
-        if "NAME ..." in self.usage:
-            return "some"
-        return "one" if " NAME" in self.usage else "none"
-
-    @property
-    def argument(self) -> str | None:
-        """The option that an optional first word sets."""
-        return next((one.name for one in self.options if not one.flags and one != TEXT), None)
-
-    @property
-    def text(self) -> str | None:
-        """The option that all words after the name set."""
-        return TEXT.name if TEXT in self.options else None
-
-    def option(self, name: str) -> Option | None:
-        """The option with this name in requests."""
-        known = (*self.options, *self.behind)
-        return next((option for option in known if option.name == name), None)
-
-    def command(
-        self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
-    ) -> Command:
-        """Its command line: in the console, or in a shell with `common` options."""
-        arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
-        if self.names != "none":
-            arguments.append(option(_NAME if self.text or self.behind else _NAMES, name="names"))
-        arguments += self.behind
-        if self.text:
-            arguments.append(_TEXT_IN_SHELL if in_shell else option("TEXT", count="..."))
-        usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
-        return Command(
-            self.name,
-            self.help,
-            arguments=tuple(arguments),
-            options=tuple(option for option in self.options if option.flags),
-            groups=(("options of all verbs about a run", common),) if common else (),
-            synopsis=usage.removeprefix(self.name).strip(),
-            about=about,
-            shorthand=_signal_shorthand if SIGNAL in self.options else None,
-            in_shell=in_shell,
-        )
-
-
-_NAME, _NAMES = "[NAME]", "[NAME ...]"
 FOLLOW = option("-f, --follow", "keep printing new entries until the run ends")
 SIGNAL = option(
     "-s, --signal SIGNAL",
@@ -116,32 +48,37 @@ PERIOD = option(
     kind="seconds",
 )
 RESPONSIVE = option("--responsive", "ask the nodes first whether they answer (up to 10 s)")
-DRY_RUN = option("--dry-run", "only show what would be done")
-STATE = option("STATE", "on or off")
 NEW = option("--new", "only events from now on", name="history", value=False)
-NATIVE = option("--native", "with the calls of C and C++ code between them")
-LOCALS = option("--locals", "with the local variables of each call")
-PORT = option(
-    "--port N",
-    "listen at this port of 127.0.0.1 (default: a free one)",
-    command_line.count,
-    kind="count",
-)
-NO_WAIT = option(
-    "--no-wait", "run at once, without waiting for an editor", name="wait", value=False
-)
 LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 FORMAT = option("FORMAT", "default, compact, or a template with {message}")
-LOGGER = option("[LOGGER]", "a logger, as in its lines; default: that of the node")
-NODE_LEVEL = option("[LEVEL]", "debug, info, warn, error or fatal")
 PATTERN = option("PATTERN", "a regular expression")
-TEXT = option("TEXT", "a line for its standard input")
 TOPIC = option("TOPIC", "a verb")
-REASON = option("REASON", "why, for the index of the snapshot")
-# A shell's options may stand between the words of a text.
-_TEXT_IN_SHELL = option(
-    "TEXT", f"{TEXT.help}; put -- before words that begin with --", count="text"
-)
+
+
+def signal_number(word: str) -> int:
+    """15 for `SIGTERM`, `TERM`, `term` and `15`, 0 for `0`; BadCallError."""
+    name = word.upper()
+    if word == "0":
+        return 0  # as with kill(1): tests whether it exists
+    if word.isdecimal() and len(word) < 4 and int(word) in signal.valid_signals():
+        return int(word)
+    for spelling in (name, f"SIG{name}"):
+        if spelling in signal.Signals.__members__:
+            return int(signal.Signals[spelling])
+    names = [one.name for one in signal.Signals]
+    hint = did_you_mean(name, names) or did_you_mean(f"SIG{name}", names)
+    known = f"known: {', '.join(names)}"
+    raise BadCallError("bad-option", f"unknown signal '{word}'", hint or known)
+
+
+def _signal_shorthand(word: str) -> tuple[Option, str] | None:
+    """`-9` and `-TERM`, as with kill(1); an invalid number is rejected later."""
+    try:
+        signal_number(word[1:])
+    except BadCallError:
+        return (SIGNAL, word[1:]) if word[1:].isdecimal() else None
+    return SIGNAL, word[1:]
+
 
 VERBS = (
     Verb(
@@ -154,21 +91,11 @@ VERBS = (
         "kill NAME ... [-s SIGNAL]",
         "send processes SIGKILL, or exactly one other signal",
         (SIGNAL, AS_CRASH),
+        shorthand=_signal_shorthand,
     ),
     Verb("stop NAME ...", "stop processes: SIGINT, then SIGTERM, then SIGKILL"),
     Verb("start NAME ...", "start processes that have ended"),
     Verb("restart NAME ...", "stop processes and start them again"),
-    Verb(
-        "reload [--dry-run]",
-        "evaluate the launch file again: start what is new, stop what is gone, restart what has "
-        "changed",
-        (DRY_RUN,),
-    ),
-    Verb(
-        "watch [on|off] [NAME ...]",
-        "restart processes when their files change; without on and off, show what is watched",
-        (STATE,),
-    ),
     Verb("pause NAME ...", "suspend processes (SIGSTOP)"),
     Verb("resume NAME ...", "resume suspended processes (SIGCONT)"),
     Verb("mute NAME ...", "hide the output of processes; it is still written to the log files"),
@@ -178,11 +105,6 @@ VERBS = (
         "level [LEVEL [NAME ...]]",
         "show only lines of LEVEL and above; without it, print the level",
         (LEVEL,),
-    ),
-    Verb(
-        "loglevel NAME [LOGGER] [LEVEL]",
-        "set from which level on nodes log; without LEVEL, print it",
-        behind=(LOGGER, NODE_LEVEL),
     ),
     Verb(
         "grep [PATTERN [NAME ...]]", "show only lines that match; without PATTERN, all", (PATTERN,)
@@ -200,16 +122,6 @@ VERBS = (
         streams=True,
     ),
     Verb("info NAME ...", "show everything known about processes"),
-    Verb(
-        "stack NAME ... [--native] [--locals]",
-        "print the Python stacks of all threads of processes",
-        (NATIVE, LOCALS),
-    ),
-    Verb(
-        "debug NAME [--port N] [--no-wait]",
-        "start or restart a Python process under debugpy, for an editor to attach",
-        (PORT, NO_WAIT),
-    ),
     Verb("send NAME TEXT", "send a line to the standard input of a process", (TEXT,)),
     Verb(
         "events [-f] [--new]",
@@ -217,15 +129,9 @@ VERBS = (
         (FOLLOW, NEW),
         streams=True,
     ),
-    Verb(
-        "snapshot [REASON]",
-        "write the last messages, logs and events of a run with --record",
-        (REASON,),
-    ),
+    *(verb for row in ROWS for verb in row.verbs),
     Verb("plan", "show what the launch file has done so far", shell=False),
-    Verb("web", "open the page of this run in the browser", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),
-    Verb("detach", "end the run here, and let the processes on other hosts run on"),
     Verb("quit", "stop everything and end the run"),
     Verb("help [VERB]", "show this table, or how one verb is used", (TOPIC,), shell=False),
 )
@@ -233,24 +139,6 @@ VERBS = (
 
 ALIASES = {"exit": "quit", "q": "quit", "?": "help", "w": "web"}  # as in other prompts
 READ_ONLY = frozenset({"ps", "top", "logs", "info", "events", "stack"})
-
-
-class Call(Record):
-    """A verb with its names and options: the body of a request."""
-
-    verb: Verb
-    names: tuple[str, ...]
-    options: Mapping[str, Any]
-
-
-class BadCallError(Exception):
-    """A request that cannot be carried out; `code` is one of the protocol's."""
-
-    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
-        super().__init__(message)
-        self.code = code
-        self.message = message
-        self.hint = hint
 
 
 def find(name: str) -> Verb | None:
@@ -341,22 +229,6 @@ _EXPECTED = {
 }
 
 
-def signal_number(word: str) -> int:
-    """15 for `SIGTERM`, `TERM`, `term` and `15`, 0 for `0`; BadCallError."""
-    name = word.upper()
-    if word == "0":
-        return 0  # as with kill(1): tests whether it exists
-    if word.isdecimal() and len(word) < 4 and int(word) in signal.valid_signals():
-        return int(word)
-    for spelling in (name, f"SIG{name}"):
-        if spelling in signal.Signals.__members__:
-            return int(signal.Signals[spelling])
-    names = [one.name for one in signal.Signals]
-    hint = did_you_mean(name, names) or did_you_mean(f"SIG{name}", names)
-    known = f"known: {', '.join(names)}"
-    raise BadCallError("bad-option", f"unknown signal '{word}'", hint or known)
-
-
 # ---- command lines
 
 
@@ -394,12 +266,3 @@ def call_of(verb: Verb, parsed: Parsed) -> Call:
         return check(verb.name, [names] if isinstance(names, str) else names, options)
     except BadCallError as error:
         raise UsageError(error.message, hint=error.hint) from None
-
-
-def _signal_shorthand(word: str) -> tuple[Option, str] | None:
-    """`-9` and `-TERM`, as with kill(1); an invalid number is rejected later."""
-    try:
-        signal_number(word[1:])
-    except BadCallError:
-        return (SIGNAL, word[1:]) if word[1:].isdecimal() else None
-    return SIGNAL, word[1:]

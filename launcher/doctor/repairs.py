@@ -9,7 +9,7 @@ from launcher.doctor.facts import Facts
 from launcher.posix import proc
 from launcher.posix.cleanup import cgroup, run_id, sweep
 from launcher.posix.reactor import Reactor
-from launcher.run.leftovers import Leftovers, stop_policy_for
+from launcher.run.ending.leftovers import Leftovers, stop_policy_for
 from launcher.run.monitor import shared_memory
 
 
@@ -66,7 +66,7 @@ class _RepairListener:
         self._lines = lines
         self.finished = reactor.stop
 
-    def log(self, level: str, text: str) -> None:
+    def report(self, level: str, text: str) -> None:
         self._lines.append(text)
 
     def killing(self) -> None:

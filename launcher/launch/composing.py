@@ -14,6 +14,7 @@ from launcher.base.text import count
 from launcher.language.events.launch import IncludeLaunchDescription
 from launcher.packages.python_program import PythonProgram, program_of
 from launcher.run.compose.core import ComposedCore, Composition
+from launcher.run.parts import COMPOSED
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from launcher.launch.plan.planner import Plan
     from launcher.run.core_driver import Core
 
-_MODULE = "launcher.ros.composed"
 _LABEL = "composed"
 # What is one for a process, with its name in sentences.
 _SHARED = {
@@ -139,7 +139,7 @@ class _Search:
             first,
             name=name,
             label=_LABEL,
-            argv=(sys.executable, "-m", _MODULE, *words),
+            argv=(sys.executable, "-m", COMPOSED, *words),
             ros=None,
             members=members,
             is_essential=False,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 import sys
 import time
@@ -28,31 +27,18 @@ if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
     from launcher.base.model.reload import Known
     from launcher.base.model.spec import ProcessSpec
-    from launcher.hosts.engine.fleet import FleetPlan
     from launcher.language.description import LaunchDescription
     from launcher.language.interpreter import Interpreter
     from launcher.language.interpreter.later import Later
-    from launcher.language.session import Session
-    from launcher.launch.helpers import Helpers
     from launcher.launch.options import SettingsSource
     from launcher.launch.reloading import Evaluation
     from launcher.launch.run_plan import RunStep
     from launcher.launch.target import LaunchRequest
     from launcher.posix.reactor import Reactor
     from launcher.run.core_driver import Core
+    from launcher.run.run import Launched
     from launcher.run.supervisor import Supervisor
 
-# What serves the control socket takes 10 ms to import; the first processes start meanwhile, and
-# what one of them writes, or its restart, waits for one module at most.
-HELPERS_DELAY_S = 0.05
-_OF_HELPERS = (
-    "socket",
-    "launcher.control.verbs",
-    "launcher.run.run_control",
-    "launcher.control.service",
-    "launcher.launch.helpers",
-)
-_OF_PLAN = "launcher.launch.run_plan"
 MAX_RECORDED_STEPS = 2000  # bounds the memory for the plan of a run
 _STARTED_OR_ENDED = (ProcessStarted, ProcessExited, SpawnFailed)
 _FIRST_SERVICE = 1 << 30  # ids of processes of the launch file are smaller
@@ -257,78 +243,27 @@ def _ended_process(event: Event) -> int | None:
 
 @contextlib.contextmanager
 def supervising(
-    core: Core,
-    options: RunOptions,
-    run_path: str | None,
-    request: LaunchRequest,
-    session: Session,
-    hosts: FleetPlan | None = None,
-    switched_off: Callable[[], Sequence[ProcessSpec]] = tuple,
+    core: Core, options: RunOptions, launched: Launched
 ) -> Iterator[tuple[Supervisor, Reactor]]:
-    """A supervisor that is ready to run, with the control socket and the console."""
+    """A supervisor that is ready to run; UsageError for options that a part cannot use."""
     from launcher.output.stdout import StdoutWriter, passes_colour, wants_colour
     from launcher.posix.reactor import Reactor
+    from launcher.run.run import Run
     from launcher.run.supervisor import Supervisor
 
     environment = dict(os.environ)
-    attached = None if hosts is None else hosts.attached
-    run_id = f"{os.getpid()}-{os.urandom(4).hex() if attached is None else attached.run}"
     with Reactor() as reactor:
         plain = not passes_colour(1, environment)
         screen = StdoutWriter(reactor, colour=wants_colour(1, environment), plain=plain)
         if options.format != "default":
             screen.format = options.format
-        supervisor = Supervisor(
-            core,
-            env=environment,
-            reactor=reactor,
-            screen=screen,
-            run_id=run_id,
-            run_path=run_path,
-            options=options,
-            wishes=session,
-            hosts=hosts,
-            switched_off=switched_off,
-        )
-        imports = [_OF_PLAN] if run_path is not None else []
-        if not options.control:
-            supervisor.on_begun = lambda: _import_later(reactor, imports)
-            yield supervisor, reactor
-            return
-        started = time.time()
-        opened: list[Helpers] = []
-
-        def open_helpers() -> None:
-            from launcher.launch.helpers import Helpers
-
-            helpers = Helpers(
-                supervisor,
-                reactor=reactor,
-                screen=screen,
-                options=options,
-                environment=environment,
-            )
-            opened.append(helpers)
-            helpers.open(request, run_id=run_id, started=started)
-
-        supervisor.on_begun = lambda: _import_later(
-            reactor, [*_OF_HELPERS, *imports], then=open_helpers
-        )
-        try:
-            yield supervisor, reactor
-        finally:
-            for helpers in opened:
-                helpers.close()
+        run = Run(core, reactor, screen, options, launched, environment)
+        yield Supervisor(run), reactor
 
 
-def _import_later(
-    reactor: Reactor, names: Sequence[str], then: Callable[[], object] = lambda: None
-) -> None:
-    """Import modules when the first processes have started, in idle moments, then call `then`."""
+def launched(request: LaunchRequest, **more: Any) -> Launched:
+    """What a run of the request shows to its clients, with `more` of its fields."""
+    from launcher.run.run import Launched
 
-    def begin() -> None:
-        for name in names:
-            reactor.when_idle(functools.partial(__import__, name))
-        reactor.when_idle(then)
-
-    reactor.call_later(HELPERS_DELAY_S, begin)
+    words = tuple(f"{name}:={value}" for name, value in request.arguments)
+    return Launched(target=str(request.path), arguments=words, **more)

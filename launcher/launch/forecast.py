@@ -11,8 +11,8 @@ import socket
 
 from launcher.base import strict_json
 from launcher.base.model.events import LoadRequest
-from launcher.control.selection import ProcessNames
 from launcher.language.interpreter.unvisited import EventTime
+from launcher.run.requests.selection import ProcessNames
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

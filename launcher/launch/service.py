@@ -15,9 +15,10 @@ from launcher.base.model.options import RunOptions
 from launcher.language.compat import vocabulary
 from launcher.language.description import LaunchDescription
 from launcher.language.interpreter import Interpreter
-from launcher.launch.core import LaunchCore, supervising
+from launcher.launch.core import LaunchCore, launched, supervising
 from launcher.launch.target import LaunchRequest
 from launcher.output.logs.run_directory import new_run_path, provide_log_root
+from launcher.run.parts import open_node
 from launcher.workspace import current
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.session import Session
     from launcher.posix.reactor import Reactor
-    from launcher.ros.helpers.spinning_node import SpinningNode
     from launcher.run.supervisor import Supervisor
 
 
@@ -37,7 +37,7 @@ def script_vocabulary(options: RunOptions, words: Sequence[str] | None = None) -
     with vocabulary(words) as session:
         session.is_script = True
         session.make_log_dir = lambda: _new_directory() if options.log_files else None
-        session.open_ros_node = _open_ros_node
+        session.open_ros_node = open_node
         session.runner = lambda context, when_idle: ServiceRun(
             context, session, options, shutdown_when_idle=when_idle
         )
@@ -48,14 +48,6 @@ def _new_directory() -> str:
     path = new_run_path(os.environ)
     os.makedirs(path, exist_ok=True)
     return path
-
-
-def _open_ros_node(argv: list[str]) -> SpinningNode:
-    from launcher.ros.helpers.spinning_node import (
-        SpinningNode,  # rclpy, for scripts that want a node
-    )
-
-    return SpinningNode(argv)
 
 
 class ServiceRun:
@@ -122,11 +114,8 @@ class ServiceRun:
             path = session.log_dir
         try:
             self._core.effects = self._interpreter.resume()
-            with supervising(self._core, self._options, path, self._request, session) as (
-                supervisor,
-                reactor,
-            ):
-                supervisor.is_script = True
+            script = launched(self._request, path=path, wishes=session, is_script=True)
+            with supervising(self._core, self._options, script) as (supervisor, reactor):
                 supervisor.stay_while(self._stays)
                 reactor.add_reader(self._wake, lambda: self._deliver(supervisor))
                 yield supervisor, reactor

@@ -9,11 +9,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.base.model import events
-from launcher.posix.reactor import Reactor
-from launcher.run.logs.run_log import RunLog
 from launcher.run.machine import Command
 from launcher.run.process import Process
-from launcher.run.process_driver import ProcessDriver
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,9 +19,9 @@ if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
     from launcher.base.model.reload import Known, Reload
     from launcher.base.model.spec import ProcessSpec
-    from launcher.run.listener import RunListener
     from launcher.run.machine import Ended
     from launcher.run.ros_requests import RosRequests
+    from launcher.run.run import Run
     from launcher.run.timers import LaunchTimers
 
     class Core(Protocol):
@@ -85,26 +82,14 @@ _NO_TIMER = -1
 
 
 class CoreDriver:
-    """One for a run. `agent_env` is the environment of the ROS agent, if one is needed."""
+    """One for a run."""
 
-    def __init__(
-        self,
-        core: Core,
-        reactor: Reactor,
-        log: RunLog,
-        driver: ProcessDriver,
-        run: RunListener,
-        *,
-        processes: Mapping[int, Process],
-        agent_env: Mapping[str, str],
-    ) -> None:
-        self._core = core
-        self._reactor = reactor
-        self._log = log
-        self._driver = driver
+    def __init__(self, run: Run) -> None:
         self._run = run
-        self._processes = processes
-        self._agent_env = agent_env
+        self._core = run.core
+        self._reactor = run.reactor
+        self._log = run.log
+        self._processes = run.all_processes
         self._requests: RosRequests | None = None
         self._watching: dict[int, bool] = {}
         self._loads: dict[int, events.LoadComponent] = {}
@@ -137,7 +122,7 @@ class CoreDriver:
     def carry_out(self, effects: Sequence[events.Effect]) -> None:
         """Effects of another evaluation: its timers wait for the preparation as the earlier did."""
         self._busy = True
-        waiting = filter(self._driver.awaits_preparation, self._processes.values())
+        waiting = filter(self._run.driver.awaits_preparation, self._processes.values())
         self._carry_out(effects, waiting)
         self._busy = False
         self._pump()
@@ -214,7 +199,7 @@ class CoreDriver:
         for effect in effects:
             match effect:
                 case events.StartProcess(process_id=process_id):
-                    self._run.start(effect)
+                    self._run.starts.start(effect)
                     if process_id in self._processes:  # else: its host is skipped
                         starting.append(self._processes[process_id])
                 case events.CallLater(timer_id=timer_id):
@@ -231,7 +216,7 @@ class CoreDriver:
                 case events.UseSimTime(value=value):
                     self._use_sim_time(value)
                 case events.RequestShutdown(reason=reason, is_interrupted=is_interrupted):
-                    self._run.shut_down(reason, is_interrupted=is_interrupted)
+                    self._run.shutdown.decided(reason, is_interrupted=is_interrupted)
                 case _ if effect.process_id in self._processes:  # else: stopped before its start
                     self._control(self._processes[effect.process_id], effect)
         self._timers.add(timers.values(), starting)
@@ -239,11 +224,11 @@ class CoreDriver:
     def _control(self, process: Process, effect: events.Effect) -> None:
         match effect:
             case events.SignalProcess(signum=signum):
-                self._driver.signal(process, signum)
+                self._run.driver.signal(process, signum)
             case events.StopProcess():
-                self._driver.advance(process, Command.STOP)
+                self._run.driver.advance(process, Command.STOP)
             case events.WriteStdin(data=data):
-                self._driver.write_stdin(process, data)
+                self._run.driver.write_stdin(process, data)
 
     # ---- timers
 
@@ -252,7 +237,7 @@ class CoreDriver:
         """Imported after the first processes have been started."""
         from launcher.run.timers import LaunchTimers
 
-        return LaunchTimers(self._reactor, self._driver, self._fire, lambda: self._simulation)
+        return LaunchTimers(self._reactor, self._run.driver, self._fire, lambda: self._simulation)
 
     @property
     def elapsed_s(self) -> float:
@@ -279,7 +264,7 @@ class CoreDriver:
             self._requests = RosRequests(
                 self._reactor,
                 self._log,
-                self._agent_env,
+                self._run.agent_env,
                 self._processes.values(),
                 self._ros_answered,
             )
@@ -302,7 +287,8 @@ class CoreDriver:
         if isinstance(event, events.ComponentLoaded):
             load = self._loads.pop(event.request_id)
             if event.error is None:
-                self._run.loaded(load, event.full_node_name)
+                for part in self._run.parts:
+                    part.loaded(load, event.full_node_name)
         self.feed(event)
         if not self._settling:
             self._run.idle()

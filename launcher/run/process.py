@@ -16,16 +16,30 @@ from launcher.run.machine import ProcessMachine
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Protocol
 
     from launcher.base.model.events import Outcome
     from launcher.base.model.options import RunOptions
-    from launcher.hosts.engine.remote_host import RemoteHost
     from launcher.output.filters import LineFilter
     from launcher.run.compose.output import GroupOutput
-    from launcher.run.debugger import Debugger
+    from launcher.run.debug.debugger import Debugger
     from launcher.run.machine import Ended
     from launcher.run.monitor.responsiveness import Silence
     from launcher.run.output.reader import Stream
+
+    class Elsewhere(Protocol):
+        """Another host, on which a process runs."""
+
+        @property
+        def name(self) -> str: ...
+
+        @property
+        def is_gone(self) -> bool: ...
+
+        # Since when it cannot be reached; None while it can.
+        @property
+        def unreachable_s(self) -> float | None: ...
+
 
 LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 
@@ -82,6 +96,7 @@ class Process:
     being stopped for a new version of its files, which the launch file is not told.
     `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
+    `awaited_facts` must hold until it counts as ready, as texts.
     `answers`: its node is being asked, and has answered; `silence`: it does not any more.
     """
 
@@ -92,7 +107,7 @@ class Process:
         self.prefix = prefix
         self.machine = ProcessMachine(spec.restart, spec.stop)
         self.child: Child | None = None
-        self.host: RemoteHost | None = None
+        self.host: Elsewhere | None = None
         self.words_there: tuple[str, ...] = ()
         self.folder_there: str | None = None
         self.is_abandoned = self.is_gone = self.is_replaced = False
@@ -100,6 +115,7 @@ class Process:
         self.next_debugger: Debugger | None = None
         self.start_kind = ""
         self.answers = False
+        self.awaited_facts: tuple[str, ...] = ()
         self.silence: Silence | None = None
         self.streams: dict[int, Stream] = {}
         self.ring = LogRing()

@@ -12,10 +12,8 @@ from launcher.base.model import run_events
 from launcher.base.model.events import SIGNALLED, Outcome, refusal
 from launcher.base.model.run_events import known
 from launcher.posix import proc
-from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child
 from launcher.run.logs import messages
-from launcher.run.logs.run_log import RunLog
 from launcher.run.machine import (
     OWN_TIMERS,
     Action,
@@ -31,37 +29,15 @@ from launcher.run.machine import (
     SpawnError,
     Stuck,
 )
-from launcher.run.output.reader import OutputReader
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
+    from collections.abc import Sequence
 
-    from launcher.run.listener import RunListener
+    from launcher.run.driven_run import DrivenRun
     from launcher.run.monitor.oom import OomWatch
-    from launcher.run.ready.gate import ReadyGate
-
-    class StartGate(Protocol):
-        """Holds starts back: `StartPacing` and `ReadyGate`."""
-
-        def admit(self, process: Process) -> None: ...
-
-        # It shall not start any more; False if it was not held back.
-        def withdraw(self, process: Process) -> bool: ...
-
-    class WarmStarts(Protocol):
-        """What starts processes warm (`engine.warm`)."""
-
-        # Whether it starts the process, later: it is adopted then, or spawned cold. Give that up;
-        # False if no start is under way.
-        def admit(self, process: Process) -> bool: ...
-        def withdraw(self, process: Process) -> bool: ...
-
-        # Whether such a start is under way; whether it waits for a preparation that is not over.
-        def is_starting(self, process: Process) -> bool: ...
-        def awaits_preparation(self, process: Process) -> bool: ...
-
+    from launcher.run.part import StartStage
 
 # Of a process that was stopped: 1 is that of an exception, also of rclpy's, and a shell's own are
 # those after the signals of a stop.
@@ -71,17 +47,12 @@ USUAL_CODES = (0, 1, SIGNALLED + signal.SIGINT, SIGNALLED + signal.SIGTERM)
 class ProcessDriver:
     """Spawns, signals, reaps and reports."""
 
-    def __init__(
-        self, reactor: Reactor, reader: OutputReader, log: RunLog, listener: RunListener
-    ) -> None:
-        self._reactor = reactor
-        self._reader = reader
-        self._log = log
-        self._listener = listener
+    def __init__(self, run: DrivenRun) -> None:
+        self._run = run
+        self._reactor = run.reactor
+        self._reader = run.reader
+        self._log = run.log
         self._oom: OomWatch | None = None
-        self._gate: StartGate | None = None
-        self._ready: ReadyGate | None = None
-        self.warm: WarmStarts | None = None
 
     def watch_memory(self) -> None:
         """Read the kernel's counter of OOM kills, before a process can be a victim."""
@@ -92,42 +63,42 @@ class ProcessDriver:
     def _was_out_of_memory(self) -> bool:
         return self._oom is not None and self._oom.has_struck()
 
-    def pace(self, *, stagger_s: float, most: int | None) -> None:
-        """From now on queue the starts; see `StartPacing`."""
-        from launcher.run.start_pacing import StartPacing
+    @property
+    def _stages(self) -> Sequence[StartStage]:
+        return self._run.stages
 
-        pacing = StartPacing(self._reactor, stagger_s=stagger_s, most=most, start=self._spawn)
-        self._gate = pacing
-
-    def order(self, gate: ReadyGate) -> None:
-        """From now on first starts wait for other processes, and then for their turn."""
-        gate.lead_to(self._gate, self._spawn)
-        self._gate = self._ready = gate
+    def pass_on(self, process: Process, stage: StartStage | None = None) -> None:
+        """A start goes on behind this stage, or to the first one; the last leads to its program."""
+        after = 0 if stage is None else self._stages.index(stage) + 1
+        if after < len(self._stages):
+            self._stages[after].admit(process)
+        else:
+            self.spawn(process)
 
     def waits(self, process: Process) -> bool:
         """Whether its start waits until other processes are ready."""
-        return self._ready is not None and self._ready.waits(process)
+        return any(stage.waits(process) for stage in self._stages)
 
     def skip_wait(self, process: Process) -> None:
         """Start a process that waits for others."""
-        if self._ready is not None:
-            self._ready.skip(process)
+        for stage in self._stages:
+            stage.skip(process)
 
     def begin_again(self, process: Process) -> None:
-        """Give up a warm start that is under way, and begin it with what its spec is now."""
-        if self.warm is not None and self.warm.withdraw(process):
-            self._spawn(process)
+        """Give up a start that a stage is carrying out, and begin it with what its spec is now."""
+        for stage in self._stages:
+            if stage.is_starting(process) and stage.withdraw(process):
+                stage.admit(process)
 
     def is_under_way(self, process: Process) -> bool:
         """Whether its start here is being carried out: not held back, and not complete."""
         if process.host is not None or process.machine.state is not ProcessState.STARTING:
             return False
-        is_warm = self.warm is not None and self.warm.is_starting(process)
-        return is_warm or process.child is not None
+        return process.child is not None or any(one.is_starting(process) for one in self._stages)
 
     def awaits_preparation(self, process: Process) -> bool:
-        """Whether its warm start waits for the preparation, which is not over."""
-        return self.warm is not None and self.warm.awaits_preparation(process)
+        """Whether its start waits for a preparation, which is not over."""
+        return any(stage.awaits_preparation(process) for stage in self._stages)
 
     def advance(self, process: Process, event: MachineEvent) -> None:
         """Feed the state machine, carry out its actions, and set a timer for its deadline."""
@@ -140,7 +111,7 @@ class ProcessDriver:
     def _do(self, process: Process, action: Action) -> None:
         match action:
             case Order.SPAWN:
-                (self._spawn if self._gate is None else self._gate.admit)(process)
+                self.pass_on(process)
             case Signal(signum=signum):
                 self._signal(process, signum)
                 if action.needs_wake:
@@ -158,7 +129,7 @@ class ProcessDriver:
     def _stuck(self, process: Process, waited_s: float) -> None:
         pid = -1 if process.child is None else process.child.pid
         self._report_stuck(process, pid, waited_s, proc.describe_state(pid))
-        self._listener.idle()
+        self._run.idle()
 
     def _report_stuck(
         self, process: Process, pid: int, waited_s: float, how: str, at_s: float | None = None
@@ -169,15 +140,13 @@ class ProcessDriver:
 
     def _withdraw(self, process: Process) -> bool:
         """Give up a start that is held back or queued; False if none is."""
-        if self._gate is not None and self._gate.withdraw(process):
-            return True
-        return self.warm is not None and self.warm.withdraw(process)
+        return any(stage.withdraw(process) for stage in self._stages)
 
     def _cancelled(self, process: Process) -> None:
         self._report_cancelled(process)
         self.advance(process, Command.START_CANCELLED)
-        self._listener.cancelled(process)
-        self._listener.idle()
+        self._run.cancelled(process)
+        self._run.idle()
 
     def _report_cancelled(self, process: Process, at_s: float | None = None) -> None:
         self._log.report(process, messages.start_cancelled())
@@ -196,7 +165,7 @@ class ProcessDriver:
         if process.child is None:
             return
         if signum == signal.SIGKILL:
-            self._listener.before_kill()
+            self._run.before_kill()
         self._report_signal(process, process.child.pid, signum)
         process.child.signal_group(signum)
 
@@ -249,17 +218,13 @@ class ProcessDriver:
 
     def _tick(self, process: Process) -> None:
         self.advance(process, Command.TICK)
-        self._listener.idle()
+        self._run.idle()
 
-    def _spawn(self, process: Process) -> None:
-        process.begun_wall_s = time.time()
-        if self.warm is None or not self.warm.admit(process):
-            self.spawn_cold(process)
-
-    def spawn_cold(self, process: Process) -> None:
+    def spawn(self, process: Process) -> None:
         """Execute its program."""
+        process.begun_wall_s = time.time()
         try:
-            child = self._listener.spawn(process)
+            child = self._run.spawner.spawn(process)
         except OSError as error:
             self._refused(process, error.errno or errno.EIO, _culprit(process, error))
             return
@@ -300,12 +265,11 @@ class ProcessDriver:
     def _runs(self, process: Process, child: Child) -> None:
         self._report_start(process, child.pid)
         self.advance(process, Command.STARTED)
-        self._listener.started(process, child.pid)
+        self._run.started(process, child.pid)
 
     def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
         self._log.report(process, messages.started(pid, process.host_name))
-        facts = tuple(self._listener.awaited_facts(process))
-        started = run_events.Started(pid, process.machine.restarts, facts)
+        started = run_events.Started(pid, process.machine.restarts, process.awaited_facts)
         self._log.note(started, process, at_s)
         process.history.starts += 1
 
@@ -327,7 +291,7 @@ class ProcessDriver:
             from launcher.posix.limits import parse_refusal
 
             self._refused(process, *parse_refusal(child.refusal))
-            self._listener.idle()
+            self._run.idle()
             return
         was_killed = returncode == -signal.SIGKILL
         outcome = Outcome(
@@ -337,8 +301,8 @@ class ProcessDriver:
         )
         self.advance(process, Exited(outcome))
         if leaves_nothing:
-            self._listener.may_have_left(process, child.pid)
-        self._listener.idle()
+            self._run.may_have_left(process, child.pid)
+        self._run.idle()
 
     def _ended(self, process: Process, end: Ended, at_s: float | None = None) -> None:
         """It exited `at_s`, on the monotonic clock; None: just now."""
@@ -360,7 +324,7 @@ class ProcessDriver:
         for dropped in self._reader.keep(process):
             self._log.log("WARNING", "launch", messages.no_longer_read(dropped.name))
         self._release(process)
-        self._listener.ended(process, pid, end)
+        self._run.ended(process, pid, end)
 
     def _report_hang(self, process: Process, now: float) -> None:
         """It has ended while its node did not answer: keep its stack for the summary."""

@@ -17,7 +17,7 @@ from launcher.base.document.reader import together
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.github import add_summary
 from launcher.base.verb_table import VERBS
-from launcher.launch.options import RECORDING, RUN_OPTIONS, run_options
+from launcher.launch.options import RUN_OPTIONS, run_options
 from launcher.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -28,6 +28,7 @@ from launcher.launch.target import (
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
 from launcher.packages import extras
+from launcher.run.parts import RECORDING
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.options import EXPECTATIONS

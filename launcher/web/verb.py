@@ -12,8 +12,8 @@ from launcher.base.errors import ExitCode
 from launcher.base.program import browse
 from launcher.base.verb_table import VERBS
 from launcher.control.runs import find_run
-from launcher.launch.options import page_options
 from launcher.posix.dispositions import heeded
+from launcher.run.parts import page_options
 from launcher.web.option import require_page
 
 COMMAND = Command(

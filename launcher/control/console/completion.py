@@ -13,9 +13,10 @@ from typing import Any
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
+from launcher.base.run_verb import Verb
 from launcher.control.console.bar import short_names
 from launcher.control.console.requests import CLEAR, CLEAR_HELP, SHELL_HELP, SHELL_VERBS, runs_here
-from launcher.control.verbs import VERBS, Verb, find
+from launcher.control.verbs import VERBS, find
 
 LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
 # Words for the first argument of a verb, by its name.

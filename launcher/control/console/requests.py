@@ -9,12 +9,13 @@ from rich.text import Text
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.program import browse, program
+from launcher.base.run_verb import Call
 from launcher.base.text import did_you_mean
 from launcher.control.client import Reply
 from launcher.control.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.format import event_line, notes, without_colour
 from launcher.control.runs import Run
-from launcher.control.verbs import VERBS, Call, explained, find, parse
+from launcher.control.verbs import VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
 
 # Verbs of the command line that are none of a run. The console runs them as processes of their

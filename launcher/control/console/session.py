@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 from prompt_toolkit.application.run_in_terminal import in_terminal
 
 from launcher.base.errors import UsageError
+from launcher.base.run_verb import Call
 from launcher.base.text import typed_error
 from launcher.control.console.bar import Line, status_lines
 from launcher.control.console.completion import WordCompleter
@@ -37,7 +38,7 @@ from launcher.control.console.shell_verbs import ShellVerbs
 from launcher.control.console.terminal import Terminal
 from launcher.control.console.watch import Watch
 from launcher.control.runs import Run
-from launcher.control.verbs import Call, find, parse
+from launcher.control.verbs import find, parse
 from launcher.posix.socket_directory import ControlError
 
 T = TypeVar("T")

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from launcher.base.run_verb import Call
 from launcher.control.client import Connection, NoRunError
 from launcher.control.console.format import end_cut, is_in_trouble
 from launcher.control.console.tables import process_table, render
-from launcher.control.verbs import Call
 from launcher.posix.dispositions import Handled
 
 Process = Mapping[str, Any]

@@ -8,13 +8,13 @@ from typing import Any
 
 from prompt_toolkit.data_structures import Size
 
+from launcher.base.run_verb import Call
 from launcher.control.client import Connection
 from launcher.control.console.display import GUTTER, SHORT_ROWS, Display
 from launcher.control.console.requests import problem
 from launcher.control.console.top import KEYS_HINT, Top
 from launcher.control.format import event_line, log_line, without_colour
 from launcher.control.runs import Run
-from launcher.control.verbs import Call
 from launcher.posix.socket_directory import ControlError
 
 

@@ -17,7 +17,7 @@ from launcher.hosts.file.changes import changed
 from launcher.hosts.file.file import read
 from launcher.hosts.file.model import Host, HostsFile
 from launcher.hosts.file.placement import Placement
-from launcher.launch.hosts.placing import place
+from launcher.hosts.launching.placing import place
 from launcher.launch.target import LaunchRequest
 from launcher.launch.verbs import plan as plans
 

@@ -158,7 +158,7 @@ def _misplaced(made: Plan, file: HostsFile | None) -> Sequence[LauncherError]:
     """What is wrong with the rules of the hosts file for this launch file; prints warnings."""
     if file is None:
         return ()
-    from launcher.launch.hosts.placing import place
+    from launcher.hosts.launching.placing import place
 
     findings = place(made, file).findings
     for warning in findings.warnings:

@@ -153,7 +153,7 @@ class Agent:
         self._is_lost = True
         self._idle_since_s = self._reactor.now()
         if self._workload is not None:
-            self._workload.forwarder.pause(False)
+            self._workload.reader.pause(False)
 
     # ---- the leash
 
@@ -207,7 +207,7 @@ class Agent:
         if is_done and (channel.is_flushed or not channel.is_attached):
             self._reactor.stop()
         elif workload is not None and (self._is_lost or channel.outbox.bytes < WINDOW // 2):
-            workload.forwarder.pause(False)
+            workload.reader.pause(False)
 
     # ---- requests
 
@@ -311,7 +311,7 @@ class Agent:
         if self._is_lost:
             self._channel.outbox.limit(BACKLOG, time.monotonic())
         elif self._channel.outbox.bytes > WINDOW:
-            self._work.forwarder.pause(True)
+            self._work.reader.pause(True)
 
     def warn(self, text: str) -> None:
         self._channel.send(Kind.WARNING, pack({"text": text}))

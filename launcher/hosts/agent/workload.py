@@ -21,21 +21,20 @@ from launcher.posix.cleanup import RUN_ID_VARIABLE, subreaper
 from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
+from launcher.run.ending.session_end import stop_session
 from launcher.run.machine import Command, Ended, MachineEvent, SignalSent
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
-from launcher.run.session_end import stop_session
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.base.model.events import LoadComponent, StartProcess
     from launcher.base.model.run_events import Sample
     from launcher.hosts.file.resolution import Resolved
-    from launcher.run.leftovers import Leftovers
-    from launcher.run.monitor.budgets import Verdict
+    from launcher.run.ending.leftovers import Leftovers
     from launcher.run.monitor.housekeeping import Housekeeper
+    from launcher.run.part import StartStage
 
     class Reporter(Protocol):
         """Where reports go."""
@@ -56,13 +55,13 @@ MONITOR_AFTER_S = 0.05  # nothing is to delay the first start
 
 
 class Workload:
-    """Starts, signals and watches processes; a RunListener.
+    """Starts, signals and watches processes; what its driver needs of a run.
 
     Files of orders are in `folder`, which is made when the first is needed.
     """
 
     def __init__(self, reactor: Reactor, reporter: Reporter, folder: str) -> None:
-        self._reactor = reactor
+        self.reactor = reactor
         self._reporter = reporter
         # With our pid, as that of each run on this machine: `doctor` knows whether we are alive.
         self.run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
@@ -70,10 +69,12 @@ class Workload:
         self._orders: dict[int, Order] = {}
         self._resolved: dict[int, Resolved] = {}
         self._folder = folder
-        self._log = AgentRunLog(reporter.warn, self._samples)
+        self.log = AgentRunLog(reporter.warn, self._samples)
         provide_log_root(os.environ, reporter.warn)
-        self.forwarder = Forwarder(reactor, self._processes.values(), reporter.output)
-        self._driver = ProcessDriver(reactor, self.forwarder, self._log, self)
+        self.reader = Forwarder(reactor, self._processes.values(), reporter.output)
+        self.spawner = self
+        self.stages: tuple[StartStage, ...] = ()  # the operator's side has them
+        self._driver = ProcessDriver(self)
         self._watchdog = WatchdogClient(reactor, self.run_id, reporter.warn)
         self._housekeeper: Housekeeper | None = None
         self._is_ending = False
@@ -149,20 +150,20 @@ class Workload:
                 self._driver.advance(process, Command.SKIP_GRACE)
         if at_once and self._leftovers is not None:
             self._leftovers.skip_grace()
-        self._reactor.call_later(0, self.idle)
+        self.reactor.call_later(0, self.idle)
 
     def idle(self) -> None:
         machines = [process.machine for process in self._processes.values()]
         is_busy = any(machine.is_pending and not machine.is_stuck for machine in machines)
         if not self._is_ending or is_busy or self._leftovers is not None:
             return
-        from launcher.run.leftovers import Leftovers, stop_policy_for
+        from launcher.run.ending.leftovers import Leftovers, stop_policy_for
 
         children = [p.child for p in self._processes.values() if p.machine.is_stuck]
         stuck = frozenset(child.pid for child in children if child is not None)
         self._leftovers = Leftovers(
             self.run_id,
-            reactor=self._reactor,
+            reactor=self.reactor,
             listener=self,
             ignore=self._watchdog.pids | stuck,
             policy=stop_policy_for(machine.stop for machine in machines),
@@ -170,7 +171,7 @@ class Workload:
         )
         self._leftovers.check()
 
-    def log(self, level: str, text: str) -> None:
+    def report(self, level: str, text: str) -> None:
         """Of the leftovers."""
         names = text.partition(": ")[2]
         if names not in self._found:
@@ -203,7 +204,7 @@ class Workload:
         found = self._resolve(process)
         self._watchdog.ensure()
         if self._housekeeper is None:
-            self._reactor.call_later(MONITOR_AFTER_S, self._monitor)
+            self.reactor.call_later(MONITOR_AFTER_S, self._monitor)
         order = self._orders[process.process_id]
         env = {**found.env, RUN_ID_VARIABLE: self.run_id}
         return spawn(process.spec, env=env, merge=order.merge, terminal_size=TERMINAL_SIZE)
@@ -233,20 +234,13 @@ class Workload:
 
         self._driver.watch_memory()
         self._housekeeper = Housekeeper(
-            self._reactor,
-            self._log,
-            self,
-            run_id=self.run_id,
-            processes=self._processes.values(),
+            self.reactor, self.log, self.run_id, self._processes.values()
         )
         self._housekeeper.start()
 
     def _samples(self, by_name: Mapping[str, Sample]) -> None:
         ids = {process.name: process.process_id for process in self._processes.values()}
         self._reporter.samples({ids[name]: as_dict(sample) for name, sample in by_name.items()})
-
-    def awaited_facts(self, process: Process) -> list[str]:
-        return []  # the operator's side looks for them
 
     def ended(self, process: Process, pid: int, end: Ended) -> None:
         code = end.outcome.returncode
@@ -266,7 +260,7 @@ class Workload:
         stop_session(
             session,
             run_id=self.run_id,
-            reactor=self._reactor,
+            reactor=self.reactor,
             ignore=self._watchdog.pids,
             stop=process.machine.stop,
             log=lambda _, text: self._reporter.warn(f"{process.name}: {text}"),
@@ -275,14 +269,3 @@ class Workload:
 
     def started(self, process: Process, pid: int) -> None: ...
     def cancelled(self, process: Process) -> None: ...
-    def start(self, effect: StartProcess) -> None: ...
-    def shut_down(self, reason: str, *, is_interrupted: bool) -> None: ...
-    def loaded(self, effect: LoadComponent, full_name: str) -> None: ...
-    def output(self, process: Process, stream: str, data: bytes) -> None: ...
-    def over_budget(self, process: Process, verdict: Verdict) -> None: ...
-    def stop(self, reason: str) -> None: ...
-
-    def host_failed(self, cause: str) -> None: ...
-
-    def watches(self, process: Process) -> bool:
-        return False

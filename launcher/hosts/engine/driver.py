@@ -12,7 +12,7 @@ from launcher.base.model.run_events import Adopted, Sample, known
 from launcher.base.text import escape
 from launcher.hosts.engine.backlog import Backlog
 from launcher.hosts.engine.link import LinkState
-from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost
+from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost, host_of
 from launcher.hosts.engine.replica import STARTS, Replica
 from launcher.hosts.file.order_words import folder_there, words_there
 from launcher.run.logs import messages
@@ -37,10 +37,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.hosts.engine.fleet import Fleet
-    from launcher.posix.reactor import Reactor
-    from launcher.run.listener import RunListener
-    from launcher.run.logs.run_log import RunLog
-    from launcher.run.output.reader import OutputReader
+    from launcher.run.driven_run import DrivenRun
     from launcher.run.process import Process
 
 _KILLED = -9  # the return code of a process that was lost with its host
@@ -52,21 +49,14 @@ class HostsDriver(ProcessDriver):
     It sends commands there. What it reports of such a process is what its host has reported.
     """
 
-    def __init__(
-        self,
-        reactor: Reactor,
-        reader: OutputReader,
-        log: RunLog,
-        listener: RunListener,
-        fleet: Fleet,
-    ) -> None:
-        super().__init__(reactor, reader, log, listener)
+    def __init__(self, run: DrivenRun, fleet: Fleet) -> None:
+        super().__init__(run)
         self._fleet = fleet
         self._remote: dict[int, Process] = {}
         self._replicas: dict[int, Replica] = {}
         self._queued: dict[int, Command] = {}  # starts that are held back
         self._backlog: Backlog | None = None
-        reader.on_pause = fleet.pause
+        run.reader.on_pause = fleet.pause
 
     # ---- commands
 
@@ -96,7 +86,7 @@ class HostsDriver(ProcessDriver):
         elif isinstance(event, Command):
             # The terminal's Ctrl-C has reached nobody there.
             event = Command.STOP if event is Command.INTERRUPTED else event
-            self._command(process, process.host, event)
+            self._command(process, host_of(process), event)
 
     def _command(self, process: Process, host: RemoteHost, command: Command) -> None:
         if process.is_abandoned:
@@ -111,7 +101,7 @@ class HostsDriver(ProcessDriver):
         elif command in STARTS:
             replica.wants_start()
             self._queued[process.process_id] = command
-            (self._spawn if self._gate is None else self._gate.admit)(process)
+            self.pass_on(process)
         else:
             host.link.command(process.process_id, command)
 
@@ -131,33 +121,33 @@ class HostsDriver(ProcessDriver):
         replica.handle(command, now)
         self._report_refusal(process, *refusal)
         self._carry_out(process, replica.handle(SpawnError(*refusal), now), now)
-        self._reactor.call_later(0, self._listener.idle)
+        self._reactor.call_later(0, self._run.idle)
 
     def _withdraws(self, process: Process, replica: Replica, command: Command) -> bool:
         """Whether the command stops a process whose start is queued; then it is not started."""
         is_stop = command in (Command.STOP, Command.USER_STOP, Command.SKIP_GRACE)
-        if not is_stop or self._gate is None or not self._gate.withdraw(process):
+        if not is_stop or not self._withdraw(process):
             return False
         replica.withdraw()
         replica.is_held = replica.is_held or command is Command.USER_STOP
         self._report_cancelled(process)
-        self._listener.cancelled(process)
-        self._listener.idle()
+        self._run.cancelled(process)
+        self._run.idle()
         return True
 
-    def _spawn(self, process: Process) -> None:
+    def spawn(self, process: Process) -> None:
         """The turn of a start has come."""
         if process.host is None:
-            super()._spawn(process)
+            super().spawn(process)
             return
         command = self._queued.pop(process.process_id)
-        process.host.link.command(process.process_id, command)
+        host_of(process).link.command(process.process_id, command)
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
         if process.host is None:
             super().signal(process, signum, by_user=by_user)
         elif process.child is not None:
-            process.host.link.signal(process.process_id, signum, by_user=by_user)
+            host_of(process).link.signal(process.process_id, signum, by_user=by_user)
 
     # ---- what a link reports
 
@@ -165,8 +155,7 @@ class HostsDriver(ProcessDriver):
         self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
     ) -> None:
         process, replica = self._remote[process_id], self._replicas[process_id]
-        host = process.host
-        assert host is not None
+        host = host_of(process)
         if host.is_gone or process.is_abandoned:
             return  # its end has been reported
         host.events += 1
@@ -175,10 +164,10 @@ class HostsDriver(ProcessDriver):
         self._announce(process, host, event, at_s, pid)
         self._carry_out(process, replica.follow(event, at_s, left_s), at_s)
         if event is Command.STARTED:
-            self._listener.started(process, pid)
+            self._run.started(process, pid)
         elif event is Command.START_CANCELLED:
-            self._listener.cancelled(process)
-        self._listener.idle()
+            self._run.cancelled(process)
+        self._run.idle()
 
     def _announce(
         self, process: Process, host: RemoteHost, event: MachineEvent, at_s: float, pid: int
@@ -219,20 +208,18 @@ class HostsDriver(ProcessDriver):
         self, process_id: int, state: ProcessState, pid: int, since_s: float, restarts: int
     ) -> None:
         process = self._remote[process_id]
-        assert process.host is not None
         self._replicas[process_id].adopt(state, since_s, restarts)
         process.history.starts = restarts + 1
         if pid > 0:
-            process.child = RemoteChild(pid, process_id, process.host)
+            process.child = RemoteChild(pid, process_id, host_of(process))
         age_s = self._reactor.now() - since_s
         line = messages.adopted(state, pid, process.host_name, age_s, restarts)
         self._log.report(process, line)
         self._log.note(Adopted(known(pid), state.value, restarts), process)
-        self._listener.idle()
+        self._run.idle()
 
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
-        host = self._remote[process_id].host
-        assert host is not None
+        host = host_of(self._remote[process_id])
         if host.state is LinkState.UNREACHABLE:  # it is being caught up with
             host.lines += data.count(b"\n")
         if self._backlog is not None:
@@ -266,7 +253,7 @@ class HostsDriver(ProcessDriver):
         self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 
     def run_ended(self, host: str, operator: str) -> None:
-        self._listener.stop(f"{escape(operator, keep='')} has ended the run on {host}")
+        self._fleet.run.shutdown.stop(f"{escape(operator, keep='')} has ended the run on {host}")
 
     def warn(self, host: str, text: str) -> None:
         self._log.warn(f"{host}: {escape(text, keep='')}")
@@ -294,7 +281,7 @@ class HostsDriver(ProcessDriver):
                 continue
             outcome = Outcome(returncode=_KILLED, lost_with=host.name)
             self._carry_out(process, replica.lose(outcome, at_s), at_s)
-        self._listener.idle()
+        self._run.idle()
         return [process.name for process in lost]
 
 

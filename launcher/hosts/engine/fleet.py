@@ -11,19 +11,18 @@ from launcher.base.model.run_events import LinkChanged
 from launcher.base.model.spec import ProcessSpec
 from launcher.hosts.engine import engines
 from launcher.hosts.engine.link import Attached, LinkContext, LinkState
-from launcher.hosts.engine.remote_host import RemoteHost
+from launcher.hosts.engine.remote_host import RemoteHost, host_of
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order, order_for
-from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.reactor import Timer
+from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.hosts.engine.driver import HostsDriver
-    from launcher.run.listener import RunListener
-    from launcher.run.logs.run_log import RunLog
-    from launcher.run.output.reader import OutputReader
     from launcher.run.process import Process
+    from launcher.run.run import Run
 
 CONNECT_S = 60.0  # a link that has not told its outcome by then
 LEAVE_S = 3.0  # after the last process, for a host that cannot be reached
@@ -46,19 +45,19 @@ class FleetPlan(Record):
     orders: Mapping[str, Order] = {}
 
 
-class Fleet:
-    """One for a run with a hosts file; call `driver` first."""
+class Fleet(Part):
+    """One for a run with a hosts file; it supplies the driver of all processes."""
 
-    def __init__(
-        self, plan: FleetPlan, reactor: Reactor, log: RunLog, listener: RunListener
-    ) -> None:
-        self._plan = plan
-        self._reactor = reactor
-        self._log = log
-        self._listener = listener
-        self._run_id = ""
-        self._environment: Mapping[str, str] = {}
-        self._defaults: Mapping[str, str] = {}
+    no_reload = "a run with processes on other hosts cannot be reloaded"
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        assert isinstance(run.launched.hosts, FleetPlan)
+        self._plan = run.launched.hosts
+        self._reactor = run.reactor
+        self._log = run.log
+        coloured = "1" if run.screen.colour else "0"
+        self._defaults = {"PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": coloured}
         self._hosts: dict[str, RemoteHost] = {}
         self._driver: HostsDriver
         self._connecting: set[str] = set()
@@ -71,19 +70,11 @@ class Fleet:
         self._has_skipped = False
         self._timers: dict[str, Timer] = {}
 
-    def driver(
-        self, reader: OutputReader, run_id: str, environment: Mapping[str, str], *, colour: bool
-    ) -> HostsDriver:
-        """The driver of all processes; `environment` is that of the launcher.
-
-        Makes the links of the hosts that are needed, which report to the driver.
-        """
+    def driver(self) -> HostsDriver:
+        """The driver of all processes, with the links of the hosts that are needed."""
         from launcher.hosts.engine.driver import HostsDriver
 
-        self._run_id, self._environment = run_id, environment
-        coloured = "1" if colour else "0"
-        self._defaults = {"PYTHONUNBUFFERED": "1", "RCUTILS_COLORIZED_OUTPUT": coloured}
-        self._driver = HostsDriver(self._reactor, reader, self._log, self._listener, self)
+        self._driver = HostsDriver(self.run, self)
         if self._plan.attached is not None:
             names = [host.name for host in self._plan.needed]
             self._driver.begin_with(self._plan.attached.lines, names)
@@ -104,8 +95,8 @@ class Fleet:
             host=host,
             listener=self._driver,
             reactor=self._reactor,
-            run_id=self._run_id,
-            environment=self._environment,
+            run_id=self.run.id,
+            environment=self.run.env,
             title=self._plan.title,
             attached=self._plan.attached,
         )
@@ -114,22 +105,23 @@ class Fleet:
 
     # ---- the start
 
-    @property
-    def is_connecting(self) -> bool:
+    def holds_run(self) -> bool:
+        """While hosts are connected to, nothing has begun that could be over."""
         return bool(self._connecting)
 
-    def open(self, connected: Callable[[], None]) -> None:
+    def open(self, begin: Callable[[], None]) -> bool:
         """Connect to all hosts at the same time; the run begins when all have answered.
 
         If one refuses or cannot be reached, the run ends before anything was started.
         """
-        self._connecting, self._connected = set(self._hosts), connected
+        self._connecting, self._connected = set(self._hosts), begin
         if not self._connecting:
             self._begin()
-            return
+            return True
         for host in self.hosts:
             host.link.open()
         self._timers[""] = self._reactor.call_later(CONNECT_S, self._too_late)
+        return True
 
     def _too_late(self) -> None:
         for name in sorted(self._connecting):
@@ -149,7 +141,7 @@ class Fleet:
             if self._plan.attached is None:
                 options = " ".join(f"--skip-host {name}" for name in self._refused)
                 self._log.log("INFO", "launch", f"to start the others without: {options}")
-            self._listener.host_failed(f"cannot be used: {names}")
+            self.run.shutdown.host_failed(f"cannot be used: {names}")
         else:
             self._begin()
 
@@ -164,9 +156,9 @@ class Fleet:
 
     # ---- processes
 
-    def place(self, process: Process, *, merge: bool) -> None:
-        """Tell the host of a new process about it, unless that is this machine."""
-        self._driver.place(process, merge=merge)
+    def adding(self, process: Process) -> None:
+        """Send the order for a new process to its host, unless that is this machine."""
+        self._driver.place(process, merge=self.run.spawner.merges(process))
 
     def refuses(self, spec: ProcessSpec) -> bool:
         """Whether the process cannot be started: its host is skipped, or it has no place."""
@@ -174,7 +166,7 @@ class Fleet:
             host = self._plan.host_of(spec)
         except LauncherError as error:
             self._log.log("ERROR", spec.name, f"not started: {error.message}")
-            self._listener.host_failed(f"{spec.name} could not be placed")
+            self.run.shutdown.host_failed(f"{spec.name} could not be placed")
             return True
         if host is None or not host.is_skipped:
             return False
@@ -203,7 +195,7 @@ class Fleet:
         environment = {**defaults, **more, **host.host.environment}
         return order_for(
             spec,
-            base=self._environment,
+            base=self.run.env,
             environment=environment,
             merge=merge,
             warn=self._log.warn,
@@ -212,6 +204,18 @@ class Fleet:
     def pause(self, paused: bool) -> None:
         for host in self.hosts:
             host.link.pause(paused)
+
+    def row(self, process: Process) -> Mapping[str, object]:
+        """The host, the unit there, and since when its rows are not current."""
+        host = None if process.host is None else host_of(process)
+        silent_s = None if host is None else host.unreachable_s
+        is_placed = host is not None and bool(process.words_there)
+        return {
+            "host": process.host_name or "local",
+            "unit": (host.link.unit(process.process_id) or None) if host and is_placed else None,
+            "stop_after_s": None if host is None else host.link.stop_after_s,
+            "unreachable_s": None if silent_s is None else round(silent_s, 1),
+        }
 
     # ---- the links
 
@@ -234,7 +238,7 @@ class Fleet:
             self._lost(host, reason)
         elif state is LinkState.READY and before is LinkState.UNREACHABLE:
             self._returned(host)
-        self._listener.idle()
+        self.run.idle()
 
     def _lost(self, host: RemoteHost, reason: str) -> None:
         host.lost(self._reactor.now())
@@ -258,7 +262,7 @@ class Fleet:
         self._log.log("ERROR", "launch", f"{host.name} is lost{because}")
         names = self._driver.lose(host, self._reactor.now())
         if names or host.name in self._finishing:
-            self._listener.host_failed(f"{host.name} was lost")
+            self.run.shutdown.host_failed(f"{host.name} was lost")
         self._has_finished(host)
 
     # ---- the end
@@ -320,16 +324,16 @@ class Fleet:
         who = f"{host.name} ({names})" if names else host.name
         after = f"; {host.policy()}" if names else ""
         self._log.log("ERROR", "launch", f"could not be reached: {who}{after}")
-        self._listener.host_failed(f"could not be reached: {who}")
+        self.run.shutdown.host_failed(f"could not be reached: {who}")
         host.link.finish(at_once=True)
         self._has_finished(host)
-        self._listener.idle()
+        self.run.idle()
 
     def _forget_timer(self, name: str) -> None:
         if name in self._timers:
             self._timers.pop(name).cancel()
 
-    def finish(self, done: Callable[[], None]) -> None:
+    def finish(self, done: Callable[[], None]) -> bool:
         """Have every host stop what is left there; `done` is called when all have."""
         self._done = done
         used = [one for one in self.hosts if not (one.is_abandoned or one.is_gone)]
@@ -346,13 +350,14 @@ class Fleet:
             if host.state is LinkState.UNREACHABLE:
                 self._await_return(host)
         self._check_finished()
+        return True
 
     def finished(self, host: RemoteHost, leftovers: Sequence[str], *, killed: bool) -> None:
         for text in leftovers:
             level = "ERROR" if killed else "INFO"
             self._log.log(level, "launch", f"leftover processes on {host.name}: {text}")
         if killed:
-            self._listener.host_failed(f"leftovers on {host.name} had to be killed")
+            self.run.shutdown.host_failed(f"leftovers on {host.name} had to be killed")
         self._has_finished(host)
 
     def _has_finished(self, host: RemoteHost) -> None:
@@ -365,7 +370,7 @@ class Fleet:
             done, self._done = self._done, None
             self._reactor.call_later(0, done)
 
-    def close(self, *, is_orderly: bool) -> None:
+    def conclude(self, *, is_orderly: bool) -> None:
         """Release everything; after an exception the hosts are told to stop all at once."""
         self._driver.show_past()
         for timer in self._timers.values():

@@ -107,3 +107,9 @@ class RemoteChild(Child):
             raise OSError(errno.EHOSTUNREACH, os.strerror(errno.EHOSTUNREACH))
         self._host.link.write_stdin(self._process_id, data)
         return len(data)
+
+
+def host_of(process: Process) -> RemoteHost:
+    """The host on which a process runs that does not run here."""
+    assert isinstance(process.host, RemoteHost)
+    return process.host

@@ -33,11 +33,11 @@ from launcher.hosts.file.file import read
 from launcher.hosts.file.order import Order
 from launcher.hosts.verbs.file import DEFAULT, hosts_path
 from launcher.language.session import Session
-from launcher.launch.core import supervising
+from launcher.launch.core import launched, supervising
 from launcher.launch.options import RUN_OPTIONS, run_options
 from launcher.launch.target import DEBUG, LaunchRequest
 from launcher.output.logs.run_directory import new_run_path, provide_log_root
-from launcher.run import shutdown_machine
+from launcher.run.ending import shutdown_machine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -99,9 +99,15 @@ def main(words: Sequence[str]) -> int:
     provide_log_root(os.environ)
     run_path = new_run_path(os.environ) if options.log_files else None
     core = AttachedCore(run)
-    # The language has no part in it.
-    supervision = supervising(core, options, run_path, request, Session(), plan)
-    with supervision as (supervisor, _):
+    what = launched(
+        request,
+        path=run_path,
+        wishes=Session(),  # the language has no part in it
+        hosts=plan,
+        run_id=f"{os.getpid()}-{run.run}",
+        not_begun="not attached",
+    )
+    with supervising(core, options, what) as (supervisor, _):
         return supervisor.run()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.base.command_line import DEBUG, Command, Parsed, option, positive_seconds
 from launcher.base.errors import ExitCode
-from launcher.hosts.verbs.file import DISCOVERY, HOSTS, hosts_file
+from launcher.hosts.verbs.file import HOSTS, hosts_file
 from launcher.launch.target import (
     ABOUT_TARGET,
     EVALUATION_TIMEOUT,
@@ -12,6 +12,7 @@ from launcher.launch.target import (
     TARGET,
     LaunchRequest,
 )
+from launcher.run.parts import DISCOVERY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def _check(parsed: Parsed) -> int:
 def _needs(parsed: Parsed, file: HostsFile) -> dict[str, Needs]:
     """What the plan needs on each host; LauncherError if the launch file is wrong."""
     from launcher.hosts.check.needs import needs_of
-    from launcher.launch.hosts.placing import place
+    from launcher.hosts.launching.placing import place
     from launcher.launch.mistakes import together
     from launcher.launch.verbs.plan import evaluate, mistakes_of
 

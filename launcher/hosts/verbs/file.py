@@ -13,12 +13,6 @@ if TYPE_CHECKING:
 
 DEFAULT = "hosts.yaml"  # in the working directory
 HOSTS = option("--hosts FILE", f"the hosts file (default: {DEFAULT})")
-DISCOVERY = option(
-    "--discovery MODE",
-    "how nodes on several hosts find each other (default: as the hosts file or the environment "
-    "says)",
-    choices=("multicast", "peers", "server"),
-)
 
 
 def hosts_file(parsed: Parsed) -> HostsFile:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from launcher.base.model.events import LoadRequest
     from launcher.base.model.spec import ParameterSource
     from launcher.language.actions.arguments import DeclareLaunchArgument
-    from launcher.launch.plan.hosts import Placed
+    from launcher.launch.plan.place import Placed
     from launcher.launch.plan.planner import Plan, PlanError, PlannedProcess, Stamp
 
 GENERATED = "<generated>"
@@ -39,10 +39,8 @@ def document(plan: Plan, placed: Sequence[Placed] = ()) -> dict[str, Any]:
         "error": None if plan.error is None else _error(plan.error),
     }
     if placed:
-        from launcher.launch.plan.hosts import document_there
-
         for entry, process, one in zip(result["processes"], plan.processes, placed, strict=True):
-            entry.update(document_there(one, plan.environment, process.spec.env))
+            entry.update(one.document(plan.environment, process.spec.env))
     if plan.start_rules:
         from launcher.launch.plan.start_rules import start_document
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.events import StateRequest
     from launcher.language.interpreter.trace import Setting, Visit
-    from launcher.launch.plan.hosts import Placed
+    from launcher.launch.plan.place import Placed
     from launcher.launch.plan.planner import Plan, PlannedProcess, Stamp
 
 
@@ -254,10 +254,8 @@ class _PlanTree:
         self, process: PlannedProcess, placed: Placed | None
     ) -> list[tuple[str, str]]:
         spec = process.spec
-        if placed is not None and placed.host is not None:
-            from launcher.launch.plan.hosts import lines_there
-
-            there = lines_there(placed, self._plan.environment, spec.env)
+        if placed is not None and not placed.is_here:
+            there = placed.lines(self._plan.environment, spec.env)
             after = [*_restart_line(process), *start_lines(self._plan, process, self._names)]
             return [*there[:1], *after, *there[1:]]
         lines: list[tuple[str, str]] = []

@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from launcher.base import text_file
 from launcher.base.command_line import Command, option
 from launcher.base.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
 from launcher.base.model.options import RunOptions
 from launcher.base.verb_table import VERBS
-from launcher.launch.core import LaunchCore, supervising
+from launcher.launch.core import LaunchCore, launched, supervising
 from launcher.launch.options import (
     RUN_OPTIONS,
     SettingsSource,
@@ -27,15 +27,33 @@ from launcher.launch.target import (
     LaunchRequest,
 )
 from launcher.launch.time_limit import limited
+from launcher.run.parts import prepared_hosts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
+    from typing import Protocol
 
-    from launcher.hosts.engine.fleet import FleetPlan
+    from launcher.base.model.spec import ProcessSpec
     from launcher.language.interpreter import Interpreter
-    from launcher.launch.hosts.hosts import Preparation
     from launcher.run.core_driver import Core
+
+    class Fleet(Protocol):
+        """Which processes run on other hosts: the host, or None."""
+
+        @property
+        def host_of(self) -> Callable[[ProcessSpec], object]: ...
+
+    class PreparedHosts(Protocol):
+        """What is known of other hosts and of discovery before the evaluation."""
+
+        # Processes of the launcher's own, which start first.
+        @property
+        def services(self) -> Sequence[ProcessSpec]: ...
+
+        # None if all processes run here; LauncherError.
+        def fleet(self, core: LaunchCore, request: LaunchRequest) -> Fleet | None: ...
+
 
 FEW_NODES = 20  # find each other in any case
 
@@ -98,9 +116,6 @@ def main(words: Sequence[str]) -> int:
 
         return plan.show(
             request,
-            hosts=options.hosts,
-            discovery=options.discovery,
-            skip_hosts=options.skip_hosts,
             options=options,
         )
     if parsed.enable or parsed.disable:
@@ -188,9 +203,14 @@ def _launch(
             _warn_of_programs(core, fleet)
             if judge is not None and not _is_accepted(judge, core):
                 return ExitCode.USAGE  # it says why
-            off = core.switched_off
-            supervised = supervising(run, options, run_path, request, session, fleet, off)
-            with supervised as (supervisor, _):
+            what = launched(
+                request,
+                path=run_path,
+                wishes=session,
+                hosts=fleet,
+                switched_off=core.switched_off,
+            )
+            with supervising(run, options, what) as (supervisor, _):
                 code = supervisor.run()
         finally:
             core.interpreter.close()
@@ -229,13 +249,12 @@ def _is_accepted(judge: int, core: LaunchCore) -> bool:
     return forecast.is_accepted(judge, core)
 
 
-def _hosts(options: RunOptions) -> Preparation | None:
+def _hosts(options: RunOptions) -> PreparedHosts | None:
     """What is known of other hosts and of discovery before the evaluation; LauncherError."""
     if options.hosts is None and options.discovery is None:
         return None  # nearly always, so that nothing is imported for it
-    from launcher.launch.hosts import hosts
-
-    return hosts.Preparation(options)
+    found: PreparedHosts = prepared_hosts(options)
+    return found
 
 
 def _read_log_formats() -> None:
@@ -250,7 +269,7 @@ def _read_log_formats() -> None:
         raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
 
 
-def _warn_of_programs(core: LaunchCore, fleet: FleetPlan | None) -> None:
+def _warn_of_programs(core: LaunchCore, fleet: Fleet | None) -> None:
     """Before the start, of programs on this machine that cannot be executed."""
     from launcher.base.model.events import StartProcess
     from launcher.posix.spawn import is_plain

@@ -11,13 +11,10 @@ from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, Usage
 from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
 from launcher.base.verb_table import VERBS
-from launcher.hosts.verbs.file import DISCOVERY
 from launcher.launch.options import (
-    COMPOSE,
     LOG_LEVEL,
     NO_SUPERVISE,
     PREFIX,
-    SKIP_HOST,
     SUPERVISE,
     given_options,
     refuse_conflicts,
@@ -34,11 +31,11 @@ from launcher.launch.target import (
 )
 from launcher.launch.time_limit import limited
 from launcher.posix.stdio import print_text, stdout_to_stderr
+from launcher.run.parts import COMPOSE, DISCOVERY, SKIP_HOST, planned_hosts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.hosts.file.model import HostsFile
-    from launcher.launch.hosts.placing import Placing
+    from launcher.launch.plan.place import Places
     from launcher.launch.plan.planner import Plan
 
 _HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
@@ -101,10 +98,12 @@ def main(words: Sequence[str]) -> int:
     return show(
         request,
         as_json=parsed.json,
-        hosts=parsed.hosts,
-        discovery=parsed.discovery,
-        skip_hosts=parsed.skip_hosts,
-        options=with_settings_beside(options, request.path),
+        options=replace(
+            with_settings_beside(options, request.path),
+            hosts=parsed.hosts,
+            discovery=parsed.discovery,
+            skip_hosts=tuple(parsed.skip_hosts),
+        ),
     )
 
 
@@ -120,19 +119,17 @@ def show(
     request: LaunchRequest,
     *,
     as_json: bool = False,
-    hosts: str | None = None,
-    discovery: str | None = None,
-    skip_hosts: Sequence[str] = (),
     options: RunOptions | None = None,
 ) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `hosts` is the path of a hosts file, `discovery` a mode in place of the one there, and
-    `skip_hosts` are patterns of its hosts. `options` change processes as in a run.
+    `options` change processes as in a run, and say on which hosts they run.
     """
-    file = _hosts_file(hosts, discovery, skip_hosts)
+    places = None
+    if options is not None and (options.hosts or options.discovery or options.skip_hosts):
+        places = planned_hosts(options)
     has_rules = options is not None and bool(options.start_rules)
-    plan = evaluate(request, with_scopes=file is not None or has_rules)
+    plan = evaluate(request, with_scopes=places is not None or has_rules)
     remarks = [] if options is None else _apply(options, plan)
     errors = mistakes_of(plan, request)
     if plan.start_rules:
@@ -140,13 +137,13 @@ def show(
 
         circle = circle_among(plan.start_rules, [process.spec for process in plan.processes])
         errors += [] if circle is None else [circle]
-    placing = None if file is None else _placing(plan, file)
-    if placing is not None:
-        errors += placing.findings.errors
+    if places is not None:
+        places.place(plan)
+        errors += places.errors
     if as_json:
-        _show_document(plan, errors, placing, file, remarks)
-        return ExitCode.OK if placing is None or not placing.findings.errors else ExitCode.USAGE
-    _show_tree(plan, placing, file, remarks)
+        _show_document(plan, errors, places, remarks)
+        return ExitCode.OK if places is None or not places.errors else ExitCode.USAGE
+    _show_tree(plan, places, remarks)
     if not errors:
         return ExitCode.OK
     from launcher.launch.mistakes import together
@@ -177,29 +174,6 @@ def _composed(options: RunOptions, plan: Plan) -> list[str]:
 
     remarks, plan.absorbed = composition_of(plan, options)
     return [f"note: {text}" for text in remarks]
-
-
-def _hosts_file(
-    path: str | None, discovery: str | None, skip_hosts: Sequence[str]
-) -> HostsFile | None:
-    """The values of secrets are not needed for a plan."""
-    if path is None and skip_hosts:
-        raise UsageError("--skip-host needs --hosts FILE")
-    if path is None and discovery is None:
-        return None
-    from launcher.hosts.file.changes import changed
-    from launcher.hosts.file.file import read
-    from launcher.hosts.file.model import HostsFile
-
-    file = HostsFile(path="", hosts={}) if path is None else read(path, with_secrets=False)
-    return changed(file, discovery, skip_hosts)
-
-
-def _placing(plan: Plan, file: HostsFile) -> Placing:
-    from launcher.launch.hosts.placing import place
-
-    with stdout_to_stderr():
-        return place(plan, file)
 
 
 def _show_running(parsed: Parsed) -> int:
@@ -297,29 +271,25 @@ def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
 def _show_document(
     plan: Plan,
     errors: Sequence[LauncherError],
-    placing: Placing | None = None,
-    file: HostsFile | None = None,
+    places: Places | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
     from launcher.base import strict_json
     from launcher.launch.plan.plan_json import document
 
-    placed = () if placing is None else placing.placed
+    placed = () if places is None else places.placed
     found = document(plan, placed)
-    if file is not None:
-        from launcher.launch.plan.hosts import discovery_document
-
-        found["discovery"] = discovery_document(file.discovery)
+    if places is not None:
+        found["discovery"] = places.discovery_document()
     print_text(strict_json.dumps(found, indent=1))
-    for line in [*_warnings(plan, placing, file), *remarks, *(error.render() for error in errors)]:
+    for line in [*_warnings(plan, places), *remarks, *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 
 
 def _show_tree(
     plan: Plan,
-    placing: Placing | None = None,
-    file: HostsFile | None = None,
+    places: Places | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
     from launcher.launch.plan.command_line import ParameterFiles
@@ -327,48 +297,38 @@ def _show_tree(
     from launcher.launch.plan.tree import draw
     from launcher.output.stdout import wants_colour
 
-    placed = () if placing is None else placing.placed
+    placed = () if places is None else places.placed
     tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
-    lines = [tree, *_warnings(plan, placing, file), *remarks]
-    if file is not None and file.discovery.mode is not None:
-        from launcher.launch.plan.hosts import discovery_line
-
-        lines.append(discovery_line(file.discovery))
+    lines = [tree, *_warnings(plan, places), *remarks]
+    if places is not None and (line := places.discovery_line()):
+        lines.append(line)
     print_text("\n".join(lines))
 
 
-def _warnings(plan: Plan, placing: Placing | None, file: HostsFile | None) -> list[str]:
+def _warnings(plan: Plan, places: Places | None) -> list[str]:
     lines = [surprise.render() for surprise in plan.warnings]
-    if placing is not None:
-        warnings = (*placing.findings.warnings, *placing.warnings)
-        lines += [f"warning: {warning}" for warning in warnings]
-        lines += [f"note: {remark}" for remark in placing.findings.remarks]
-    lines += [f"warning: {message}" for message in _programs(plan, placing)]
-    lines += [f"warning: {message}" for message in _crowds(plan, file)]
+    lines += () if places is None else places.warnings
+    lines += [f"warning: {message}" for message in _programs(plan, places)]
+    lines += [f"warning: {message}" for message in _crowds(plan, places)]
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines
 
 
-def _programs(plan: Plan, placing: Placing | None) -> list[str]:
+def _programs(plan: Plan, places: Places | None) -> list[str]:
     """About programs of this machine that cannot be executed now."""
     from launcher.launch.programs import program_warnings
 
     specs = [process.spec for process in plan.processes]
-    if placing is None:
+    if places is None:
         return program_warnings(specs)
-    placed = zip(specs, placing.placed, strict=True)
-    return program_warnings(spec for spec, one in placed if one.host is None)
+    placed = zip(specs, places.placed, strict=True)
+    return program_warnings(spec for spec, one in placed if one.is_here)
 
 
-def _crowds(plan: Plan, file: HostsFile | None) -> list[str]:
-    """About nodes on this machine; those of several hosts have warnings of their own."""
-    if file is not None and file.hosts:
-        return []
+def _crowds(plan: Plan, places: Places | None) -> list[str]:
+    """About nodes on this machine."""
     from launcher.launch.crowds import crowds, of_run
 
-    if file is None:
+    if places is None:
         return crowds(of_run(plan))
-    from launcher.hosts.discovery import wire
-    from launcher.hosts.file.model import DiscoveryMode
-
-    is_served = file.discovery.mode is DiscoveryMode.SERVER
-    return [] if is_served else crowds(of_run(plan), wire(file.discovery).environment_of())
+    environment = places.crowd_environment()
+    return [] if environment is None else crowds(of_run(plan), environment)

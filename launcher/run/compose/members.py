@@ -2,35 +2,37 @@
 
 from __future__ import annotations
 
+import functools
 import signal
-from collections.abc import Callable
 
-from launcher.base.model.events import Event, MemberExited, Outcome
+from launcher.base.model.events import MemberExited, Outcome
 from launcher.base.model.run_events import MemberEnded
-from launcher.output.stdout import StdoutWriter
 from launcher.run.compose.output import GroupOutput
-from launcher.run.logs.run_log import RunLog
+from launcher.run.part import Part
 from launcher.run.process import Process
 
 
-def follow_members(
-    process: Process, screen: StdoutWriter, log: RunLog, feed: Callable[[Event], None]
-) -> None:
-    """From now on tell its members apart; `feed` is called when one has ended."""
-    specs = process.spec.members
+class ComposedMembers(Part):
+    """Tells the members of composed processes apart, and reports the end of each."""
 
-    def tell(index: int, code: int) -> None:
-        name = specs[index].name
+    def adding(self, process: Process) -> None:
+        specs, screen = process.spec.members, self.run.screen
+        if specs:
+            names = [
+                (spec.name, screen.prefix(spec, process.number + index))
+                for index, spec in enumerate(specs)
+            ]
+            tell = functools.partial(self._ended, process)
+            process.group = GroupOutput((process.name, process.prefix), names, tell)
+
+    def _ended(self, process: Process, index: int, code: int) -> None:
+        name = process.spec.members[index].name
         pid = -1 if process.child is None else process.child.pid
-        log.log(*_message(code, name, process))
-        log.note(MemberEnded(name, code), process)
+        self.run.log.log(*_message(code, name, process))
+        self.run.log.note(MemberEnded(name, code), process)
         is_asked = process.machine.is_asked_to_end
-        feed(MemberExited(process.process_id, index, pid, code, with_process=is_asked))
-
-    names = [
-        (spec.name, screen.prefix(spec, process.number + index)) for index, spec in enumerate(specs)
-    ]
-    process.group = GroupOutput((process.name, process.prefix), names, tell)
+        ended = MemberExited(process.process_id, index, pid, code, with_process=is_asked)
+        self.run.core_driver.feed(ended)
 
 
 def _message(code: int, name: str, process: Process) -> tuple[str, str, str]:

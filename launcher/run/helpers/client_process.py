@@ -11,13 +11,16 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from launcher.base.text import how_it_ended
 from launcher.posix.cleanup import RUN_ID_VARIABLE
-from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.reactor import Timer
 from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
-from launcher.run.monitor.housekeeping import Housekeeper
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.run.run import Run
 
 MAX_STARTS = 3  # then the run continues without one
 RESTART_DELAY_S = 1.0
@@ -28,20 +31,16 @@ class ClientProcess:
     """`python -m` with these words, restarted if it exits. `name` is what it is in messages.
 
     `without` says what a run lacks that cannot start it. It gets `goodbye_s` for its exit at the
-    end of its standard input. The housekeeper frees its shared memory if it is killed. `keep` lets
-    it outlive a killed launcher, to exit by itself. `on_line` is called with each line of its
+    end of its standard input. Its shared memory is freed if it is killed. It
+    outlives a killed launcher, to exit by itself. `on_line` is called with each line of its
     output; without, it has none. When it has died, `on_exit` is called with whether it is
     restarted. `greeting` is the first line of its input.
     """
 
     def __init__(
         self,
-        reactor: Reactor,
+        run: Run,
         words: Sequence[str],
-        env: Mapping[str, str],
-        warn: Callable[[str], None],
-        housekeeper: Housekeeper,
-        keep: Callable[[int], None],
         *,
         name: str,
         without: str,
@@ -50,7 +49,8 @@ class ClientProcess:
         on_exit: Callable[[bool], object] = lambda is_restarted: None,
         greeting: bytes | None = None,
     ) -> None:
-        self._reactor = reactor
+        self._run = run
+        self._reactor = run.reactor
         self._words = words
         self._name = name
         self._without = without
@@ -60,10 +60,8 @@ class ClientProcess:
         self.greeting = greeting
         self._output = b""
         # Without the run id: it exits by itself when we do.
-        self._env = {name: value for name, value in env.items() if name != RUN_ID_VARIABLE}
-        self._warn = warn
-        self._housekeeper = housekeeper
-        self._keep = keep
+        self._env = {name: value for name, value in run.env.items() if name != RUN_ID_VARIABLE}
+        self._warn = run.log.warn
         self._started = 0
         self._started_s = 0.0
         self._process: subprocess.Popen[bytes] | None = None
@@ -92,8 +90,7 @@ class ClientProcess:
             self._warn(f"{self._without}: cannot start {self._name}: {error.strerror}")
             self._on_exit(False)
             return
-        self._keep(self._process.pid)
-        self._housekeeper.add_helper(self._process.pid)
+        self._run.adopt_helper(self._process.pid)
         self._pidfd = os.pidfd_open(self._process.pid)
         self._reactor.add_reader(self._pidfd, self._exited)
         if self._process.stdout is not None:
@@ -133,7 +130,7 @@ class ClientProcess:
         assert self._process is not None
         code = self._process.wait()
         if code:
-            self._housekeeper.died(code, self._started_s)
+            self._run.housekeeper.died(code, self._started_s)
         line = last_line(self._errors) if code > 0 else ""  # a signal comes from elsewhere
         reason = f": {line}" if line else ""
         self._release()
@@ -154,7 +151,7 @@ class ClientProcess:
         with contextlib.suppress(OSError):
             self._process.stdin.close()
         if wait_or_kill(self._process, self._goodbye_s) is None:
-            self._housekeeper.died(-signal.SIGKILL, self._started_s)
+            self._run.housekeeper.died(-signal.SIGKILL, self._started_s)
         self._release()
 
     def _release(self) -> None:

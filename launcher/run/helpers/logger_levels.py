@@ -13,13 +13,15 @@ from launcher.base import strict_json
 from launcher.base.model.record import Record
 from launcher.posix import spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
-from launcher.posix.reactor import Reactor
 from launcher.run.helpers.popen import start_module
+from launcher.run.part import Part
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+    from launcher.run.run import Run
 
 Answers = list[dict[str, "Any"]]
 
@@ -36,11 +38,12 @@ class Question(Record):
     level: str | None = None
 
 
-class LoggerLevels:
+class LoggerLevels(Part):
     """The helpers that are running."""
 
-    def __init__(self, reactor: Reactor) -> None:
-        self._reactor = reactor
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._reactor = run.reactor
         self._helpers: dict[int, subprocess.Popen[bytes]] = {}
 
     def ask(self, questions: Sequence[Question], done: Callable[[Answers], None]) -> None:
@@ -103,8 +106,8 @@ class LoggerLevels:
         helper.wait()
         spawn.started.discard(helper.pid)
 
-    def close(self) -> None:
-        """The run ends; nobody waits for the answers."""
+    def end_helpers(self) -> None:
+        """Nobody waits for the answers."""
         for fd in tuple(self._helpers):
             self._end(fd)
 

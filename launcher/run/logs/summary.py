@@ -20,10 +20,10 @@ from launcher.run.process import Process
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.output.stdout import StdoutWriter
+    from launcher.run.ending.shutdown import Shutdown
     from launcher.run.logs.run_log import RunLog
     from launcher.run.machine import Ended
     from launcher.run.process import History
-    from launcher.run.shutdown import Shutdown
 
 MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
 MAX_NAME = 24  # columns of a name on a terminal

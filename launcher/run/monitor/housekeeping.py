@@ -1,4 +1,4 @@
-"""Once a second: samples resources, checks budgets and the log folder, frees shared memory.
+"""Once a second: samples resources, checks the log folder, frees shared memory.
 
 Samples of more than `PROCESSES_PER_S` processes are taken less often: `sample_period_s`.
 """
@@ -6,26 +6,23 @@ Samples of more than `PROCESSES_PER_S` processes are taken less often: `sample_p
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 
-from launcher.base.model.options import RunOptions, names_of
-from launcher.base.model.run_events import OverBudget, Resources
+from launcher.base.model.run_events import Resources
 from launcher.posix.cleanup import subreaper
-from launcher.posix.reactor import Reactor, Timer
-from launcher.run.logs.run_log import RunLog
-from launcher.run.machine import Command
 from launcher.run.monitor.ledger import Ledger
-from launcher.run.process import Process
+from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+
     from launcher.base.model.run_events import Sample
-    from launcher.hosts.engine.fleet import Fleet
-    from launcher.run.listener import RunListener
-    from launcher.run.monitor.budgets import Judge, Verdict
+    from launcher.posix.reactor import Reactor, Timer
+    from launcher.run.logs.run_log import RunLog
+    from launcher.run.machine import Ended
     from launcher.run.monitor.resources import Sampler, Steps
-    from launcher.run.process_driver import ProcessDriver
-    from launcher.run.shutdown import Shutdown
+    from launcher.run.process import Process
+    from launcher.run.run import Run
 
 PERIOD_S = 1.0
 # So the samples of any number take about a hundredth of a core, and events.jsonl, which has them
@@ -36,25 +33,27 @@ COLLECT_S = 0.01  # a thread is reading /proc/locks
 
 
 class Housekeeper:
-    """`processes` is the live collection of those of the run."""
+    """`processes` is the live collection of those of the run.
+
+    `more()` are samples of processes elsewhere, by name; `on_samples(samples, processes)` is called
+    with all of a round, by name.
+    """
 
     def __init__(
         self,
         reactor: Reactor,
         log: RunLog,
-        listener: RunListener,
-        *,
         run_id: str,
         processes: Collection[Process],
-        judge: Judge | None = None,
-        fleet: Fleet | None = None,
+        *,
+        more: Callable[[], Mapping[str, Sample]] = dict,
+        on_samples: Callable[[Mapping[str, Sample], Mapping[str, Process]], None] | None = None,
     ) -> None:
         self._reactor = reactor
         self._log = log
-        self._listener = listener
         self._processes = processes
-        self.judge = judge
-        self._fleet = fleet
+        self._more = more
+        self._on_samples = on_samples
         self._sampler: Sampler | None = None
         self._ledger = Ledger(run_id)  # before the processes make anything
         self._timer: Timer | None = None
@@ -78,9 +77,27 @@ class Housekeeper:
         """Free the shared memory of this helper process, too."""
         self._ledger.helper_pids.add(pid)
 
+    def note_deaths(self) -> None:
+        """Look at ends that may have been before this was imported."""
+        for process in self._processes:
+            self.ended(process)
+
+    def ended(self, process: Process) -> None:
+        """Free what it has left of shared memory, if its end was a death."""
+        code = None if process.last_end is None else process.last_end.outcome.returncode
+        if code and process.host is None:
+            self.died(code, process.begun_wall_s)
+
     def died(self, returncode: int, since_s: float) -> None:
         """A process exited by a signal or with an error: free what it left of shared memory."""
         self._ledger.died(returncode, since_s)
+
+    def sample_of(self, process: Process) -> Sample | None:
+        """Its last sample; None if there is none yet, or if it is not running."""
+        sample = self.samples.get(process.name)
+        if process.child is None or sample is None or sample.pid != process.child.pid:
+            return None
+        return sample
 
     def close(self) -> None:
         for timer in (self._timer, self._collecting):
@@ -131,25 +148,22 @@ class Housekeeper:
                 wait_s = next(steps)
         except StopIteration as end:
             self._rest_after(begun_s)
-            self._sampled(end.value, begun_s)
+            self._sampled(end.value)
             return
         self._timer = self._reactor.call_later(wait_s, lambda: self._continue(steps, begun_s))
 
-    def _sampled(self, found: dict[int, Sample], now: float) -> None:
+    def _sampled(self, found: dict[int, Sample]) -> None:
         # A process may have exited, or restarted, while the others were sampled.
         living = self._living()
         self.samples = {living[pid].name: found[pid] for pid in found if pid in living}
-        if self._fleet is not None:
-            self.samples.update(self._fleet.samples())
+        self.samples.update(self._more())
         by_name = {p.name: p for p in self._processes if p.name in self.samples}
         for name, sample in self.samples.items():
             by_name[name].history.sampled(sample.uss_bytes)
         if self.samples:
             self._log.note(Resources(dict(self.samples)))
-        if self.judge is not None:
-            names = {name: names_of(process.spec) for name, process in by_name.items()}
-            for verdict in self.judge.judge(self.samples, now, names):
-                self._listener.over_budget(by_name[verdict.process], verdict)
+        if self._on_samples is not None:
+            self._on_samples(self.samples, by_name)
 
     def _living(self) -> dict[int, Process]:
         """The running processes of this machine, by pid."""
@@ -163,30 +177,36 @@ class Housekeeper:
             self._log.log("INFO", "launch", text)
 
 
-def enforce(
-    process: Process, verdict: Verdict, log: RunLog, driver: ProcessDriver, shutdown: Shutdown
-) -> None:
-    """Carry out the action of a budget that a process has exceeded for too long.
+class Housekeeping(Part):
+    """The housekeeper of a run."""
 
-    Under a debugger it is only told.
-    """
-    from launcher.run.monitor.budgets import BudgetAction
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self.keeper = Housekeeper(
+            run.reactor,
+            run.log,
+            run.id,
+            run.all_processes.values(),
+            more=self._more,
+            on_samples=self._sampled,
+        )
 
-    is_debugged = process.debugger is not None
-    but = "; nothing is done, since it is under a debugger" if is_debugged else ""
-    log.log("WARNING", process.name, f"{verdict}{but}")
-    log.note(OverBudget(verdict.action.value), process)
-    if is_debugged:
-        return
-    if verdict.action is BudgetAction.RESTART:
-        driver.advance(process, Command.RESTART)
-    elif verdict.action is BudgetAction.STOP_RUN:
-        shutdown.over_budget(process, str(verdict))
+    def _more(self) -> dict[str, Sample]:
+        return {name: one for part in self.run.parts for name, one in part.samples().items()}
 
+    def _sampled(self, samples: Mapping[str, Sample], processes: Mapping[str, Process]) -> None:
+        for part in self.run.parts:
+            part.sampled(samples, processes)
 
-def judge_for(options: RunOptions) -> Judge:
-    """The judge for the budgets of this run; UsageError if one is invalid."""
-    from launcher.run.monitor import budget_parser
-    from launcher.run.monitor.budgets import Judge
+    def begin(self) -> None:
+        self.keeper.note_deaths()
+        self.keeper.start()
 
-    return Judge([*budget_parser.parse_words(options.budgets), *options.file_budgets])
+    def ended(self, process: Process, end: Ended) -> None:
+        self.keeper.ended(process)
+
+    def conclude(self, *, is_orderly: bool) -> None:
+        self.keeper.close()
+
+    def close(self) -> None:
+        self.keeper.release()

@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.run_events import NotResponding, Responds
 from launcher.posix import proc
-from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.reactor import Timer
 from launcher.run.helpers.responsiveness import ResponsivenessHelper
-from launcher.run.logs.run_log import RunLog
 from launcher.run.machine import ProcessState
+from launcher.run.part import Part
 from launcher.run.process import Process
 from launcher.run.stacks.dump import Dump, lines
 from launcher.run.stacks.stacks import Stacks, Wish, members
@@ -24,6 +24,8 @@ from launcher.run.stacks.stacks import Stacks, Wish, members
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+    from launcher.run.run import Run
 
 PERIOD_S = 1.0
 LOOK_S = 15.0  # after the last look the helper goes on for so long
@@ -46,28 +48,24 @@ class Silence:
         return self.silent_s + now - self.reported_s
 
 
-class Responsiveness:
-    """`processes` are those of the run; `adopt` is called with the pid of each helper."""
+class Responsiveness(Part):
+    """Which nodes of the run answer, while somebody looks."""
 
-    def __init__(
-        self,
-        reactor: Reactor,
-        log: RunLog,
-        stacks: Stacks,
-        processes: Mapping[int, Process],
-        adopt: Callable[[int], None],
-    ) -> None:
-        self._reactor = reactor
-        self._log = log
-        self._stacks = stacks
-        self._processes = processes
-        self._adopt = adopt
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._reactor = run.reactor
+        self._log = run.log
+        self._processes = run.all_processes
         self._until_s = -math.inf
         self._is_asked = False
         self._timer: Timer | None = None
         self._helpers: dict[
             str, ResponsivenessHelper | None
         ] = {}  # by domain; None: it does not work there
+
+    def begin(self) -> None:
+        if not self.run.shutdown.has_begun:
+            self.look(math.inf)
 
     def look(self, for_s: float = LOOK_S) -> None:
         """Somebody looks now; `inf`: to the end of the run."""
@@ -110,7 +108,7 @@ class Responsiveness:
 
     def _tick(self) -> None:
         if self._reactor.now() > self._until_s:
-            self.close()
+            self.end_helpers()
             return
         wanted = self._wanted()
         for domain in wanted.keys() - self._helpers.keys():
@@ -146,7 +144,7 @@ class Responsiveness:
         except OSError as error:
             self._log.warn(f"it is not watched whether nodes respond: {error.strerror}")
             return None
-        self._adopt(helper.pid)
+        self.run.housekeeper.add_helper(helper.pid)
         return helper
 
     def _ended(self, domain: str, why: str) -> None:
@@ -189,9 +187,9 @@ class Responsiveness:
             text = f"{report['node']} has not answered for {silence.elapsed_s(now):.0f} s"
             self._log.log("WARNING", process.name, f"does not respond: {text}; {where}")
 
-        self._stacks.dump(Wish(members(process.child.pid)[0]), found)
+        self.run.parts.need(Stacks).dump(Wish(members(process.child.pid)[0]), found)
 
-    def close(self) -> None:
+    def end_helpers(self) -> None:
         """Nobody looks any more, or the run has ended."""
         if self._timer is not None:
             self._timer.cancel()

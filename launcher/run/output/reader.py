@@ -17,7 +17,7 @@ from launcher.run.process import Process
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.run.compose.output import GroupOutput
-    from launcher.run.listener import RunListener
+    from launcher.run.core_driver import CoreDriver
 
 PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
 # While other processes write much, a silent process may just not have been scheduled.
@@ -65,13 +65,13 @@ class OutputReader:
         screen: StdoutWriter,
         directory: RunDirectory,
         processes: Collection[Process],
-        listener: RunListener,
+        core: CoreDriver,
     ) -> None:
         self._reactor = reactor
         self._screen = screen
         self._directory = directory
         self._processes = processes
-        self._listener = listener
+        self._core = core
         self._paused = False
         self._kept: dict[int, Process] = {}  # descriptor -> process, the oldest first
         self.read_at_s = 0.0
@@ -191,8 +191,8 @@ class OutputReader:
             self._show_unfinished(process, fd, stream)
 
     def _accept(self, process: Process, fd: int, stream: Stream, chunk: bytes) -> None:
-        if self._listener.watches(process):
-            self._listener.output(process, stream.name, chunk)
+        if self._core.watches(process):
+            self._core.output(process, stream.name, chunk)
         lines, shown = stream.buffer.feed(chunk)
         if lines:
             self._deliver(process, fd, stream, lines, shown)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import errno
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from launcher.base.model import run_events
-from launcher.base.model.spec import ProcessSpec
 from launcher.base.model.supervision import StartRule
-from launcher.posix.reactor import Reactor, Timer
-from launcher.run.logs.run_log import RunLog
+from launcher.posix.reactor import Timer
 from launcher.run.machine import Command, ProcessState
+from launcher.run.part import StartStage
 from launcher.run.process import Process
 from launcher.run.ready import order
 from launcher.run.ready.order import StartOrder
@@ -19,61 +18,43 @@ from launcher.run.ready.watch import Watch
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.base.model.options import RunOptions
     from launcher.run.helpers.graph_facts import GraphFacts
-    from launcher.run.listener import RunListener
     from launcher.run.machine import Ended
-    from launcher.run.process_driver import ProcessDriver, StartGate
+    from launcher.run.run import Run
 
 REPORT_EVERY_S = 10.0  # which processes still wait
 MAX_NAMES = 3  # of processes in such a line
 
 
-class ReadyGate:
-    """A `StartGate`; starts that it lets pass go to the `next` one, or to the driver.
+class ReadyGate(StartStage):
+    """Holds back the first start of processes until those that they wait for are ready."""
 
-    `env` is the environment of the launcher, `env_of` that of a process.
-    """
-
-    def __init__(
-        self,
-        reactor: Reactor,
-        log: RunLog,
-        driver: ProcessDriver,
-        listener: RunListener,
-        rules: Sequence[StartRule],
-        *,
-        env: Mapping[str, str],
-        env_of: Callable[[Process], Mapping[str, str]],
-        switched_off: Callable[[], Iterable[ProcessSpec]],
-    ) -> None:
-        self._reactor = reactor
-        self._log = log
-        self._driver = driver
-        self._listener = listener
-        self._env = env
-        self._env_of = env_of
-        self._order = StartOrder(rules, switched_off)
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._reactor = run.reactor
+        self._log = run.log
+        self._order = StartOrder(run.options.start_rules, run.launched.switched_off)
         self._processes: dict[str, Process] = {}
         self._watches: dict[str, Watch] = {}
         self._timer: Timer | None = None
         self._reported_s = 0.0
-        self._next: StartGate | None = None
-        self._start: Callable[[Process], None] = lambda process: None
         self._is_closed = False
-
-    def lead_to(self, gate: StartGate | None, start: Callable[[Process], None]) -> None:
-        self._next, self._start = gate, start
+        self._graph: GraphFacts | None = None
 
     # ---- the gate
 
-    def add(self, process: Process) -> None:
-        """A process that may be started from now on."""
+    def adding(self, process: Process) -> None:
         self._processes[process.name] = process
         self._carry_out(self._order.add(process.spec))
+        self._set_facts(process)
 
-    def join(self, process: Process) -> None:
+    def _set_facts(self, process: Process) -> None:
+        process.awaited_facts = tuple(fact.text for fact in self._order[process.name].facts)
+
+    def _join(self, process: Process) -> None:
         """A process from before there were rules: it does not wait."""
-        self.add(process)
+        self.adding(process)
         now = self._reactor.now()
         self._order.skip(process.name, now)
         if process.history.starts:
@@ -83,23 +64,32 @@ class ReadyGate:
         elif process.last_end is not None:
             self.ended(process, process.last_end)
 
-    def follow(self, rules: Sequence[StartRule]) -> None:
-        """Other rules hold from now on."""
+    def follow(self, before: RunOptions) -> None:
+        """Other rules may hold from now on."""
+        if not before.start_rules:
+            for process in self.run.processes:
+                self._join(process)
+        elif before.start_rules != self.run.options.start_rules:
+            self._follow(self.run.options.start_rules)
+
+    def _follow(self, rules: Sequence[StartRule]) -> None:
         before = {name: self._order[name].facts for name in self._processes}
         self._carry_out(self._order.follow(rules, self._reactor.now()))
         for name, process in self._processes.items():
             if self._order[name].facts != before[name]:
+                self._set_facts(process)
                 self._unwatch(name)
                 self._watch(process)
         self._check_soon()
 
-    def adopt(self, process: Process) -> None:
-        """It has another spec now."""
+    def adopted(self, process: Process) -> None:
         self._carry_out(self._order.adopt(process.spec))
+        self._set_facts(process)
         self._check_soon()
 
-    def forget(self, process: Process) -> None:
-        """The launch file does not have it any more, and it has ended, if it can be ended."""
+    def dropped(self, process: Process) -> None:
+        if process.name not in self._processes:
+            return
         self._unwatch(process.name)
         del self._processes[process.name]
         self._order.forget(process.name)
@@ -113,7 +103,7 @@ class ReadyGate:
         if process.machine.is_held:  # a user starts it
             self._order.skip(process.name, now)
         if self._order.admit(process.name, now):
-            self._pass(process)
+            self.pass_on(process)
             self._check_soon()  # others may wait for those that wait
             return
         after = entry.rule.after
@@ -127,27 +117,18 @@ class ReadyGate:
 
     def withdraw(self, process: Process) -> bool:
         if not self._order.withdraw(process.name):
-            return self._next is not None and self._next.withdraw(process)
+            return False
         self._check_soon()
         return True
 
-    def skip(self, process: Process) -> bool:
-        """A user starts it: it does not wait any more; False if it does not wait."""
+    def skip(self, process: Process) -> None:
         entry, now = self._order[process.name], self._reactor.now()
         waited_s = now - entry.admitted_s
-        if not self._order.skip(process.name, now):
-            return False
-        self._note_release(process, waited_s, "requested")
-        self._pass(process)
-        return True
-
-    def _pass(self, process: Process) -> None:
-        (self._start if self._next is None else self._next.admit)(process)
+        if self._order.skip(process.name, now):
+            self._note_release(process, waited_s, "requested")
+            self.pass_on(process)
 
     # ---- what happens to processes
-
-    def awaited_facts(self, process: Process) -> list[str]:
-        return [fact.text for fact in self._order[process.name].facts]
 
     def started(self, process: Process) -> None:
         self._carry_out(self._order.started(process.name, self._reactor.now()))
@@ -163,9 +144,14 @@ class ReadyGate:
                 entry.facts,
                 functools.partial(self._seen, process.name),
                 reactor=self._reactor,
-                graph=lambda: self._graph,
-                env=self._env if process.host is not None else self._env_of(process),
+                graph=self._graph_facts,
+                env=self._env_of(process),
             )
+
+    def _env_of(self, process: Process) -> Mapping[str, str]:
+        if process.host is not None:
+            return self.run.agent_env
+        return self.run.spawner.settings_of(process, process.spec).env
 
     def ended(self, process: Process, end: Ended) -> None:
         if process.name not in self._processes:
@@ -195,12 +181,13 @@ class ReadyGate:
         if name in self._watches:
             self._watches.pop(name).close()
 
-    @functools.cached_property
-    def _graph(self) -> GraphFacts:
+    def _graph_facts(self) -> GraphFacts:
         """Imported, and its process started, when a fact needs the ROS graph."""
-        from launcher.run.helpers.graph_facts import GraphFacts
+        if self._graph is None:
+            from launcher.run.helpers.graph_facts import GraphFacts
 
-        return GraphFacts(self._reactor, self._log.warn)
+            self._graph = GraphFacts(self._reactor, self._log.warn)
+        return self._graph
 
     # ---- waiting
 
@@ -217,7 +204,7 @@ class ReadyGate:
         actions = self._order.check(self._reactor.now())
         self._carry_out(actions)
         if actions:
-            self._listener.idle()
+            self.run.idle()
         if not self._order.waiting:
             return
         self._report()
@@ -251,7 +238,7 @@ class ReadyGate:
             match action:
                 case order.Release(waited_s=waited_s):
                     self._note_release(process, waited_s, "ready")
-                    self._pass(process)
+                    self.pass_on(process)
                 case order.Expire():
                     self._expire(process, action)
                 case order.Ready(took_s=took_s):
@@ -269,19 +256,19 @@ class ReadyGate:
             text = f"restarted, since {other} has been restarted"
             self._log.log("INFO", process.name, text)
             process.is_replaced = True
-            self._driver.advance(process, Command.RESTART)
+            self.run.driver.advance(process, Command.RESTART)
 
     def _expire(self, process: Process, expired: order.Expire) -> None:
         what = f"not ready after {expired.waited_s:.1f} s: {expired.text}"
         if expired.consequence == "start":
             self._log.log("WARNING", process.name, f"started although {what}")
             self._note_release(process, expired.waited_s, "timeout")
-            self._pass(process)
+            self.pass_on(process)
             return
         self._note_release(process, expired.waited_s, expired.consequence)
-        self._driver.refuse(process, errno.ETIMEDOUT, f"waited for {what}")
+        self.run.driver.refuse(process, errno.ETIMEDOUT, f"waited for {what}")
         if expired.consequence == "stop-run":
-            self._listener.stop(f"{process.name} has waited for {expired.text}")
+            self.run.shutdown.stop(f"{process.name} has waited for {expired.text}")
 
     def _note_release(self, process: Process, waited_s: float, why: str) -> None:
         names = tuple(self._order.needed(process.name))
@@ -290,7 +277,7 @@ class ReadyGate:
     # ---- for users
 
     def row(self, process: Process) -> dict[str, object]:
-        """What `ps` tells of it: `ready` is None for a process without `ready_when`."""
+        """`ready` is None for a process without `ready_when`."""
         if process.name not in self._processes:
             return {"ready": None, "ready_s": None, "waiting_for": None, "lacks": None}
         entry, now = self._order[process.name], self._reactor.now()
@@ -308,12 +295,11 @@ class ReadyGate:
             "lacks": None if waits else text,
         }
 
-    def close(self) -> None:
-        """End what looks for facts, before leftovers are looked for."""
+    def end_helpers(self) -> None:
         self._is_closed = True
         if self._timer is not None:
             self._timer.cancel()
         for name in list(self._watches):
             self._unwatch(name)
-        if "_graph" in vars(self):
+        if self._graph is not None:
             self._graph.close()

@@ -9,10 +9,14 @@ from collections.abc import Callable
 from launcher.base.model.record import Record
 from launcher.packages.extras import install_command
 from launcher.posix import proc
-from launcher.posix.reactor import Reactor
+from launcher.run.part import Part
 from launcher.run.stacks import answers, py_spy
 from launcher.run.stacks.command import Completed, ShortCommand
 from launcher.run.stacks.dump import Dump, command_of, of_kernel
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.run.run import Run
 
 TIMEOUT_S = 10.0
 RETRY_S = 0.3  # py-spy cannot read an interpreter that is just being started, or changing much
@@ -32,11 +36,12 @@ class Wish(Record):
 Done = Callable[[Dump], None]
 
 
-class Stacks:
+class Stacks(Part):
     """Dumps stacks; requests for the same process are answered by the same dump."""
 
-    def __init__(self, reactor: Reactor) -> None:
-        self._reactor = reactor
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._reactor = run.reactor
         self._waiting: dict[Wish, list[Done]] = {}
         self._queue: deque[tuple[Wish, int]] = deque()
         self._running: dict[Wish, ShortCommand] = {}
@@ -108,7 +113,7 @@ class Stacks:
         for done in self._waiting.pop(wish, ()):
             done(dump)
 
-    def close(self) -> None:
+    def end_helpers(self) -> None:
         """Drop all requests."""
         self._waiting.clear()
         self._queue.clear()

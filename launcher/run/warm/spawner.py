@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     class Driver(Protocol):
         """The driver of processes."""
 
-        def spawn_cold(self, process: Process) -> None: ...
+        def spawn(self, process: Process) -> None: ...
         def adopt(self, process: Process, child: Child) -> None: ...
 
 
@@ -52,8 +52,8 @@ class WarmSpawner:
     are started cold. What the next starts need is prepared at once if these are many: the processes
     that are `held` back, or after many starts that came later. Else it is prepared when the first
     ones have settled, if a next start is to be expected: they have a restart policy, or a user or
-    an edited file may restart them (`is_interactive`). `is_begun`: the static part of the launch
-    file has been carried out.
+    an edited file may restart them (`is_interactive`). Call `settle` when the static part of the
+    launch file has been carried out.
     """
 
     def __init__(
@@ -65,7 +65,6 @@ class WarmSpawner:
         warn: Callable[[str], object],
         is_forced: bool,
         is_interactive: bool,
-        is_begun: bool,
         held: Callable[[], Sequence[Process]] = tuple,
     ) -> None:
         self._reactor = reactor
@@ -74,7 +73,7 @@ class WarmSpawner:
         self._warn = warn
         self._is_forced = is_forced
         self._is_interactive = is_interactive
-        self._is_collecting = not is_begun
+        self._is_collecting = True
         self._held = held
         self._late = 0  # first starts after the static part, so far
         self._preparing: PreparingProcess | None = None
@@ -300,7 +299,7 @@ class WarmSpawner:
     def _start_cold(self, start: Start, why: str) -> None:
         if not start.is_withdrawn:
             start.process.start_kind = f"cold, because {why}"
-            self._driver.spawn_cold(start.process)
+            self._driver.spawn(start.process)
 
     def withdraw(self, process: Process) -> bool:
         """Give up the start of a process; False if none is under way."""

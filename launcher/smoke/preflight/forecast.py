@@ -12,8 +12,8 @@ from typing import Any
 
 from launcher.base.document.fields import near
 from launcher.base.document.source_location import Origin
-from launcher.control.selection import ProcessNames, resolve
-from launcher.control.verbs import BadCallError
+from launcher.base.run_verb import BadCallError
+from launcher.run.requests.selection import ProcessNames, resolve
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.script import Script

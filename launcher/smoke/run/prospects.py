@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.base.model.run_events import Ended, Started
-from launcher.control.selection import ProcessNames
+from launcher.run.requests.selection import ProcessNames
 from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,21 +51,18 @@ def launched(monkeypatch) -> Any:
         request: Any,
         *,
         as_json: bool = False,
-        hosts: str | None,
-        discovery: str | None,
-        skip_hosts: Sequence[str],
         options: RunOptions,
     ) -> int:
         note("plan", request)
         seen[-1][2].update(f"level={pattern}" for pattern, _ in options.log_levels)
         if as_json:
             seen[-1][2].add("json")
-        if hosts is not None:
-            seen[-1][2].add(f"hosts={hosts}")
-        if discovery is not None:
-            seen[-1][2].add(f"discovery={discovery}")
-        if skip_hosts:
-            seen[-1][2].add(f"skip={','.join(skip_hosts)}")
+        if options.hosts is not None:
+            seen[-1][2].add(f"hosts={options.hosts}")
+        if options.discovery is not None:
+            seen[-1][2].add(f"discovery={options.discovery}")
+        if options.skip_hosts:
+            seen[-1][2].add(f"skip={','.join(options.skip_hosts)}")
         for pattern, words in options.prefix:
             seen[-1][2].add(f"prefix={pattern}={','.join(words)}")
         return 0

@@ -8,9 +8,9 @@ import pytest
 
 from launcher.base.command_line import Command, Option
 from launcher.base.errors import UsageError
+from launcher.base.run_verb import Verb
 from launcher.control import verb as control
 from launcher.control import verbs
-from launcher.control.verbs import Verb
 from tools.command_reference import commands
 
 

@@ -13,11 +13,12 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import UsageError
+from launcher.base.run_verb import BadCallError
 from launcher.control.protocol import RequestError, parse_request, raw_item, raw_reply
-from launcher.control.selection import ProcessNames, resolve
-from launcher.control.verbs import VERBS, BadCallError, find, parse
+from launcher.control.verbs import VERBS, find, parse
 from launcher.posix import socket_directory
 from launcher.posix.socket_directory import ControlError
+from launcher.run.requests.selection import ProcessNames, resolve
 
 FLEET = (
     ProcessNames("dispatcher-1", "dispatcher", ("/fleet/dispatcher",), "/fleet"),

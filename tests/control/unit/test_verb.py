@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import UsageError
+from launcher.base.run_verb import Call
 from launcher.control.runs import all_runs
 from launcher.control.verb import command_of
-from launcher.control.verbs import VERBS, Call, call_of, find, parse, parsed_by
+from launcher.control.verbs import VERBS, call_of, find, parse, parsed_by
 
 # What each verb that a shell knows may be given, without the options of all verbs.
 WORDS = {

@@ -19,7 +19,7 @@ from launcher.base.model.spec import (
 )
 from launcher.launch.options import RUN_OPTIONS, run_options
 from launcher.launch.process_options import parse_cpus, parse_limit, parse_restart, parse_stop
-from launcher.run.monitor.housekeeping import judge_for
+from launcher.run.monitor.enforcement import judge_for
 
 
 def read(words: list[str]) -> RunOptions:

@@ -48,19 +48,6 @@ def test_a_round_of_samples_takes_no_more_than_one_process_at_a_time(sleepers: l
     assert sum(1 for _ in steps) >= MANY
 
 
-class Unwatched:
-    """Stands for those who want to hear of output and budgets."""
-
-    def watches(self, process: Process) -> bool:
-        return False
-
-    def output(self, process: Process, stream: str, data: bytes) -> None:
-        raise AssertionError("it is not watched")
-
-    def over_budget(self, process: Process, verdict: object) -> None:
-        raise AssertionError("there are no budgets")
-
-
 def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Process]):
     happened: list[str] = []
 
@@ -77,9 +64,8 @@ def test_lines_are_carried_while_a_round_of_samples_goes_on(sleepers: list[Proce
         housekeeper = Housekeeper(
             reactor,
             run_log,
-            Unwatched(),
-            run_id="none",
-            processes=Processes(sleepers),
+            "none",
+            Processes(sleepers),
         )
         run_log.events.listeners.append(lambda line: reactor.stop())
         os.write(write_end, b"a line that always waits\n")
@@ -110,7 +96,7 @@ def test_many_processes_are_sampled_less_often(
     with _pipe() as (_, write_end), Reactor() as reactor:
         screen = StdoutWriter(reactor, write_end, colour=False)
         run_log = RunLog(reactor, screen, RunDirectory(None, lambda text: None))
-        housekeeper = Housekeeper(reactor, run_log, Unwatched(), run_id="none", processes=sleepers)
+        housekeeper = Housekeeper(reactor, run_log, "none", sleepers)
         assert housekeeper.sample_period_s == 4.0  # 40 processes, 13 a second
         housekeeper.start()
         reactor.run()

@@ -11,26 +11,22 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from launcher.base.errors import ExitCode
+from launcher.base.model.options import RunOptions
 from launcher.base.model.spec import ProcessSpec, StopPolicy
-from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix import proc
 from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
-from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
-from launcher.run.core_driver import CoreDriver
-from launcher.run.leftovers import Leftovers
-from launcher.run.logs.run_log import RunLog
+from launcher.run.ending.leftovers import Leftovers
 from launcher.run.machine import Command
-from launcher.run.output.reader import OutputReader
 from launcher.run.process import Process
-from launcher.run.process_driver import ProcessDriver
-from launcher.run.shutdown import Shutdown
+from launcher.run.run import Launched, Run
 from tests.support.benches import Bench
 from tests.support.waiting import wait_until
 
@@ -111,7 +107,7 @@ class Listener:
         self.lines: list[str] = []
         self._reactor = reactor
 
-    def log(self, level: str, text: str) -> None:
+    def report(self, level: str, text: str) -> None:
         self.lines.append(text)
 
     def killing(self) -> None:
@@ -261,7 +257,6 @@ class Stage:
         self.path = folder / "output"
         self.reactor = Reactor()
         screen = StdoutWriter(self.reactor, self.output, colour=False)
-        files = RunDirectory(None, lambda text: None)
         spec = ProcessSpec(
             name="stuck-1",
             label="stuck",
@@ -270,43 +265,20 @@ class Stage:
             stop=StopPolicy(polite=()),
         )
         self.process = Process(1, spec, number=0, prefix=b"")
-        processes = {1: self.process}
-        log = RunLog(self.reactor, screen, files)
-        self.driver = ProcessDriver(
-            self.reactor,
-            OutputReader(self.reactor, screen, files, processes.values(), self),
-            log,
-            self,
-        )
-        self.shutdown = Shutdown(
-            self.reactor,
-            log,
-            self.driver,
-            CoreDriver(
-                self, self.reactor, log, self.driver, self, processes=processes, agent_env={}
-            ),
-            WatchdogClient(self.reactor, "0-stuck", log.warn),
-            run_id="0-stuck",
-            processes=processes.values(),
-        )
+        launched = Launched(target="stuck")
+        self.run = Run(cast(Any, self), self.reactor, screen, RunOptions(), launched, os.environ)
+        self.run.all_processes[1] = self.process
+        self.run.spawner.spawn = self.spawn  # type: ignore[method-assign]
+        self.driver, self.shutdown = self.run.driver, self.run.shutdown
 
     def spawn(self, process: Process) -> Child:
         child = spawn(process.spec, env=process.spec.env, merge=True, terminal_size=(80, 24))
         child.__class__ = Unreachable
         return child
 
-    def watches(self, process: Process) -> bool:
-        return False
-
-    def idle(self) -> None:
-        self.shutdown.idle()
-
-    def awaited_facts(self, process: Process) -> list[str]:
-        return []
-
-    def __getattr__(self, name: str) -> Callable[..., None]:
-        """Ignore every other notification."""
-        return lambda *words: None
+    def __getattr__(self, name: str) -> Callable[..., object]:
+        """An interpreter that answers every event with nothing to do."""
+        return lambda *words: ()
 
     def close(self) -> None:
         assert self.process.child is not None

@@ -46,15 +46,16 @@ class Bed:
         self.spawner = self.make(WarmSpawner)
 
     def make(self, kind: type[WarmSpawner]) -> WarmSpawner:
-        return kind(
+        spawner = kind(
             self.reactor,
             self,
             settings_of=lambda process, spec: StartSettings(spec.env, merge=True),
             warn=self.warnings.append,
             is_forced=True,
             is_interactive=False,
-            is_begun=True,
         )
+        spawner.settle()
+        return spawner
 
     def process(self, text: str, name: str = "a") -> Process:
         script = self.folder / f"{name}.py"
@@ -66,7 +67,7 @@ class Bed:
     def start(self, text: str, name: str = "a") -> Process:
         process = self.process(text, name)
         if not self.spawner.admit(process):
-            self.spawn_cold(process)
+            self.spawn(process)
         return process
 
     def run(self, fact: Callable[[], object]) -> None:
@@ -90,7 +91,7 @@ class Bed:
 
     # ---- the driver
 
-    def spawn_cold(self, process: Process) -> None:
+    def spawn(self, process: Process) -> None:
         self.cold.append(process.name)
 
     def adopt(self, process: Process, child: Child) -> None:

@@ -20,7 +20,7 @@ from launcher.run.machine import (
     Signal,
 )
 from launcher.run.machine import Order as MachineOrder
-from launcher.run.request_queue import (
+from launcher.run.requests.request_queue import (
     Act,
     Answer,
     Do,
@@ -33,7 +33,7 @@ from launcher.run.request_queue import (
     RequestQueue,
     Situation,
 )
-from launcher.run.request_result import Kind
+from launcher.run.requests.request_result import Kind
 
 
 class Clock:

@@ -5,7 +5,7 @@ import signal
 import pytest
 
 from launcher.base.model.spec import StopPolicy
-from launcher.run.leftovers import stop_policy_for
+from launcher.run.ending.leftovers import stop_policy_for
 
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 KILLED = StopPolicy(polite=())

@@ -11,8 +11,8 @@ import pytest
 
 from launcher.base.model.spec import RestartMode, RestartPolicy
 from launcher.run.machine import Command, ProcessState
-from launcher.run.request_queue import Order, Phase, Purpose
-from launcher.run.request_result import Kind
+from launcher.run.requests.request_queue import Order, Phase, Purpose
+from launcher.run.requests.request_result import Kind
 from tests.run.unit.request_bench import BenchProcess, Client, Clock
 from tests.support.repository import REPOSITORY
 

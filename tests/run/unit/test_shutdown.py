@@ -9,9 +9,7 @@ import pytest
 from launcher.base.errors import ExitCode
 from launcher.base.model.events import Outcome, ShutdownAsked, SignalReceived
 from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy
-from launcher.run.machine import Command, Ended, Exited, ProcessState, SignalSent
-from launcher.run.process import Process
-from launcher.run.shutdown_machine import (
+from launcher.run.ending.shutdown_machine import (
     OUTPUT_CLOSED,
     BudgetExceeded,
     EndLeftovers,
@@ -28,6 +26,8 @@ from launcher.run.shutdown_machine import (
     StopAll,
     StopRequested,
 )
+from launcher.run.machine import Command, Ended, Exited, ProcessState, SignalSent
+from launcher.run.process import Process
 
 INT, TERM, HUP, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL
 SKIP = Order.SKIP_GRACE_PERIODS

@@ -10,7 +10,6 @@ import pytest
 import std_msgs.msg
 
 from launcher.base.errors import UsageError
-from launcher.control.selection import ProcessNames
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.interpreter import Interpreter
@@ -19,6 +18,7 @@ from launcher.launch.forecast import document
 from launcher.launch.plan.certainty import is_certain
 from launcher.launch.target import LaunchRequest
 from launcher.launch.verbs import plan as planning
+from launcher.run.requests.selection import ProcessNames
 from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
 from launcher.smoke.preflight import checks

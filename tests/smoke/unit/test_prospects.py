@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from launcher.control.selection import ProcessNames
+from launcher.run.requests.selection import ProcessNames
 from launcher.smoke.preflight.forecast import Forecast, ForecastTime
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.run.prospects import lost

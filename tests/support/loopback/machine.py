@@ -40,8 +40,9 @@ class Machine:
         self._environment = environment
         self._report = report
         self._forwarder = Forwarder(reactor, self.processes.values(), self._forward)
-        quiet = cast(Any, _Quiet())
-        self._driver = ProcessDriver(reactor, cast(Any, self._forwarder), quiet, cast(Any, self))
+        self.reader, self.log = self._forwarder, cast(Any, _Quiet())
+        self.spawner, self.stages = self, ()
+        self._driver = ProcessDriver(cast(Any, self))
         self._files = tempfile.TemporaryDirectory(prefix="loopback-")
 
     # ---- requests
@@ -123,14 +124,11 @@ class Machine:
         pid = -1 if process.child is None else process.child.pid
         self._report("event", (process.process_id, event, now, pid, left_s))
 
-    # ---- as a RunListener
+    # ---- what the driver needs of a run
 
     def spawn(self, process: Process) -> Child:
         merge = self._orders[process.process_id].merge
         return spawn(process.spec, env=process.spec.env, merge=merge)
-
-    def awaited_facts(self, process: Process) -> list[str]:
-        return []
 
     def idle(self) -> None:
         self.on_idle()

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from launcher.run.helpers import console
+from launcher.control import console_process as console
 
 
 @pytest.mark.parametrize(

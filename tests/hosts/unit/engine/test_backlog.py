@@ -11,6 +11,8 @@ from launcher.hosts.engine import backlog
 from launcher.hosts.engine.backlog import Backlog, last_lines
 from launcher.hosts.engine.driver import HostsDriver
 from launcher.hosts.engine.link import LinkState
+from launcher.hosts.engine.remote_host import RemoteHost
+from launcher.hosts.file.model import Host
 from launcher.posix.reactor import Reactor
 
 
@@ -108,12 +110,13 @@ def test_all_that_is_held_is_shown_at_the_end():
 )
 def test_the_past_of_a_host_is_awaited_as_long_as_it_may_return(state: LinkState, is_shown: bool):
     shown: list[bytes] = []
-    nobody = cast(Any, None)
     reader: Any = SimpleNamespace(feed=lambda process, stream, data, at_s: shown.append(data))
     fleet: Any = SimpleNamespace(pause=None, named=str, link_changed=lambda *state: None)
     with Reactor() as reactor:
-        driver = HostsDriver(reactor, reader, nobody, nobody, fleet)
-        host = SimpleNamespace(name="bot1", state=LinkState.READY)
+        run: Any = SimpleNamespace(reactor=reactor, reader=reader, log=None)
+        driver = HostsDriver(run, fleet)
+        host = RemoteHost(Host("bot1", "bot1.local"))
+        host.state = LinkState.READY
         driver._remote[1] = cast(Any, SimpleNamespace(host=host))
         driver.begin_with(1, ["bot1", "bot2"])
         driver.output(1, "both", b"past\n", 1.0)

@@ -1,0 +1,89 @@
+"""The flight recorder of a run: its process is launcher.bag.ros.flight."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+from launcher.bag.recording import settings_of
+from launcher.base import strict_json
+from launcher.base.model.run_events import SnapshotWritten
+from launcher.run.helpers.client_process import ClientProcess
+from launcher.run.part import Part
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.run.run import Run
+
+GOODBYE_S = 30.0  # to write what it has in memory to a slow disk
+MODULE = "launcher.bag.ros.flight"
+
+Done = Callable[["dict[str, Any]"], None]
+
+
+class FlightRecorder(Part):
+    """Starts it as the options say, and passes on requests and answers."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        assert run.socket is not None
+        self._log = run.log
+        self._waiting: dict[int, Done] = {}
+        self._ids = itertools.count(1)
+        settings = settings_of(run.options, run.log_dir, run.socket)
+        self._process = ClientProcess(
+            run,
+            (MODULE, strict_json.packed(settings)),
+            name="the flight recorder",
+            without="nothing is recorded",
+            goodbye_s=GOODBYE_S,
+            on_line=self._heard,
+            on_exit=lambda is_restarted: self._fail("the flight recorder died"),
+        )
+
+    @property
+    def pid(self) -> int | None:
+        return self._process.pid
+
+    def begin(self) -> None:
+        self._process.start()
+
+    def snapshot(self, reason: str, done: Done) -> None:
+        """Write a snapshot; `done` is called with `{"snapshot": PATH}` or `{"error": TEXT}`."""
+        number = next(self._ids)
+        if self._process.send(strict_json.packed({"snapshot": reason, "id": number}).encode()):
+            self._waiting[number] = done
+        else:
+            done({"error": "the flight recorder is not running"})
+
+    def _heard(self, line: bytes) -> None:
+        try:
+            answer = strict_json.unpacked(line)
+        except ValueError:
+            return  # what a library prints
+        if "note" in answer:
+            self._log.warn(f"recording: {answer['note']}")
+            return
+        if "snapshot" in answer:
+            text = f"snapshot in {answer['snapshot']}: {answer['reason']}"
+            self._log.log("INFO", "launch", text)
+            self._log.note(SnapshotWritten(answer["snapshot"], answer["reason"]))
+        elif "error" in answer:
+            self._log.warn(f"no snapshot: {answer['error']}")
+        for number in answer.get("asked", ()):
+            if number in self._waiting:
+                self._waiting.pop(number)(answer)
+
+    def _fail(self, error: str) -> None:
+        """Nobody will answer what has been requested."""
+        waiting, self._waiting = self._waiting, {}
+        for done in waiting.values():
+            done({"error": error})
+
+    def close(self) -> None:
+        """Let it write what it is about to write, and wait for its exit."""
+        self._process.send(strict_json.packed({"end": True}).encode())
+        self._process.close()
+        self._fail("the run has ended")

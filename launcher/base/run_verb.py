@@ -1,0 +1,108 @@
+"""A verb about a running launch: its usage, its options, and a request to carry it out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from launcher.base.command_line import Command, Option, option
+from launcher.base.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+_NAME, _NAMES = "[NAME]", "[NAME ...]"
+TEXT = option("TEXT", "a line for its standard input")
+# A shell's options may stand between the words of a text.
+_TEXT_IN_SHELL = option(
+    "TEXT", f"{TEXT.help}; put -- before words that begin with --", count="text"
+)
+
+
+class Verb(Record):
+    """A verb, whose arguments are read from its usage.
+
+    `behind`: options that the words behind the name set, the last one by the last word. `streams`:
+    with the option `follow` it sends items until the run ends. `shell`: it is also a command of
+    its own. `shorthand` reads words such as -9. `serve` answers requests: `module:function`, or
+    empty if the service of the control socket does.
+    """
+
+    usage: str
+    help: str
+    options: tuple[Option, ...] = ()
+    behind: tuple[Option, ...] = ()
+    streams: bool = False
+    shell: bool = True
+    shorthand: Callable[[str], tuple[Option, str] | None] | None = None
+    serve: str = ""
+
+    @property
+    def name(self) -> str:
+        """The first word of the usage."""
+        return self.usage.partition(" ")[0]
+
+    @property
+    def names(self) -> str:
+        """How many processes: none, one, some (at least one) or any (none stands for all)."""
+        if "[NAME ...]" in self.usage:
+            return "any"
+        if "NAME ..." in self.usage:
+            return "some"
+        return "one" if " NAME" in self.usage else "none"
+
+    @property
+    def argument(self) -> str | None:
+        """The option that an optional first word sets."""
+        return next((one.name for one in self.options if not one.flags and one != TEXT), None)
+
+    @property
+    def text(self) -> str | None:
+        """The option that all words after the name set."""
+        return TEXT.name if TEXT in self.options else None
+
+    def option(self, name: str) -> Option | None:
+        """The option with this name in requests."""
+        known = (*self.options, *self.behind)
+        return next((option for option in known if option.name == name), None)
+
+    def command(
+        self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
+    ) -> Command:
+        """Its command line: in the console, or in a shell with `common` options."""
+        arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
+        if self.names != "none":
+            arguments.append(option(_NAME if self.text or self.behind else _NAMES, name="names"))
+        arguments += self.behind
+        if self.text:
+            arguments.append(_TEXT_IN_SHELL if in_shell else option("TEXT", count="..."))
+        usage = f"{self.usage} [--run ID] [--json]" if in_shell else self.usage
+        return Command(
+            self.name,
+            self.help,
+            arguments=tuple(arguments),
+            options=tuple(option for option in self.options if option.flags),
+            groups=(("options of all verbs about a run", common),) if common else (),
+            synopsis=usage.removeprefix(self.name).strip(),
+            about=about,
+            shorthand=self.shorthand,
+            in_shell=in_shell,
+        )
+
+
+class Call(Record):
+    """A verb with its names and options: the body of a request."""
+
+    verb: Verb
+    names: tuple[str, ...]
+    options: Mapping[str, Any]
+
+
+class BadCallError(Exception):
+    """A request that cannot be carried out; `code` is one of the protocol's."""
+
+    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.hint = hint

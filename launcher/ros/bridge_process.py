@@ -1,0 +1,33 @@
+"""The node /launcher of a run (`--ros`): its process is launcher.ros.helpers.bridge."""
+
+from __future__ import annotations
+
+from launcher.run.helpers.client_process import ClientProcess
+from launcher.run.part import Part
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.run.run import Run
+
+GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
+
+
+class RosBridge(Part):
+    """One for a run with a control socket."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        assert run.socket is not None
+        self._process = ClientProcess(
+            run,
+            ("launcher.ros.helpers.bridge", run.socket),
+            name="the ROS bridge",
+            without="this run is not visible in ROS",
+            goodbye_s=GOODBYE_S,
+        )
+
+    def begin(self) -> None:
+        self._process.start()
+
+    def close(self) -> None:
+        self._process.close()

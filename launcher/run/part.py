@@ -1,0 +1,172 @@
+"""The seam of a run: what an optional feature may do, and when it is called.
+
+A feature is a `Part`. Its row in `launcher.run.parts` says when it is made, and which options and
+verbs it brings. Nothing else in a run knows it.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any, Protocol
+
+    from launcher.base.model.events import LoadComponent
+    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_events import Sample
+    from launcher.base.model.spec import ProcessSpec
+    from launcher.base.run_verb import BadCallError, Call
+    from launcher.run.machine import Ended
+    from launcher.run.process import Process
+    from launcher.run.process_driver import ProcessDriver
+    from launcher.run.run import Run
+
+    class Exchange(Protocol):
+        """A request that is answered once, now or later."""
+
+        on_end: Callable[[], object]  # called when the client has gone
+
+        def reply(self, result: Mapping[str, Any], text: Sequence[str]) -> None: ...
+        def fail(self, problem: BadCallError) -> None: ...
+
+    class VerbRequest(Protocol):
+        """A verb of a part that is to be carried out; a function that does raises BadCallError."""
+
+        run: Run
+        call: Call
+        exchange: Exchange
+
+        # The processes that these words name, by default those of the call; all if there are none.
+        def chosen(self, names: Sequence[str] | None = None) -> list[Process]: ...
+
+
+class Part:
+    """An optional feature of a `run`; a hook that it does not have does nothing.
+
+    `no_reload` says why the launch file of a run with this part cannot be evaluated again.
+    """
+
+    no_reload = ""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+
+    # ---- the run
+
+    def driver(self) -> ProcessDriver | None:
+        """What drives the processes of the run, if that is for this part to say."""
+        return None
+
+    def open(self, begin: Callable[[], None]) -> bool:
+        """Whether it calls `begin` later; the run begins then, otherwise at once."""
+        return False
+
+    def holds_run(self) -> bool:
+        """Whether the run must not end for want of processes."""
+        return False
+
+    def settled(self) -> None:
+        """The static part of the launch file was carried out."""
+
+    def begin(self) -> None:
+        """The run has begun: called once, when the row says, with nothing else to do."""
+
+    def follow(self, before: RunOptions) -> None:
+        """A reload has read options that differ from those `before`."""
+
+    def stopping(self) -> None:
+        """The run is being stopped."""
+
+    def skip_grace(self) -> None:
+        """A user does not want to wait any longer for the end of the run."""
+
+    def end_helpers(self) -> None:
+        """End helper processes that must not count as leftovers; may be called twice."""
+
+    def finish(self, done: Callable[[], None]) -> bool:
+        """Look for leftovers, too; whether it does, and calls `done` at the end."""
+        return False
+
+    def conclude(self, *, is_orderly: bool) -> None:
+        """All processes have ended; the summary follows. After an exception it is not orderly."""
+
+    def close(self) -> None:
+        """The last lines of the run are written."""
+
+    # ---- its processes
+
+    def refuses(self, spec: ProcessSpec) -> bool:
+        """Whether it is not to be started, which is reported."""
+        return False
+
+    def adding(self, process: Process) -> None:
+        """A new process of the launch file, before its first start."""
+
+    def added(self, process: Process) -> None:
+        """Its start was requested."""
+
+    def adopted(self, process: Process) -> None:
+        """A reload has given it another spec."""
+
+    def dropped(self, process: Process) -> None:
+        """The launch file does not have it any more, and it has ended, if it can be ended."""
+
+    def started(self, process: Process) -> None:
+        """Its program runs."""
+
+    def ended(self, process: Process, end: Ended) -> None:
+        """It has exited, or could not be started."""
+
+    def loaded(self, effect: LoadComponent, full_name: str) -> None:
+        """A container has loaded a node."""
+
+    def changed(self) -> None:
+        """The state of a process may have."""
+
+    # ---- what is known of them
+
+    def samples(self) -> Mapping[str, Sample]:
+        """Resources of processes that it knows of, by name of process."""
+        return {}
+
+    def sampled(self, samples: Mapping[str, Sample], processes: Mapping[str, Process]) -> None:
+        """The resources of running processes, by name."""
+
+    def row(self, process: Process) -> Mapping[str, object]:
+        """Fields for `ps`."""
+        return {}
+
+    def info(self, process: Process) -> Mapping[str, object]:
+        """More fields for `info`."""
+        return {}
+
+
+class StartStage(Part):
+    """A part through which starts go, from stage to stage, until the last one spawns them."""
+
+    def admit(self, process: Process) -> None:
+        """Keep it, or `pass_on`, now or later."""
+        self.pass_on(process)
+
+    def pass_on(self, process: Process) -> None:
+        """Let its start go on."""
+        self.run.driver.pass_on(process, self)
+
+    def withdraw(self, process: Process) -> bool:
+        """It shall not start any more; False if it is not here."""
+        return False
+
+    def waits(self, process: Process) -> bool:
+        """Whether it waits here for other processes."""
+        return False
+
+    def skip(self, process: Process) -> None:
+        """A user starts it: do not let it wait for other processes."""
+
+    def is_starting(self, process: Process) -> bool:
+        """Whether this stage is carrying out its start."""
+        return False
+
+    def awaits_preparation(self, process: Process) -> bool:
+        """Whether that has to wait for a preparation."""
+        return False

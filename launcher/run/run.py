@@ -1,0 +1,202 @@
+"""What everything in one run shares, and what its processes report."""
+
+from __future__ import annotations
+
+import functools
+import os
+import time
+
+from launcher.base.model.record import Record
+from launcher.output.logs.run_directory import RunDirectory
+from launcher.posix.cleanup import RUN_ID_VARIABLE
+from launcher.posix.cleanup.watchdog_client import WatchdogClient
+from launcher.run.core_driver import CoreDriver
+from launcher.run.logs.run_log import RunLog
+from launcher.run.output.reader import OutputReader
+from launcher.run.parts import Parts
+from launcher.run.process_driver import ProcessDriver
+from launcher.run.starts.spawner import Spawner
+from launcher.run.starts.starts import Starts
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from launcher.base.model.options import RunOptions
+    from launcher.base.model.spec import ProcessSpec
+    from launcher.output.stdout import StdoutWriter
+    from launcher.posix.reactor import Reactor
+    from launcher.run.core_driver import Core
+    from launcher.run.ending.shutdown import Shutdown
+    from launcher.run.logs.run_log import Wishes
+    from launcher.run.machine import Ended
+    from launcher.run.monitor.housekeeping import Housekeeper
+    from launcher.run.part import StartStage
+    from launcher.run.process import Process
+    from launcher.run.requests.process_control import ProcessControl
+
+
+class Launched(Record):
+    """What is run: a `target` with its arguments, as clients of the run see it.
+
+    The files of the run go to `path`, unless that is None. `switched_off` are processes that a
+    condition keeps away. `is_script`: a script with a LaunchService, which decides on the exit
+    code. `hosts` is for the part that runs processes elsewhere; `run_id` is that of a run that was
+    attached to, which is `not_begun` if it cannot be.
+    """
+
+    target: str
+    arguments: tuple[str, ...] = ()
+    path: str | None = None
+    wishes: Wishes | None = None
+    switched_off: Callable[[], Iterable[ProcessSpec]] = tuple
+    is_script: bool = False
+    hosts: object = None
+    run_id: str | None = None
+    not_begun: str = "nothing was started"
+
+
+class Run:
+    """One run; `env` is the environment of the launcher, which helper processes get.
+
+    `socket` is the path of its control socket, if there is one; `is_begun`: the static part of the
+    launch file was carried out.
+    """
+
+    launched: Launched
+    options: RunOptions
+    screen: StdoutWriter
+
+    def __init__(
+        self,
+        core: Core,
+        reactor: Reactor,
+        screen: StdoutWriter,
+        options: RunOptions,
+        launched: Launched,
+        env: Mapping[str, str],
+    ) -> None:
+        self.core = core
+        self.reactor = reactor
+        self.screen = screen
+        self.options = options
+        self.launched = launched
+        self.env = env
+        self.id = launched.run_id or f"{os.getpid()}-{os.urandom(4).hex()}"
+        self.started_wall_s = time.time()
+        self.is_begun = False
+        self.socket: str | None = None
+        self.all_processes: dict[int, Process] = {}
+        warn = functools.partial(screen.log, "WARNING", "launch")
+        soon = functools.partial(reactor.call_later, 0)
+        self.directory = RunDirectory(launched.path, warn, soon=soon)
+        self.log = RunLog(reactor, screen, self.directory, launched.wishes)
+        self.watchdog = WatchdogClient(reactor, self.id, self.log.warn)
+        self.core_driver = CoreDriver(self)
+        self.reader = OutputReader(
+            reactor, screen, self.directory, self.all_processes.values(), self.core_driver
+        )
+        self.spawner = Spawner(self)
+        self.starts = Starts(self)
+        self.parts = Parts(self)
+        self.parts.make_first()
+        drivers = (part.driver() for part in self.parts)
+        self.driver = next(filter(None, drivers), None) or ProcessDriver(self)
+
+    @property
+    def log_dir(self) -> str | None:
+        return self.directory.path
+
+    @property
+    def stages(self) -> Sequence[StartStage]:
+        return self.parts.stages
+
+    @functools.cached_property
+    def agent_env(self) -> dict[str, str]:
+        """The environment of what talks to nodes for this run."""
+        where = {} if self.log_dir is None else {"ROS_LOG_DIR": self.log_dir}
+        return {**self.env, RUN_ID_VARIABLE: self.id, **where}
+
+    @property
+    def processes(self) -> list[Process]:
+        """All of the launch file, in order of first start."""
+        return [one for one in self.all_processes.values() if not one.is_gone]
+
+    @functools.cached_property
+    def shutdown(self) -> Shutdown:
+        """Imported after the first processes have been started."""
+        from launcher.run.ending.shutdown import Shutdown
+
+        return Shutdown(self)
+
+    @property
+    def housekeeper(self) -> Housekeeper:
+        """Imported after the first processes have been started."""
+        from launcher.run.monitor.housekeeping import Housekeeping
+
+        return self.parts.need(Housekeeping).keeper
+
+    @property
+    def process_control(self) -> ProcessControl:
+        """Imported with the first request."""
+        from launcher.run.requests.process_control import ProcessControl
+
+        return self.parts.need(ProcessControl)
+
+    def adopt_helper(self, pid: int) -> None:
+        """A helper process that may outlive a killed launcher, and exits by itself."""
+        self.watchdog.keep(pid)
+        self.housekeeper.add_helper(pid)
+
+    def follow(self, options: RunOptions) -> None:
+        """Apply options that a reload has read, as far as they are not in the specs."""
+        before, self.options = self.options, options
+        self.parts.make_first()
+        for part in self.parts:
+            part.follow(before)
+
+    def stay_while(self, condition: Callable[[], bool]) -> None:
+        """Do not end for want of processes while this is true; a script decides that itself."""
+        if not self.launched.is_script:
+            self.core_driver.stay_while(condition)
+
+    # ---- what the driver of the processes reports
+
+    def started(self, process: Process, pid: int) -> None:
+        """Its program runs."""
+        process.is_replaced = False
+        for part in self.parts:
+            part.started(process)
+        self.core_driver.started(process, pid)
+        self.changed()
+
+    def ended(self, process: Process, pid: int, end: Ended) -> None:
+        """It has exited, which is logged; `pid` is -1 if it could not be started."""
+        for part in self.parts:
+            part.ended(process, end)
+        self.changed()
+        self.shutdown.ended(process, end, is_required=self.options.is_required(process.spec))
+        self.core_driver.ended(process, pid, end)
+
+    def cancelled(self, process: Process) -> None:
+        """It was stopped while it was queued to start."""
+        self.core_driver.cancelled(process)
+
+    def before_kill(self) -> None:
+        """A process is about to get SIGKILL."""
+        self.housekeeper.note_shared_memory()
+
+    def may_have_left(self, process: Process, session: int) -> None:
+        """It has exited, and leftovers in its session are to be stopped."""
+        self.shutdown.end_session(process, session)
+
+    def idle(self) -> None:
+        """An event has been handled completely: the run may be over."""
+        if not any(part.holds_run() for part in self.parts):
+            self.shutdown.idle()
+        self.changed()
+
+    def changed(self) -> None:
+        """The state of a process may have."""
+        for part in self.parts:
+            part.changed()

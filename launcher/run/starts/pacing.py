@@ -1,0 +1,172 @@
+"""A queue of processes to start, so that many nodes do not overload a small machine.
+
+A process counts as starting until it neither ran nor waited for a processor for more than a quarter
+of the time since the last poll (`TreeCpuUsage`), until it exits, or at most for `MAX_S`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+
+from launcher.posix import proc
+from launcher.posix.reactor import Timer
+from launcher.run.machine import ProcessState
+from launcher.run.part import StartStage
+from launcher.run.process import Process
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.run.run import Run
+
+POLL_S = 0.1
+MIN_S = 0.3  # before that, an interpreter that waits for its disk looks idle
+MAX_S = 10.0
+SETTLE_S = 2.0  # if the CPU usage is not available
+IDLE_SHARE = 0.25
+
+_Threads = dict[str, tuple[int, int]]
+
+
+class StartPacing(StartStage):
+    """Lets processes pass in the order in which they were admitted.
+
+    `stagger_s` is the least time from one start to the next, which for a warm one is when it is
+    complete; `max_starting` how many may be starting at the same time (None: any number).
+    """
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._reactor = run.reactor
+        self._stagger_s = run.options.stagger_s
+        self._most = run.options.max_starting
+        self._waiting: deque[Process] = deque()
+        self._starting: dict[Process, _StartingProcess] = {}
+        self._last: Process | None = None
+        self._next_s = run.reactor.now()
+        self._timer: Timer | None = None
+
+    def admit(self, process: Process) -> None:
+        """Queue it; it may be started at once."""
+        # Its last start is over: from now on, STARTING says that it waits.
+        self._starting.pop(process, None)
+        if process is self._last:
+            self._last = None
+        self._waiting.append(process)
+        self._start_next()
+
+    def withdraw(self, process: Process) -> bool:
+        """Remove it from the queue; False if it is not in there."""
+        if process not in self._waiting:
+            return False
+        self._waiting.remove(process)
+        return True
+
+    def _start_next(self) -> None:
+        while self._waiting:
+            wait_s = self._wait_s(self._reactor.now())
+            if wait_s > 0:
+                self._poll_in(wait_s)
+                return
+            process = self._waiting.popleft()
+            now = self._reactor.now()
+            if self._most is not None:
+                self._starting[process] = _StartingProcess(now)
+            self._next_s = now + self._stagger_s
+            self._last = process
+            self.pass_on(process)  # which takes a moment, and may cause further starts
+            self._next_s = self._reactor.now() + self._stagger_s
+
+    def _wait_s(self, now: float) -> float:
+        for process, look in list(self._starting.items()):
+            if look.is_over(process, now):
+                del self._starting[process]
+        if self._most is not None and len(self._starting) >= self._most:
+            return POLL_S
+        return max(self._next_s - now, self._stagger_after_last_s(now))
+
+    def _stagger_after_last_s(self, now: float) -> float:
+        """How long the last start keeps back the next one, if it was not complete at once."""
+        last = self._last
+        if not self._stagger_s or last is None or last.host is not None:
+            return 0.0
+        if last.machine.state is ProcessState.STARTING:
+            return min(POLL_S, self._stagger_s)
+        since_s = last.machine.running_since
+        return 0.0 if since_s is None else since_s + self._stagger_s - now
+
+    def _poll_in(self, wait_s: float) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._reactor.call_later(wait_s, self._start_next)
+
+
+class _StartingProcess:
+    """A process that is starting, and its CPU usage."""
+
+    def __init__(self, now: float) -> None:
+        self._started_s = now
+        self._polled_s = now
+        self._usage = TreeCpuUsage()
+
+    def is_over(self, process: Process, now: float) -> bool:
+        if process.host is not None and process.host.unreachable_s is not None:
+            return True  # it may take hours
+        if process.machine.state is not ProcessState.RUNNING or process.child is None:
+            return process.machine.state is not ProcessState.STARTING
+        age_s, elapsed_s = now - self._started_s, now - self._polled_s
+        if elapsed_s < POLL_S * 0.9:
+            return False
+        self._polled_s = now
+        used_s = None if process.host is not None else self._usage.used_s(process.child.pid)
+        if used_s is None:
+            return age_s >= SETTLE_S
+        is_idle = age_s >= MIN_S and used_s < IDLE_SHARE * elapsed_s
+        return is_idle or age_s >= MAX_S
+
+
+class TreeCpuUsage:
+    """CPU usage of one process and its descendants; remembers that of the last call.
+
+    By threads: an rclpy node has a dozen, most of them of Fast DDS, and a shell leaves the work to
+    its child, so that the first thread may sleep through a busy start. About 12 us a thread.
+    """
+
+    def __init__(self) -> None:
+        self._before: _Threads = {}
+
+    def used_s(self, pid: int) -> float | None:
+        """Seconds since the last call, or since it was started; None if they are not available.
+
+        What all threads together ran, or what the busiest one ran and waited for a processor: a
+        machine that is too busy to let a process run does not make it calm, while many threads
+        that each wait for a moment do not make it busy.
+        """
+        threads = _threads(pid)
+        if not threads:
+            return None
+        ran, most = 0, 0
+        for thread, (ran_ns, waited_ns) in threads.items():
+            ran_before, waited_before = self._before.get(thread, (0, 0))
+            ran += ran_ns - ran_before
+            most = max(most, ran_ns - ran_before + waited_ns - waited_before)
+        self._before = threads
+        return max(ran, most) / 1e9
+
+
+def _threads(pid: int) -> _Threads:
+    """Thread -> nanoseconds that it ran and waited so far, of a process and its descendants."""
+    threads: _Threads = {}
+    waiting = [str(pid)]
+    while waiting:
+        tasks = f"{waiting.pop()}/task"
+        try:
+            names = os.listdir(f"{proc.ROOT}/{tasks}")
+        except OSError:
+            continue  # it has just ended
+        for name in names:
+            words = proc.read(f"{tasks}/{name}", "schedstat").split()
+            if len(words) == 3:
+                threads[name] = int(words[0]), int(words[1])
+            waiting += proc.read(f"{tasks}/{name}", "children").decode().split()
+    return threads
