@@ -16,8 +16,8 @@ from pathlib import Path
 
 from benchmarks.harness import Row, interleaved, median, ratio
 from benchmarks.ros_verbs import Cost, cost_of, ros_domain
-from launcher.workspace import Workspace
-from launcher.workspace.environment import environment
+from launcher.packages.environment import environment
+from launcher.packages.workspace import Workspace
 
 MESSAGES, RATE_HZ = 10000, 2500
 LISTEN_S = "9"

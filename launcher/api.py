@@ -14,7 +14,7 @@ import atexit
 from launcher.base.model.options import RunOptions
 from launcher.cli.dispatch import enter_workspace
 from launcher.launch.service import script_vocabulary
-from launcher.workspace import source_installation
+from launcher.packages.workspace import source_installation
 
 source_installation()
 enter_workspace()

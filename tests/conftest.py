@@ -21,8 +21,8 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
+from launcher.packages.workspace import is_install
 from launcher.posix.domain_lease import leased_domain
-from launcher.workspace import is_install
 from tests.support.waiting import wait_until
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
 

@@ -10,7 +10,7 @@ from launcher.base.errors import PackageNotFoundError, UsageError
 from launcher.base.program import program
 from launcher.base.verb_table import ABSENT_VERBS, CONSOLE_VERBS
 from launcher.language.frontends.locate import locate
-from launcher.packages import share_directory
+from launcher.packages.finder import share_directory
 
 
 def refuse(words: Sequence[str]) -> None:

@@ -26,7 +26,7 @@ from launcher.base.verb_table import (
     VERBS,
     module_of,
 )
-from launcher.workspace import current, source_installation
+from launcher.packages.workspace import current, source_installation
 
 
 def main(words: Sequence[str]) -> int:
@@ -154,7 +154,7 @@ def enter_workspace(verb: str = "launch") -> None:
     workspace = current()
     if workspace is None:
         return
-    from launcher.workspace import activation
+    from launcher.packages import activation
 
     activation.activate(workspace, warns=verb != "completion")
     if verb not in _WITHOUT_RCLPY:

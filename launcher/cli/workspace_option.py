@@ -10,7 +10,7 @@ from launcher.base.errors import UsageError
 from launcher.base.program import program
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
 from launcher.cli.lookup import command_of, verbs_first
-from launcher.workspace import VARIABLE, absolute
+from launcher.packages.workspace import VARIABLE, absolute
 
 _FLAG = WORKSPACE.flags[0]
 

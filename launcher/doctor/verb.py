@@ -14,8 +14,8 @@ from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
 from launcher.doctor.facts import Finding, WorkspaceFacts
 from launcher.doctor.repairs import repair
-from launcher.workspace import Workspace, current
-from launcher.workspace.activation import activate
+from launcher.packages.activation import activate
+from launcher.packages.workspace import Workspace, current
 
 COMMAND = Command(
     "doctor",

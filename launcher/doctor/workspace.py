@@ -11,17 +11,17 @@ from typing import Any
 from launcher.base.errors import LauncherError
 from launcher.base.program import program
 from launcher.doctor.facts import WorkspaceFacts
-from launcher.packages import search_prefixes
+from launcher.packages.environment import of_build, read, underlays
+from launcher.packages.environment import packages as installed_packages
+from launcher.packages.finder import search_prefixes
+from launcher.packages.links import built_elsewhere, dead_link
 from launcher.packages.sources import MARKERS, name_in
-from launcher.workspace import Workspace
+from launcher.packages.workspace import Workspace
 from launcher.workspace.building import records, sources
 from launcher.workspace.building.place import Place
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.toolchain import environment
 from launcher.workspace.building.toolchain import versions as tools
-from launcher.workspace.environment import of_build, read, underlays
-from launcher.workspace.environment import packages as installed_packages
-from launcher.workspace.links import built_elsewhere, dead_link
 
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 

@@ -14,7 +14,7 @@ from launcher.export.model import FileOf, Interpreter, Part, Scratch, Word
 from launcher.export.names import file_name
 from launcher.hosts.file import order_json, references
 from launcher.hosts.file.order import MAX_FILE_BYTES, Order, unused_name
-from launcher.packages import share_directory
+from launcher.packages.finder import share_directory
 
 # A terminal, or a debugger that waits for its user: nobody sees them where this will run.
 _PROGRAMS = """

@@ -30,7 +30,7 @@ from launcher.language.substitution import (
 from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.launch.known_names import KnownNames, known_names
 from launcher.launch.plan.planner import make_plan
-from launcher.packages import find_executable
+from launcher.packages.finder import find_executable
 from launcher.posix.stdio import silence
 
 TYPE_CHECKING = False

@@ -19,7 +19,7 @@ from launcher.launch.core import LaunchCore, launched, supervising
 from launcher.launch.target import LaunchRequest
 from launcher.output.logs.run_directory import new_run_path, provide_log_root
 from launcher.run.parts import open_node
-from launcher.workspace import current
+from launcher.packages.workspace import current
 
 if TYPE_CHECKING:
     import asyncio
@@ -208,7 +208,7 @@ def run_script(request: LaunchRequest, options: RunOptions) -> int:
 
     workspace = current()
     if workspace is not None:  # the script may import rclpy
-        from launcher.workspace import activation
+        from launcher.packages import activation
 
         activation.load_libraries(workspace)
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]

@@ -289,12 +289,12 @@ def launched_system(
 
 def _with_workspace(environ: Mapping[str, str]) -> Mapping[str, str]:
     """The environment with the workspace that the tests are in, for the probe."""
-    from launcher.workspace import current
+    from launcher.packages.workspace import current
 
     workspace = current(environ)
     if workspace is None:
         return environ
-    from launcher.workspace.environment import environment
+    from launcher.packages.environment import environment
 
     return environment(workspace, environ)
 

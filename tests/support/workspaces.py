@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from launcher.workspace import Workspace
-from launcher.workspace.environment import environment
+from launcher.packages.environment import environment
+from launcher.packages.workspace import Workspace
 from tests.support.repository import REPOSITORY
 from tests.support.verbs import Answer
 

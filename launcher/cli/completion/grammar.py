@@ -69,7 +69,8 @@ def candidates(words: Sequence[str]) -> Iterable[Candidate]:
 
 def _in_workspace(words: Sequence[str]) -> list[str]:
     """The words without --workspace, which is entered; LauncherError."""
-    from launcher.workspace import activation, current
+    from launcher.packages import activation
+    from launcher.packages.workspace import current
 
     left = choose_workspace(words)
     workspace = current()

@@ -69,7 +69,7 @@ def targets(current: str) -> Iterator[tuple[str, str]]:
 
 
 def packages(current: str) -> Iterator[tuple[str, str]]:
-    from launcher.packages import search_prefixes
+    from launcher.packages.finder import search_prefixes
 
     for prefix in search_prefixes(os.environ):
         with contextlib.suppress(OSError):
@@ -78,7 +78,7 @@ def packages(current: str) -> Iterator[tuple[str, str]]:
 
 def executables(package: str) -> Candidates:
     """LauncherError: there is no such package."""
-    from launcher.packages import executables as names
+    from launcher.packages.finder import executables as names
 
     return [(name, "") for name in names(package, os.environ)]
 
@@ -98,7 +98,7 @@ def launch_words(before: Sequence[str], current: str) -> Iterable[tuple[str, str
 def _files_of(package: str) -> list[tuple[str, str]]:
     """Launch files of a package; PackageNotFoundError, also for the name of a launch file."""
     from launcher.language.frontends.locate import launch_names
-    from launcher.packages import share_directory
+    from launcher.packages.finder import share_directory
 
     if package in launch_names(os.environ) or os.path.isfile(package):
         raise PackageNotFoundError(f"'{package}' is a launch file")

@@ -11,7 +11,7 @@ from launcher.base import text_file
 from launcher.base.errors import LauncherError
 from launcher.hosts.check.facts import Needs
 from launcher.hosts.file.order import Order
-from launcher.packages import resource_prefix, share_directory
+from launcher.packages.finder import resource_prefix, share_directory
 
 _DEPENDENCY = re.compile(r"<(?:exec_|run_)?depend(?:\s[^>]*)?>\s*([\w.-]+)\s*<")
 

@@ -10,7 +10,7 @@ from launcher.base.text import count
 from launcher.hosts.check.facts import Finding, Member, Survey
 from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.file.model import LOCAL, DiscoveryMode
-from launcher.workspace import DISTRIBUTIONS
+from launcher.packages.workspace import DISTRIBUTIONS
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"

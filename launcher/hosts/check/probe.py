@@ -356,24 +356,24 @@ def prefixes() -> Iterator[str]:
 
 def missing_there(request: dict[str, Any]) -> dict[str, Any]:
     """As the launcher there finds them when it starts processes."""
-    from launcher import packages
     from launcher.base.errors import LauncherError
     from launcher.hosts.file.run_order import enter_workspace
+    from launcher.packages import finder
 
     enter_workspace()
     missing: dict[str, Any] = {"packages": [], "executables": [], "interfaces": []}
     for name in request["packages"]:
         try:
-            packages.package_prefix(name, os.environ)
+            finder.package_prefix(name, os.environ)
         except LauncherError:
             missing["packages"].append(name)
     for package, name in request["executables"]:
         try:
-            packages.find_executable(package, name, os.environ)
+            finder.find_executable(package, name, os.environ)
         except LauncherError:
             missing["executables"].append([package, name])
     for name in request["interfaces"]:
-        if packages.resource_prefix("rosidl_interfaces", name, os.environ) is None:
+        if finder.resource_prefix("rosidl_interfaces", name, os.environ) is None:
             missing["interfaces"].append(name)
     return missing
 

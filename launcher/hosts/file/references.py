@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
-from launcher.packages import own_package, share_directory, sources
+from launcher.packages import sources
+from launcher.packages.finder import own_package, share_directory
 from launcher.packages.sources import MARKERS
 
 

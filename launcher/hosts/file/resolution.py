@@ -17,7 +17,7 @@ from launcher.hosts.file.references import (
     SharedFile,
     Word,
 )
-from launcher.packages import find_executable, share_directory
+from launcher.packages.finder import find_executable, share_directory
 
 _PRIVATE = 0o700
 

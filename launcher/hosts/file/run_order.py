@@ -13,8 +13,8 @@ from launcher.base import strict_json
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.file import order_json
 from launcher.hosts.file.resolution import resolve
+from launcher.packages.workspace import current, source_installation
 from launcher.posix.dispositions import for_exec
-from launcher.workspace import current, source_installation
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def enter_workspace() -> None:
     source_installation()
     workspace = current()
     if workspace is not None:
-        from launcher.workspace.activation import activate
+        from launcher.packages.activation import activate
 
         activate(workspace)
 

@@ -13,9 +13,9 @@ from launcher.base.text import did_you_mean
 from launcher.hosts.sync import installed
 from launcher.hosts.sync.tree import Entry, Tree
 from launcher.packages import overlay, sources
+from launcher.packages.environment import packages, underlays
 from launcher.packages.sources import MARKERS
-from launcher.workspace import MARKER, Workspace
-from launcher.workspace.environment import packages, underlays
+from launcher.packages.workspace import MARKER, Workspace
 
 _LAUNCHER = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 _MODULES = "lib/python/site-packages"  # of packages that are brought from their sources

@@ -79,7 +79,7 @@ def _folder(given: str | None) -> str | None:
 
 def _brought(parsed: Parsed) -> Brought:
     from launcher.hosts.sync.packages import collect
-    from launcher.workspace import current
+    from launcher.packages.workspace import current
 
     brought = collect(current(), parsed.package)
     names = ", ".join(sorted(brought.packages)) or "none"

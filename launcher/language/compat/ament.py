@@ -85,11 +85,11 @@ def _share_function(original: Callable[..., str]) -> Callable[..., str]:
 
 def _found(look_up: str, name: str) -> str:
     """The path; the exception of ament_index_python, with the launcher's hint."""
-    from launcher import packages  # takes long to import
     from launcher.base.errors import PackageNotFoundError
     from launcher.language.ros.packages import missing
+    from launcher.packages import finder  # takes long to import
 
     try:
-        return str(getattr(packages, look_up)(name, os.environ))
+        return str(getattr(finder, look_up)(name, os.environ))
     except PackageNotFoundError as error:
         raise missing(error, name) from None

@@ -10,7 +10,7 @@ from pathlib import Path
 from launcher.base.errors import PackageNotFoundError, UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean, one_of, shown_path, suggest
-from launcher.packages import (
+from launcher.packages.finder import (
     executables,
     files_in_share,
     own_package,

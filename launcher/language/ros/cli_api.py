@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, KeysView
 
-from launcher import packages
 from launcher.base.errors import PackageNotFoundError
 from launcher.language.naming import public
 from launcher.language.ros.packages import FindPackageShare
+from launcher.packages import finder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class PackageNotFound(Exception):
 
 def get_package_names() -> KeysView[str]:
     """The names of all packages."""
-    return dict.fromkeys(sorted(packages.package_names(os.environ))).keys()
+    return dict.fromkeys(sorted(finder.package_names(os.environ))).keys()
 
 
 def package_name_completer(**named: Any) -> KeysView[str]:
@@ -41,7 +41,7 @@ def package_name_completer(**named: Any) -> KeysView[str]:
 def get_prefix_path(package_name: str) -> str | None:
     """The prefix that a package is installed in; None if it is not found."""
     try:
-        return str(packages.package_prefix(package_name, os.environ))
+        return str(finder.package_prefix(package_name, os.environ))
     except PackageNotFoundError:
         return None
 
@@ -59,7 +59,7 @@ def get_executable_paths(*, package_name: str) -> list[str]:
     if found:
         return found
     # A package that pip has installed: its programs are in `bin`.
-    return [str(path) for path in packages.executable_paths(package_name, os.environ).values()]
+    return [str(path) for path in finder.executable_paths(package_name, os.environ).values()]
 
 
 # ---- ros2launch.api
@@ -80,7 +80,7 @@ def get_share_file_path_from_package(*, package_name: str, file_name: str) -> st
     Raises PackageNotFoundError, FileNotFoundError or MultipleLaunchFilesError.
     """
     share = FindPackageShare.find(package_name)
-    found = [path for path in packages.files_in_share(share) if os.path.basename(path) == file_name]
+    found = [path for path in finder.files_in_share(share) if os.path.basename(path) == file_name]
     where = f"in the share directory of package '{package_name}'"
     if not found:
         raise FileNotFoundError(f"file '{file_name}' was not found {where} which is at '{share}'")
@@ -102,7 +102,7 @@ is_launch_file.extensions = _EXTENSIONS  # type: ignore[attr-defined]
 
 def get_launch_file_paths(*, path: str) -> list[str]:
     """The launch files below a folder."""
-    return [file for file in packages.files_in_share(path) if is_launch_file(file)]
+    return [file for file in finder.files_in_share(path) if is_launch_file(file)]
 
 
 def parse_launch_arguments(launch_arguments: Iterable[str]) -> Any:
@@ -187,7 +187,7 @@ class LaunchFileNameCompleter:
     def __call__(self, prefix: str, parsed_args: Any, **named: Any) -> list[str]:
         package = getattr(parsed_args, self.package_name_key)
         try:
-            share = packages.share_directory(package, os.environ)
+            share = finder.share_directory(package, os.environ)
         except PackageNotFoundError:
             return []
         return [os.path.basename(path) for path in get_launch_file_paths(path=str(share))]

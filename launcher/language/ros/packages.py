@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from launcher import packages
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.language.naming import public
 from launcher.language.substitution import (
@@ -17,6 +16,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.packages import finder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class FindPackagePrefix(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _find(packages.package_prefix, package_name)
+        return _find(finder.package_prefix, package_name)
 
 
 @public("launch_ros.substitutions.find_package")
@@ -121,7 +121,7 @@ class FindPackageShare(FindPackage):
 
     @staticmethod
     def find(package_name: str) -> str:
-        return _find(packages.share_directory, package_name)
+        return _find(finder.share_directory, package_name)
 
 
 @public("launch_ros.substitutions.find_package_file")
@@ -190,7 +190,7 @@ class AmentIndexResource(_Path):
         """The prefix; SubstitutionFailure if there is no such resource."""
         kind = perform_substitutions(context, self.resource_type)
         name = perform_substitutions(context, self.resource_name)
-        found = packages.resource_prefix(kind, name, os.environ)
+        found = finder.resource_prefix(kind, name, os.environ)
         if found is None:
             raise SubstitutionFailure(f"the ament index has no resource '{name}' of type '{kind}'")
         return str(found)
@@ -207,7 +207,7 @@ class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):
 
 def _executable_path(package: str, executable: str) -> str:
     """The path of an executable given with a folder: as in ROS 2, not searched in the package."""
-    libexec = packages.package_prefix(package, os.environ) / "lib" / package
+    libexec = finder.package_prefix(package, os.environ) / "lib" / package
     if libexec.is_dir() and os.path.isfile(executable) and os.access(executable, os.X_OK):
         return executable
     raise ExecutableNotFoundError(
@@ -251,7 +251,7 @@ class ExecutableInPackage(FindPackagePrefix):
         try:
             if os.path.dirname(executable):
                 return _executable_path(package, executable)
-            path: Path = packages.find_executable(package, executable, os.environ)
+            path: Path = finder.find_executable(package, executable, os.environ)
         except PackageNotFoundError as error:
             raise missing(error, package) from None
         except ExecutableNotFoundError as error:

@@ -11,7 +11,7 @@ from launcher.base.command_line import DEBUG, Command, option
 from launcher.base.errors import UsageError
 from launcher.base.verb_table import VERBS
 from launcher.output.logs.run_directory import provide_log_root
-from launcher.packages import executables, find_executable
+from launcher.packages.finder import executables, find_executable
 from launcher.posix.dispositions import for_exec
 
 TYPE_CHECKING = False

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from launcher.base.errors import UsageError
 from launcher.base.text import did_you_mean
-from launcher.packages import search_prefixes
+from launcher.packages.finder import search_prefixes
 from launcher.posix.domains import RANGES
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"

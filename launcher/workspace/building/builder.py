@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.workspace import ROS_VARIABLES
+from launcher.packages.workspace import ROS_VARIABLES
 from launcher.workspace.building import lock, preflight, records, sources
 from launcher.workspace.building.colcon import Colcon, Event, jobs
 from launcher.workspace.building.colcon import words as colcon_words

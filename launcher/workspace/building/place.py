@@ -13,7 +13,7 @@ from pathlib import Path
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.program import program
 from launcher.base.text import shown_path
-from launcher.workspace import MARKER, VARIABLE, absolute, is_install
+from launcher.packages.workspace import MARKER, VARIABLE, absolute, is_install
 from launcher.workspace.building import sources
 
 _BAD_CHARACTERS = {

@@ -55,10 +55,10 @@ def main(words: Sequence[str]) -> int:
     place.require_writable(where)
     extra.require()
     colcon_options.check(rest)
-    from launcher.workspace import Workspace
+    from launcher.packages.environment import of_build, underlays
+    from launcher.packages.workspace import Workspace
     from launcher.workspace.building import builder, report
     from launcher.workspace.building.colcon import signals
-    from launcher.workspace.environment import of_build, underlays
 
     workspace = Workspace(where.root, where.install)
     environ = of_build(workspace, os.environ)

@@ -12,10 +12,10 @@ from launcher.base.command_line import DEBUG, Command, option
 from launcher.base.errors import ExitCode
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
+from launcher.packages.environment import LIBRARIES, merged, read
+from launcher.packages.hooks import Hooks
+from launcher.packages.workspace import ROS_VARIABLES, Workspace, current
 from launcher.posix.stdio import print_text
-from launcher.workspace import ROS_VARIABLES, Workspace, current
-from launcher.workspace.environment import LIBRARIES, merged, read
-from launcher.workspace.hooks import Hooks
 
 _WHEELS = "AMENT_PREFIX_PATH"
 

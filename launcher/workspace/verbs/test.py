@@ -23,7 +23,7 @@ from launcher.base.program import program
 from launcher.base.text import escape
 from launcher.base.verb_table import VERBS
 from launcher.output.logs.run_directory import provide_log_root
-from launcher.workspace import Workspace, is_install
+from launcher.packages.workspace import Workspace, is_install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def _options(words: Sequence[str]) -> Parsed:
 
 def _environment(where: Place) -> dict[str, str]:
     """That of the workspace, if it is built."""
-    from launcher.workspace.environment import environment
+    from launcher.packages.environment import environment
 
     if not is_install(where.install):
         return dict(os.environ)
@@ -132,7 +132,7 @@ def _environment(where: Place) -> dict[str, str]:
 def _built(chosen: Sequence[Package], where: Place) -> tuple[list[Package], list[str]]:
     """The packages that are built, and the names of the others; tells what is stale."""
     from launcher.doctor.workspace import inspect
-    from launcher.workspace.environment import packages
+    from launcher.packages.environment import packages
 
     installed, changed = {}, {}
     if is_install(where.install):

@@ -47,11 +47,11 @@ def main(words: Sequence[str]) -> int:
             "--all takes no packages" if options.all else "name a package, or give --all",
             hint=f"{program()} wheel --help",
         )
-    from launcher import workspace
+    from launcher.packages import workspace
+    from launcher.packages.environment import of_build
     from launcher.workspace.building import extra, place
     from launcher.workspace.building.colcon import signals
     from launcher.workspace.building.sources.source_text import shown
-    from launcher.workspace.environment import of_build
 
     found = workspace.current()
     where = place.find([found.root] if found else [])

@@ -11,7 +11,7 @@ from launcher.base.command_line import WORKSPACE
 from launcher.base.errors import UsageError
 from launcher.cli.completion.grammar import candidates
 from launcher.cli.workspace_option import choose_workspace
-from launcher.workspace import VARIABLE
+from launcher.packages.workspace import VARIABLE
 
 FLAG = WORKSPACE.flags[0]
 

@@ -12,7 +12,7 @@ from launcher.base.model.level import Level
 from launcher.doctor import workspace
 from launcher.doctor.facts import WorkspaceFacts
 from launcher.doctor.workspace_checks import check_workspace
-from launcher.workspace import Workspace
+from launcher.packages.workspace import Workspace
 from launcher.workspace.building import records, sources
 from launcher.workspace.building.place import Place
 from tests.workspace.unit.building.source_tree import python_package, write

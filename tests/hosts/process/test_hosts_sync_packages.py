@@ -10,7 +10,7 @@ import pytest
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.hosts.sync.packages import Brought, collect
-from launcher.workspace import workspace_at
+from launcher.packages.workspace import workspace_at
 from tests.support.environments import environment_with_ros
 from tests.support.own_package import write_package
 from tests.support.repository import REPOSITORY

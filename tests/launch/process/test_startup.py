@@ -167,8 +167,10 @@ def test_the_watchdog_imports_little():
 
 
 def test_outside_of_a_workspace_nothing_is_imported_but_what_looks_for_it(imported: set[str]):
-    found = {name for name in imported if name.startswith("launcher.workspace")}
-    assert found == {"launcher.workspace"}
+    found = {
+        name for name in imported if name.startswith(("launcher.packages", "launcher.workspace"))
+    }
+    assert found == {"launcher.packages", "launcher.packages.workspace"}
 
 
 @pytest.mark.parametrize(

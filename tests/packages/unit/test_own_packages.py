@@ -11,13 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher import packages
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.package_origins import needs_ros
 from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
-from launcher.packages import overlay, sources
+from launcher.packages import finder, overlay, sources
 from tests.support.own_package import write_package
 
 MANIFEST = "<package><name>{}</name></package>"
@@ -81,7 +80,7 @@ if __name__ == "__main__":
 def test_setup_py_is_run_without_setuptools(work: Path, text: str):
     made(work / "bot", setup_py=text, launch__a_launch_py="")
 
-    own = packages.own_package("bot", os.environ)
+    own = finder.own_package("bot", os.environ)
 
     assert own is not None and own.problem is None
     assert own.share == str(work / "bot")
@@ -117,12 +116,12 @@ def test_data_files_may_be_in_a_configuration_file(work: Path, file: str):
     texts = {file: CONFIGURED[file], "starts__x_launch_py": "", "conf__a_yaml": ""}
     made(work / "bot", conf__b_yaml="", **texts)
 
-    share = packages.share_directory("bot", os.environ)
+    share = finder.share_directory("bot", os.environ)
 
     assert share != work / "bot"
     found = {str(path.relative_to(share)) for path in share.rglob("*") if path.is_file()}
     assert found == {"launch/x.launch.py", "config/a.yaml", "config/b.yaml"}
-    assert packages.executables("bot", os.environ) == ["talk"]
+    assert finder.executables("bot", os.environ) == ["talk"]
     assert locate(["bot", "x.launch.py"], os.environ) == share / "launch/x.launch.py"
 
 
@@ -135,18 +134,18 @@ def test_programs_among_the_data_files_are_executables(work: Path):
     for name in ("tool", "scripts/other"):
         (work / "bot" / name).chmod(0o755)
 
-    program = packages.find_executable("bot", "other", os.environ)
+    program = finder.find_executable("bot", "other", os.environ)
 
     assert program.resolve() == work / "bot/scripts/other"
-    assert packages.executables("bot", os.environ) == ["other", "tool"]
+    assert finder.executables("bot", os.environ) == ["other", "tool"]
 
 
 def test_a_package_of_cmake_that_is_not_built_says_so(work: Path):
     made(work / "bot", CMakeLists_txt="", launch__a_launch_xml="<launch/>")
 
-    assert packages.share_directory("bot", os.environ) == work / "bot"
+    assert finder.share_directory("bot", os.environ) == work / "bot"
     with pytest.raises(ExecutableNotFoundError) as caught:
-        packages.find_executable("bot", "talk", os.environ)
+        finder.find_executable("bot", "talk", os.environ)
     assert caught.value.message == f"executable 'talk' not found in the source folder '{work}/bot'"
     assert caught.value.hint == f"{work}/bot is not built: {program()} build"
 
@@ -189,12 +188,12 @@ def test_the_prefix_is_made_again_only_after_a_change(work: Path, monkeypatch):
         return real(*args, **named)
 
     monkeypatch.setattr(subprocess, "run", counted)
-    first = packages.share_directory("bot", os.environ)
-    assert packages.share_directory("bot", os.environ) == first
+    first = finder.share_directory("bot", os.environ)
+    assert finder.share_directory("bot", os.environ) == first
     assert len(runs) == 1
 
     (source / "files" / "q.yaml").write_text("")
-    second = packages.share_directory("bot", os.environ)
+    second = finder.share_directory("bot", os.environ)
     assert len(runs) == 2
     assert second != first and (second / "config/q.yaml").is_file()
     assert (first / "config/p.yaml").is_file()  # of a run that still uses it
@@ -202,10 +201,10 @@ def test_the_prefix_is_made_again_only_after_a_change(work: Path, monkeypatch):
 
 def test_a_prefix_that_was_cleaned_up_is_completed(work: Path):
     write_package(work, "bot", moved=True)
-    share = packages.share_directory("bot", os.environ)
+    share = finder.share_directory("bot", os.environ)
     shutil.rmtree(share / "config")
 
-    assert packages.share_directory("bot", os.environ) == share
+    assert finder.share_directory("bot", os.environ) == share
     assert (share / "config/p.yaml").is_file()
 
 
@@ -215,28 +214,28 @@ def test_a_folder_of_somebody_else_is_not_used(work: Path, tmp_path: Path):
     taken.mkdir()
     taken.chmod(0o777)
 
-    prefix = packages.package_prefix("bot", os.environ)
+    prefix = finder.package_prefix("bot", os.environ)
 
     assert taken not in prefix.parents
 
 
 def test_the_prefix_is_announced_to_children_but_not_shown_as_a_change(work: Path, tmp_path: Path):
     write_package(work, "bot")
-    prefix = packages.package_prefix("bot", os.environ)
+    prefix = finder.package_prefix("bot", os.environ)
 
     assert os.environ["AMENT_PREFIX_PATH"] == f"{tmp_path}/none:{prefix}"
     assert overlay.without_overlays(os.environ["AMENT_PREFIX_PATH"]) == f"{tmp_path}/none"
-    assert packages.package_prefix("bot", os.environ) == prefix
+    assert finder.package_prefix("bot", os.environ) == prefix
 
 
 def test_a_launcher_in_a_launch_finds_the_packages_of_the_outer_one(work: Path, monkeypatch):
     write_package(work, "bot")
-    prefix = packages.package_prefix("bot", os.environ)
+    prefix = finder.package_prefix("bot", os.environ)
     (work / "deep").mkdir()
     monkeypatch.chdir("/")
 
-    assert packages.package_prefix("bot", os.environ) == prefix
-    assert (packages.share_directory("bot", os.environ) / "launch").is_dir()
+    assert finder.package_prefix("bot", os.environ) == prefix
+    assert (finder.share_directory("bot", os.environ) / "launch").is_dir()
 
 
 def test_an_interpreter_with_a_blank_in_its_path_runs_the_programs(work: Path, monkeypatch):
@@ -247,7 +246,7 @@ def test_an_interpreter_with_a_blank_in_its_path_runs_the_programs(work: Path, m
     (work / "bot/bot/talker.py").write_text("def main():\n    print('ran')\n")
     monkeypatch.setattr(sys, "executable", str(python))
 
-    program = packages.find_executable("bot", "bot_talker", os.environ)
+    program = finder.find_executable("bot", "bot_talker", os.environ)
 
     assert subprocess.check_output([str(program)], text=True) == "ran\n"
 
@@ -286,8 +285,8 @@ def test_packages_of_merged_and_isolated_workspaces_are_found(tmp_path: Path):
         marker.touch()
     env = {"COLCON_PREFIX_PATH": f"{merged}:{isolated}"}
 
-    assert packages.share_directory("one", env) == merged / "share/one"
-    assert packages.share_directory("two", env) == isolated / "two/share/two"
+    assert finder.share_directory("one", env) == merged / "share/one"
+    assert finder.share_directory("two", env) == isolated / "two/share/two"
 
 
 # ---- packages that are not found
@@ -295,7 +294,7 @@ def test_packages_of_merged_and_isolated_workspaces_are_found(tmp_path: Path):
 
 def hint_for(name: str) -> str:
     with pytest.raises(PackageNotFoundError) as caught:
-        packages.share_directory(name, os.environ)
+        finder.share_directory(name, os.environ)
     return caught.value.hint or ""
 
 
@@ -339,7 +338,7 @@ def test_ament_index_python_finds_them_while_a_launch_file_is_read(work: Path):
         assert module.get_package_share_path("bot") == source
         assert module.get_package_share_directory("bot") == str(source)  # now it is announced
         share = module.get_package_share_directory("moved")
-        assert share == str(packages.share_directory("moved", os.environ)) != str(moved)
+        assert share == str(finder.share_directory("moved", os.environ)) != str(moved)
         assert os.path.isdir(module.get_package_prefix("bot"))
         for function in (module.get_package_prefix, module.get_package_share_directory):
             with pytest.raises(module.PackageNotFoundError) as caught:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from launcher import packages
 from launcher.base.errors import (
     ExecutableNotFoundError,
     PackageNotFoundError,
     UsageError,
 )
 from launcher.language.frontends.locate import locate
-from launcher.packages import overlay, sources
+from launcher.packages import finder, overlay, sources
 from tests.support.own_package import write_package
 
 
@@ -32,7 +31,7 @@ def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_an_empty_name_is_of_no_package():
     with pytest.raises(PackageNotFoundError):
-        packages.share_directory("", os.environ)
+        finder.share_directory("", os.environ)
 
 
 BROKEN = {
@@ -50,7 +49,7 @@ def test_a_broken_setup_py_is_reported_where_something_is_missing(work: Path, te
     file = source / "launch/bot.launch.py"
     assert locate(["bot", "bot.launch.py"], os.environ) == file
     with pytest.raises(ExecutableNotFoundError) as caught:
-        packages.find_executable("bot", "talk", os.environ)
+        finder.find_executable("bot", "talk", os.environ)
     assert caught.value.hint == f"{source}/setup.py could not be read: {problem}"
 
 
@@ -62,11 +61,11 @@ def test_a_setup_py_that_hangs_is_named_and_waited_for_once(work: Path, monkeypa
     )
     (source / "runs").touch()
 
-    assert packages.share_directory("bot", os.environ) == source
+    assert finder.share_directory("bot", os.environ) == source
     said = capsys.readouterr().err
     assert f"warning: {source}/setup.py could not be read: it did not end within 0.5 s\n" in said
     with pytest.raises(ExecutableNotFoundError) as caught:
-        packages.find_executable("bot", "talk", os.environ)
+        finder.find_executable("bot", "talk", os.environ)
     assert caught.value.hint == (
         f"{source}/setup.py could not be read: it did not end within 0.5 s"
     )
@@ -75,7 +74,7 @@ def test_a_setup_py_that_hangs_is_named_and_waited_for_once(work: Path, monkeypa
 
     monkeypatch.setattr(overlay, "_READER_TIMEOUT_S", 60.0)
     write_package(work, "bot")  # another setup.py is tried again
-    assert packages.executables("bot", os.environ) == ["bot_talker"]
+    assert finder.executables("bot", os.environ) == ["bot_talker"]
 
 
 MANIFESTS = {
@@ -108,11 +107,11 @@ def test_a_source_folder_without_a_readable_package_xml_is_named(
 
 def test_prefixes_of_links_are_no_part_of_the_hint(work: Path):
     write_package(work, "bot")
-    prefix = packages.package_prefix("bot", os.environ)
+    prefix = finder.package_prefix("bot", os.environ)
     assert str(prefix) in os.environ["AMENT_PREFIX_PATH"]
 
     with pytest.raises(PackageNotFoundError) as caught:
-        packages.package_prefix("zzz", os.environ)
+        finder.package_prefix("zzz", os.environ)
     assert (caught.value.hint or "").startswith(f"searched: {work.parent}/none, {sys.prefix}, edit")
 
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 from std_srvs.srv import SetBool
 
-from launcher import packages
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.ros_errors import VerbError
-from launcher.packages import unbuilt
+from launcher.packages import finder, unbuilt
 from launcher.packages.sources import MARKERS
 from launcher.ros.messages import interfaces
 from launcher.ros.messages.from_yaml import fill
@@ -58,7 +57,7 @@ def test_interfaces_that_are_not_built_are_told_once_before_the_start(ws, capsys
         manifest.symlink_to(ws / "src/bot/package.xml")
 
     for _ in range(2):
-        packages.share_directory("bot", os.environ)
+        finder.share_directory("bot", os.environ)
 
     expected = "warning: bot needs bot_msgs, which is not built\nhint: launcher build\n"
     assert capsys.readouterr().err.replace("python -m launcher", "launcher") == expected
@@ -72,7 +71,7 @@ def test_nothing_is_searched_for_a_package_that_is_in_no_workspace(ws: Path, mon
 
 def test_nothing_is_told_of_interfaces_that_are_built(ws: Path, capsys):
     install(ws, "bot_msgs")
-    packages.share_directory("bot", os.environ)
+    finder.share_directory("bot", os.environ)
     assert capsys.readouterr().err == ""
     assert unbuilt.hint("bot_msgs", os.environ) is None
 
@@ -90,7 +89,7 @@ def test_a_moved_workspace_is_not_told_to_be_unbuilt(
     marker.parent.mkdir(parents=True)
     marker.symlink_to(target.format(root=ws))
 
-    packages.share_directory("bot", os.environ)
+    finder.share_directory("bot", os.environ)
 
     assert ("not built" in capsys.readouterr().err) is is_told
     assert (unbuilt.hint("bot_msgs", os.environ) is not None) is is_told
@@ -187,7 +186,7 @@ def test_links_to_a_source_that_is_gone_are_told(ws: Path):
     (ws / "src/bot").rename(ws / "other")
     (ws / "other/package.xml").unlink()
     with pytest.raises(PackageNotFoundError) as caught:
-        packages.find_executable("bot", "bot_talker", os.environ)
+        finder.find_executable("bot", "bot_talker", os.environ)
     gone = f"it is installed in {ws.parent}/prefix, as links to {ws}/src/bot/package.xml, which is"
     assert str(caught.value.hint).startswith(gone)
 
@@ -201,4 +200,4 @@ def test_a_build_folder_is_no_source(ws: Path, monkeypatch: pytest.MonkeyPatch):
     for folder in (ws, ws / "build", build):
         monkeypatch.chdir(folder)
         with pytest.raises(PackageNotFoundError):
-            packages.find_executable("left", "left_talker", os.environ)
+            finder.find_executable("left", "left_talker", os.environ)

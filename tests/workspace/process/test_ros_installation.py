@@ -102,7 +102,7 @@ def test_nothing_of_pip_is_used(ros_host: RosHost):
 def test_packages_of_the_installation_and_those_that_were_brought_are_found(ros_host: RosHost):
     code = (
         "import os\n"
-        "from launcher.packages import package_prefix\n"
+        "from launcher.packages.finder import package_prefix\n"
         "for name in ('rclpy', 'std_msgs'): print(package_prefix(name, os.environ))\n"
     )
     done = ros_host.run("-c", code)

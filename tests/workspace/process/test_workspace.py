@@ -16,7 +16,7 @@ import pytest
 
 from launcher.doctor.facts import WorkspaceFacts
 from launcher.doctor.workspace import inspect
-from launcher.workspace import Workspace, ros_variables
+from launcher.packages.workspace import Workspace, ros_variables
 from tests.support.own_package import MANIFEST, write_package
 from tests.workspace.unit.building.source_tree import interface_package, write
 

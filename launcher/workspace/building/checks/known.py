@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Mapping
 from functools import cache, cached_property
 from pathlib import Path
 
-from launcher.packages import search_prefixes
+from launcher.packages.finder import search_prefixes
 from launcher.packages.sources import MARKERS
 
 _INTERFACES = os.path.join(os.path.dirname(MARKERS), "rosidl_interfaces")

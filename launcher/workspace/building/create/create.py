@@ -11,15 +11,16 @@ from functools import partial
 from launcher.base.errors import UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
-from launcher.packages import package_names, resource_prefix, share_directory, sources
-from launcher.workspace import VARIABLE
-from launcher.workspace import find as find_workspace
+from launcher.packages import sources
+from launcher.packages.environment import environment
+from launcher.packages.finder import package_names, resource_prefix, share_directory
+from launcher.packages.workspace import VARIABLE
+from launcher.packages.workspace import find as find_workspace
 from launcher.workspace.building.create import names, place
 from launcher.workspace.building.create.maintainer import UNKNOWN_EMAIL, maintainer
 from launcher.workspace.building.create.templates import Metadata, interface_files, node_files
 from launcher.workspace.building.sources import find as find_packages
 from launcher.workspace.building.sources.source_text import shown
-from launcher.workspace.environment import environment
 
 PYTHON, CMAKE = BUILD_TYPES = ("ament_python", "ament_cmake")
 TO_DO = "TODO"

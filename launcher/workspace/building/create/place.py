@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.workspace import VARIABLE
+from launcher.packages.workspace import VARIABLE
 from launcher.workspace.building.sources.source_text import shown
 
 _MANIFEST = "package.xml"

@@ -8,7 +8,7 @@ import sysconfig
 from collections.abc import Iterable, Mapping
 
 from launcher.base.errors import LauncherError
-from launcher.packages import search_prefixes
+from launcher.packages.finder import search_prefixes
 from launcher.workspace.building.place import Place
 from launcher.workspace.building.toolchain.compiler import Compiler
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from importlib import metadata
 
 from launcher.packages.sources import MARKERS
-from launcher.workspace import find as find_workspace
+from launcher.packages.workspace import find as find_workspace
 from launcher.workspace.building.sources import Package
 
 # In RECORD, whose paths are relative to site-packages.

@@ -8,19 +8,19 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher import packages
 from launcher.base import text_file
 from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import ExitCode, PackageNotFoundError
 from launcher.base.ros_errors import VerbError
-from launcher.workspace import current
+from launcher.packages import finder
+from launcher.packages.workspace import current
 
 PACKAGE = option("PACKAGE")
 
 
 def _list(options: Parsed) -> int:
     _enter_workspace()
-    for name in sorted(packages.package_names(os.environ)):
+    for name in sorted(finder.package_names(os.environ)):
         print(name)
     return ExitCode.OK
 
@@ -28,7 +28,7 @@ def _list(options: Parsed) -> int:
 def _prefix(options: Parsed) -> int:
     _enter_workspace()
     with _found("Package not found"):
-        where = packages.share_directory if options.share else packages.package_prefix
+        where = finder.share_directory if options.share else finder.package_prefix
         print(where(options.package, os.environ))
     return ExitCode.OK
 
@@ -36,7 +36,7 @@ def _prefix(options: Parsed) -> int:
 def _executables(options: Parsed) -> int:
     _enter_workspace()
     if options.package is None:
-        for name in sorted(packages.package_names(os.environ)):
+        for name in sorted(finder.package_names(os.environ)):
             with contextlib.suppress(PackageNotFoundError):  # its sources have no setup.py yet
                 _print_executables(name, options)
         return ExitCode.OK
@@ -46,7 +46,7 @@ def _executables(options: Parsed) -> int:
 
 
 def _print_executables(package: str, options: Parsed) -> None:
-    paths = packages.executable_paths(package, os.environ)
+    paths = finder.executable_paths(package, os.environ)
     for name, path in sorted(paths.items()):
         print(path if options.full_path else f"{package} {name}")
 
@@ -54,7 +54,7 @@ def _print_executables(package: str, options: Parsed) -> None:
 def _xml(options: Parsed) -> int:
     _enter_workspace()
     with _found("Package not found"):
-        path = Path(packages.share_directory(options.package, os.environ), "package.xml")
+        path = Path(finder.share_directory(options.package, os.environ), "package.xml")
     try:
         text = text_file.read(path)
         root = ElementTree.fromstring(text)
@@ -88,7 +88,7 @@ def _found(message: str) -> Iterator[None]:
 def _enter_workspace() -> None:
     workspace = current()
     if workspace is not None:
-        from launcher.workspace.activation import activate
+        from launcher.packages.activation import activate
 
         activate(workspace)
 

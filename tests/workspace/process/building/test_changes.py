@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from launcher.doctor.workspace import inspect
-from launcher.workspace import ROS_VARIABLES, Workspace
-from launcher.workspace.environment import environment, underlays
+from launcher.packages.environment import environment, underlays
+from launcher.packages.workspace import ROS_VARIABLES, Workspace
 from tests.workspace.process.building.small_packages import (
     build,
     built,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from launcher import workspace
 from launcher.base.errors import UsageError
+from launcher.packages import workspace
 from launcher.workspace.building import place
 from tests.workspace.process.building.small_packages import files_package, write
 

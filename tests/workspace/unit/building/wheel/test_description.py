@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.errors import LauncherError
 from launcher.packages.sources import MARKERS
-from launcher.workspace import MARKER
+from launcher.packages.workspace import MARKER
 from launcher.workspace.building import sources
 from launcher.workspace.building.wheel import description, requirements
 from launcher.workspace.building.wheel.archive import Entry

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.workspace import ROS_VARIABLES, ros_variables, source_installation
+from launcher.packages.workspace import ROS_VARIABLES, ros_variables, source_installation
 
 ROS = {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3"}
 

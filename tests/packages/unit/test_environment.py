@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.workspace import MARKER, Workspace
-from launcher.workspace.environment import environment, of_build, packages, read
-from launcher.workspace.hooks import WorkspaceError
+from launcher.packages.environment import environment, of_build, packages, read
+from launcher.packages.hooks import WorkspaceError
+from launcher.packages.workspace import MARKER, Workspace
 
 
 class Prefix:

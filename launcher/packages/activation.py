@@ -7,9 +7,9 @@ import shlex
 import sys
 
 from launcher.base.program import program
-from launcher.workspace import Workspace
-from launcher.workspace.environment import LIBRARIES, environment
-from launcher.workspace.links import built_elsewhere
+from launcher.packages.environment import LIBRARIES, environment
+from launcher.packages.links import built_elsewhere
+from launcher.packages.workspace import Workspace
 
 _GUARD = "_LAUNCHER_LIBRARIES_OF"  # the workspace for which this process was executed again
 

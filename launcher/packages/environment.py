@@ -7,9 +7,9 @@ import re
 import sys
 from collections.abc import Iterator, Mapping
 
+from launcher.packages.hooks import Hooks, WorkspaceError, read_text
 from launcher.packages.sources import MARKERS
-from launcher.workspace import MARKER, Workspace
-from launcher.workspace.hooks import Hooks, WorkspaceError, read_text
+from launcher.packages.workspace import MARKER, Workspace
 
 LIBRARIES = "LD_LIBRARY_PATH"
 _CHAIN = "COLCON_PREFIX_PATH"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import UsageError
-from launcher.workspace import MARKER, VARIABLE, current, find, workspace_at
+from launcher.packages.workspace import MARKER, VARIABLE, current, find, workspace_at
 
 
 @pytest.fixture

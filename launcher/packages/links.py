@@ -6,10 +6,10 @@ import os
 import re
 from collections.abc import Iterator
 
+from launcher.packages.environment import packages
+from launcher.packages.hooks import read_text
 from launcher.packages.sources import MARKERS
-from launcher.workspace import Workspace
-from launcher.workspace.environment import packages
-from launcher.workspace.hooks import read_text
+from launcher.packages.workspace import Workspace
 
 # In setup.sh: the `install/` that it was made for.
 _BUILT = re.compile(r"^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(/.*)$", re.MULTILINE)
