@@ -112,6 +112,11 @@ ROS_VERBS = (
     "daemon",
 )
 
+# Modules of wings that serve the core: `enable(request, options)` and `disable` of a launch, and
+# `verb_first(words)`, which puts options of ROS verbs behind the verb.
+ENABLE = "launcher.export.verbs.enable"
+ROS_FRONT = "launcher.ros.front"
+
 # Other names of verbs.
 ALIASES = {"wtf": "doctor"}
 

@@ -22,6 +22,7 @@ from launcher.base.verb_table import (
     ALIASES,
     CONSOLE_VERBS,
     CONTROL_VERBS,
+    ROS_FRONT,
     ROS_VERBS,
     VERBS,
     module_of,
@@ -36,9 +37,7 @@ def main(words: Sequence[str]) -> int:
     debug = False
     try:
         if words[:1] and words[0].startswith("-") and len(words) > 1:
-            from launcher.cli.front import verb_first
-
-            words = verb_first(words)
+            words = list(importlib.import_module(ROS_FRONT).verb_first(words))
         debug = _wants_traceback(words)
         if any(word.partition("=")[0] == "--workspace" for word in words):
             from launcher.cli.workspace_option import choose_workspace

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 
 from launcher.doctor.facts import NetworkFacts, Node
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
-from launcher.hosts.file.crowd import PROFILES
 from launcher.posix import proc
+from launcher.posix.crowd import PROFILES
 from launcher.posix.ports import announcement_ports, participants_by_domain
 from launcher.ros.discovery.gids import holders
 from launcher.run.monitor import shared_memory

@@ -8,7 +8,7 @@ from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
 from launcher.doctor.facts import Finding, NetworkFacts, Node
-from launcher.hosts.file.crowd import too_many
+from launcher.posix.crowd import too_many
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"

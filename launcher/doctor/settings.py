@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from launcher.base import strict_json, text_file, xml_tree
 from launcher.base.errors import UsageError
 from launcher.doctor.facts import SettingsFacts
-from launcher.hosts.file.crowd import PROFILES
+from launcher.posix.crowd import PROFILES
 from launcher.ros.discovery.environment import check_environment
 
 FASTDDS_ENVIRONMENT, CYCLONE, KEYSTORE = (

@@ -8,7 +8,7 @@ from launcher.base.model.level import Level
 from launcher.base.text import did_you_mean
 from launcher.doctor.facts import Finding, SettingsFacts
 from launcher.doctor.settings import CYCLONE, FASTDDS_ENVIRONMENT, KEYSTORE
-from launcher.hosts.file.crowd import PROFILES
+from launcher.posix.crowd import PROFILES
 
 _FAST, _CYCLONE = "rmw_fastrtps", "rmw_cyclonedds"
 _ENABLE, _STRATEGY = "ROS_SECURITY_ENABLE", "ROS_SECURITY_STRATEGY"

@@ -1,4 +1,4 @@
-"""Warnings of more nodes than find each other; see `launcher.hosts.file.crowd`."""
+"""Warnings of more nodes than find each other; see `launcher.posix.crowd`."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Container, Iterable, Mapping
 
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec
-from launcher.hosts.file.crowd import too_many
 from launcher.launch.plan.planner import Plan
+from launcher.posix.crowd import too_many
 from launcher.posix.ports import participants_by_domain
 
 TYPE_CHECKING = False

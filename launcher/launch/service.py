@@ -18,8 +18,8 @@ from launcher.language.interpreter import Interpreter
 from launcher.launch.core import LaunchCore, launched, supervising
 from launcher.launch.target import LaunchRequest
 from launcher.output.logs.run_directory import new_run_path, provide_log_root
-from launcher.run.parts import open_node
 from launcher.packages.workspace import current
+from launcher.run.parts import open_node
 
 if TYPE_CHECKING:
     import asyncio

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.base.command_line import WORKSPACE, Command, Option
 from launcher.base.errors import UsageError
-from launcher.base.verb_table import CONTROL_VERBS, ROS_VERBS, VERBS
+from launcher.base.verb_table import CONTROL_VERBS, ROS_FRONT, ROS_VERBS, VERBS
 from launcher.cli.completion import sources
 from launcher.cli.lookup import command_of
 from launcher.cli.workspace_option import choose_workspace
@@ -55,10 +56,8 @@ def candidates(words: Sequence[str]) -> Iterable[Candidate]:
     if not before:
         return _first(current)
     if before[0].startswith("-"):
-        from launcher.cli.front import verb_first
-
         try:
-            before = verb_first(before)
+            before = importlib.import_module(ROS_FRONT).verb_first(before)
         except UsageError:  # the verb is still to come
             return [(verb, VERBS[verb]) for verb in ROS_VERBS]
     command, rest = command_of(before)

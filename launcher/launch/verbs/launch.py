@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ from launcher.base import text_file
 from launcher.base.command_line import Command, option
 from launcher.base.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
 from launcher.base.model.options import RunOptions
-from launcher.base.verb_table import VERBS
+from launcher.base.verb_table import ENABLE, VERBS
 from launcher.launch.core import LaunchCore, launched, supervising
 from launcher.launch.options import (
     RUN_OPTIONS,
@@ -119,9 +120,9 @@ def main(words: Sequence[str]) -> int:
             options=options,
         )
     if parsed.enable or parsed.disable:
-        from launcher.export.verbs import enable
-
-        return (enable.enable if parsed.enable else enable.disable)(request, options)
+        units = importlib.import_module(ENABLE)
+        code: int = (units.enable if parsed.enable else units.disable)(request, options)
+        return code
     return launch(request, options, source)
 
 

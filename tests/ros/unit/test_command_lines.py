@@ -12,7 +12,7 @@ from launcher.base.command_line import Command
 from launcher.base.errors import UsageError
 from launcher.base.verb_table import module_of
 from launcher.cli import dispatch as cli
-from launcher.cli.front import verb_first
+from launcher.ros.front import verb_first
 
 
 def command(verb: str) -> Command:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from launcher.hosts.discovery import PROFILES, RANGE, SERVERS, Wiring
-from launcher.hosts.file.crowd import DOMAIN_MAX, LOCALHOST_MAX, limit, too_many
 from launcher.hosts.file.model import DiscoveryMode
+from launcher.posix.crowd import DOMAIN_MAX, LOCALHOST_MAX, limit, too_many
 
 LOCALHOST = {RANGE: "LOCALHOST", "ROS_DOMAIN_ID": "7"}
 SUBNET = {RANGE: "SUBNET", "ROS_DOMAIN_ID": "7"}
