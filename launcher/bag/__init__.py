@@ -1,4 +1,27 @@
 """Bags: recordings of topics in the formats of rosbag2, read and written without ROS.
 
-A bag is a folder with `metadata.yaml` and storage files: MCAP, or SQLite for reading.
+A bag is a folder with `metadata.yaml` and storage files: MCAP, or SQLite for reading. May import
+the core and `ros`; only `ros/` below needs rclpy.
+
+Doors:
+
+* `verbs/`: `bag record`, `play`, `info`, `check`, `convert`, `compare`.
+* `reader` and `writer`: bags as messages in order of time; `model` is their data, `metadata` the
+  file of that name. `decode` turns messages into values (by `cdr`), `snapshot` makes a folder
+  about the last seconds of a run: bag, logs, events and plan.
+* `ros/flight`: the flight recorder of a run (`--record`), a process. `comparing/traits`: what is
+  typical of a topic, also for smoke.
+
+Files: `mcap_file` and `sqlite_file` read storage files, `compression` what they compress;
+`mcap_records` reads records of MCAP within bounds, `mcap_summary` their index. `mcap_scan` reads
+all of a file and finds what is damaged or was left by a killed recorder, `mcap_repair` makes it
+whole; `check` is made of both.
+
+What is known of a bag: `info`, with `statistics` (rates, gaps) and calls of services; `selection`
+of topics; `definitions` are types as other recorders write them, `agreement` what of a topic has
+one type; `words` are numbers as rosbag2 prints them.
+
+Folders: `converting/` (`convert` writes what `merged` gives of several bags, `table` CSV and JSON
+lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with `traits`:
+rates and gaps, and `fields`: contents), `ros/`.
 """

@@ -1,1 +1,23 @@
-"""The control socket of a run: server, protocol and client (docs/control.md)."""
+"""The control socket of a run: server, protocol and client (docs/control.md).
+
+May import the rooms before it: `base`, `posix`, `packages`, `output`, `language` and `run`.
+
+On the side of the run, in the thread of the supervisor: `server` accepts connections of its owner
+and root, `peer` is one of them (reads requests, queues answers until the client reads), `service`
+checks a request and has it carried out. Clients are served one request per pass of the loop, and
+all queues are bounded.
+
+Doors:
+
+* `verbs`: one table of verbs and options, for requests of programs, command lines, completion and
+  the console. `verb` is what a shell runs: `ps`, `stop`, `logs` and so on.
+* `protocol`: one JSON object per line. `client`: blocking calls with timeouts. `runs`: the active
+  runs of this user, found by id, pid or target.
+* `results` makes sentences of what the engine returns as data, `format` lines of answers and
+  items; `status` has the rows of `ps`. `selection`: processes by name, label, node, namespace or
+  pattern.
+* One module per verb that is more than a row: `debug`, `loglevel`, `logs` (`line_allowance`: how
+  many lines a second), `page`, `reloads`, `snapshot`, `stack`, `watches`.
+
+Folder: `console/` is the prompt and the status bar, a process of its own.
+"""

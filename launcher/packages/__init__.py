@@ -1,1 +1,22 @@
-"""ROS packages, their executables, and colcon workspaces: where they are, without running them."""
+"""ROS packages, their executables and colcon workspaces: where they are, without running them.
+
+May import `base` and `posix`. Nothing of it is imported here, since the search for a workspace is
+on the way to the first process of every launch, and that for packages takes longer to import.
+
+Doors:
+
+* `finder`: the prefix and share folder of a package, its executables; its docstring has the order
+  of search. `sources`: packages used from their source folder, by `setup_reader` (a process of its
+  own: what their setup.py would install) and `overlay` (a prefix of links to that). `scripts`:
+  console scripts that pip has installed.
+* `workspace`: the colcon workspace that a user has named, or the one around the working directory,
+  and the variables of the installed ROS. `activation`: this process sees the workspace, and is
+  executed again where the loader needs `LD_LIBRARY_PATH` from the start. `environment` and
+  `hooks`: what its packages set, from colcon's `.dsv` files; no script is run. `links`: where
+  those of a moved or copied workspace lead.
+* `python_program`: which commands are Python programs of this interpreter; `imports`: what such a
+  program imports. Warm starts are prepared by these.
+* `program_fault`: why a program cannot be executed. `unknown`: the error and its hints for a
+  package that is not found; `unbuilt`: interfaces that are not built; `extras`: how to install an
+  extra of this distribution.
+"""

@@ -1,1 +1,27 @@
-"""What only the operating system makes necessary: the reactor, spawning, limits, /proc."""
+"""What only the operating system makes necessary: the reactor, spawning, limits, /proc.
+
+May import `base`. Everything that starts processes uses it: runs, tests, the agent on a host,
+smoke.
+
+Doors:
+
+* `reactor`: the event loop, one thread for descriptors, timers and signals; `when_idle` runs what
+  may come after the first processes, one task in each pass. It takes the place of asyncio, whose
+  import takes longer than the start of a process.
+* `spawn`: processes by `posix_spawn`, each the leader of its own session, held by a pidfd.
+  `limits` starts those with `--nice`, `--cpus` or `--limit` through a small interpreter
+  (`limits_exec`) that sets them and execs the program, or reports what was refused.
+* `dispositions`: what becomes of inherited signals (the table in docs/running.md). Children begin
+  with every signal at its default and none blocked.
+* `open_files`: the limit of open files, raised for the launcher when half of it is used, and as
+  before for its children.
+* `proc`: the reader of `/proc/PID`. `stdio`: redirection of standard output by descriptors, and
+  text printed to closed or narrow outputs; helper processes keep a separate descriptor for
+  messages (`keep_for_messages`), since Fast DDS prints to standard output.
+* `log_folder`: a folder for logs that can be written. `socket_directory`: the private folder of
+  sockets.
+* `domains`: ROS domain ids and the range of discovery. `domain_lease`: a domain for exclusive use.
+  `ports`: domains in use, by their UDP ports; `crowd`: more nodes than have ports.
+
+Folder: `cleanup/` stops what outlives its process, or the launcher.
+"""

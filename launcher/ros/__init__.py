@@ -1,4 +1,23 @@
-"""A running ROS graph: reading, drawing, testing and using it. The only package that imports rclpy.
+"""A running ROS graph: reading, drawing, testing and using it.
 
-Never imported by the supervisor: rclpy brings threads and signal handlers.
+May import the core and no other wing. With `bag` and `foxglove`, the only room that imports rclpy:
+the supervisor never does, since rclpy brings threads and signal handlers.
+
+Doors:
+
+* `verbs/`: one module per verb: `topic`, `node`, `param`, `service`, `action`, `lifecycle`,
+  `interface`, `graph`, `multicast`, `daemon`. `verb` is what they share: options, access to the
+  graph, output; `front` reads options in front of the verb.
+* `nodes`, `parameters`, `services`, `service_events`, `goals` (of actions), `lifecycle`,
+  `multicast`: what these verbs do. `entities` bounds the memory of long-lived nodes.
+* Processes: `helpers/`, `ready/`, `probe/` and `composed/`, started by runs, smoke and the page.
+
+Folders:
+
+* `discovery/`: the graph from discovery messages, without a node. `snapshot/`: the graph at one
+  moment (`graph`), what has changed (`diff`), whether QoS settings match (`qos_matching`).
+* `messages/`: messages to and from YAML; classes of types, their definitions as one text
+  (`schema`).
+* `topics/`: listing, echo, publishing, statistics of topics.
+* `draw/`: the graph as a tree, DOT and Mermaid; DOT is drawn by Graphviz as WebAssembly from PyPI.
 """

@@ -1,6 +1,24 @@
 """Smoke tests of launch files: start a system, observe it from outside, stop it, judge.
 
-Never imports rclpy: a process of its own observes ROS (`launcher.ros.probe`).
+May import the core, `bag`, `hosts`, `ros`, `web` and `workspace`. Never imports rclpy: a process
+of its own observes ROS (`launcher.ros.probe`).
+
+Doors: `verb` (`smoke`); `System` and `NotSeenError`, for tests in Python; `pytest_plugin`, with
+the fixture `launched_system`.
+
+Folders, in the order of a run:
+
+* `expect/`: the expectation file: its grammar, its schema, its loader. `evaluation` is a process
+  that evaluates `where` and `fields` with limits of time and memory: Python itself would not end
+  `sum(range(10**12))`. The kernel ends it when smoke has ended, even in the middle of a
+  computation.
+* `preflight/`: finds impossible expectations before anything is started.
+* `run/`: a command, its runs, and the systems that they launch, each in a domain of its own.
+* `observe/`: records facts, from the control socket, log files and the probe; `recording` is a
+  bag, for the expectation `like`, which compares it with another one.
+* `judges/`: pure functions (expectation, facts) -> verdict.
+* `reports/`: results for people, for CI and for the next run, and the evidence.
+* `record/`: writes expectations from what healthy runs showed.
 """
 
 from launcher.smoke.run.system import System

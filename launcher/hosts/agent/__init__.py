@@ -1,1 +1,15 @@
-"""The process on a host that runs what a launcher elsewhere tells it to (engine `ssh`)."""
+"""`launcher agent`: the process on a host that runs what a launcher elsewhere tells it to.
+
+It is our engine with watchdog, control group and sweep: `workload` has the processes, by the parts
+of `launcher.run`; all are started cold. `forwarder` sends output in blocks, `run_log` what the
+engine says. `agent` has the connection, and what becomes of the processes without it.
+
+* The end of the input is a lost link, not an order. `stop-after` counts from the last frame of the
+  launcher. Without processes and launcher the agent ends after 30 s, or 10 minutes if it keeps; at
+  once if the launcher has not counted it as ready yet.
+* `agent --resume` passes its standard streams to the agent through a socket in a private folder
+  (`takeover`). Each side says which frame it has last, and the other sends what comes after.
+* Bytes that are no frames end the agent in order: it stops the processes, says why, and exits.
+* Values of variables and the contents of files are only in frames: not in command lines, logs or
+  messages. Files of orders are in a private folder until the end.
+"""
