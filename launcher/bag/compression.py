@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from typing import IO
 
-from launcher.bag.errors import BagError
+from launcher.bag.model import BagError
 
 FORMATS = ("zstd",)
 MODES = ("none", "file", "message")

@@ -9,8 +9,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from launcher.bag.errors import BagError
-from launcher.bag.model import CDR, ROS2_MSG, Definition, Topic
+from launcher.bag.model import CDR, ROS2_MSG, BagError, Definition, Topic
 from launcher.base import strict_json
 
 Decoder = Callable[[bytes], Any]

@@ -13,7 +13,6 @@ from mcap.records import Channel, Chunk, ChunkIndex, Schema
 from mcap.records import Message as Record
 
 from launcher.bag import metadata
-from launcher.bag.errors import BagError
 from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
@@ -27,6 +26,7 @@ from launcher.bag.mcap_records import (
 from launcher.bag.mcap_scan import Scan, index_times, scan
 from launcher.bag.mcap_summary import is_ended, read_summary
 from launcher.bag.model import (
+    BagError,
     ChannelTopic,
     Definition,
     Extent,

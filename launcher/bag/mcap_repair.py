@@ -22,11 +22,10 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from launcher.bag.errors import BagError
 from launcher.bag.mcap_records import HEAD, MAGIC, chunk_contents, parse, records_in
 from launcher.bag.mcap_scan import Scan, message_indexes, scan
 from launcher.bag.metadata import removed_after_error
-from launcher.bag.model import Extent
+from launcher.bag.model import BagError, Extent
 
 PROFILE, LIBRARY = "ros2", "launcher"
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import yaml
 
-from launcher.bag.errors import BagError
-from launcher.bag.model import CDR, LAST_NS, Extent, Qos, Topic
+from launcher.bag.model import CDR, LAST_NS, BagError, Extent, Qos, Topic
 from launcher.base import text_file, yaml_bounds
 from launcher.base.text import typed_error
 from launcher.base.yaml_dumper import Dumper

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
+from launcher.base.errors import LauncherError
+
 CDR = "cdr"
 ROS2_MSG = "ros2msg"
 LAST_NS = 2**63 - 1  # the last time that ROS has room for, in the year 2262
@@ -154,3 +156,7 @@ class Messages(Protocol):
     def times(self) -> Times: ...
 
     def close(self) -> None: ...
+
+
+class BagError(LauncherError):
+    """A bag cannot be read or written; exit code 1."""

@@ -15,8 +15,7 @@ from dataclasses import replace
 from launcher.bag import compression, metadata
 from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.definitions import normalized
-from launcher.bag.errors import BagError
-from launcher.bag.model import Extent, Message, Messages, Span, Topic, merged, never
+from launcher.bag.model import BagError, Extent, Message, Messages, Span, Topic, merged, never
 from launcher.base import text_file
 
 _ENDINGS = (".mcap", ".db3")

@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 from launcher.bag import metadata
-from launcher.bag.errors import BagError
 from launcher.bag.model import (
+    BagError,
     ChannelTopic,
     Definition,
     Extent,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Container, Iterator, Mapping
 from typing import Any
 
 from launcher.base.model.spec import UNLIMITED, Limits, RestartMode
@@ -14,7 +15,6 @@ from launcher.export.command import (
     after,
     in_container,
 )
-from launcher.export.expansion import literal
 from launcher.export.model import Output, Process, System
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document, documents
@@ -24,6 +24,9 @@ _PROBE_PERIOD_S, _PROBE_TIMEOUT_S, _PROBE_FAILURES = 5, 15, 60
 _FILES = "files"
 
 Object = dict[str, Any]
+_OF_CLUSTER = "KUBERNETES_"  # variables with the address of the cluster, which every pod gets
+# What Kubernetes reads at a dollar: an escaped one, or the name of a variable up to the bracket.
+_READ = re.compile(r"\$\$|\$\(([^)]*)\)")
 
 
 class Kubernetes:
@@ -245,3 +248,20 @@ def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
         yield "stop", text, False
     if process.limits.nice is not None and process.limits.nice < 0:
         yield "nice", "a negative value needs the capability SYS_NICE", False
+
+
+def literal(text: str, known: Container[str]) -> str:
+    """The text for a place where the variables `known` would be replaced.
+
+    Only what Kubernetes would change is escaped, since `podman kube play` replaces nothing and
+    removes no escape: `$(date)` stays, where there is no variable `date`.
+    """
+
+    def escaped(found: re.Match[str]) -> str:
+        name = found[1]
+        if name is None:
+            return "$$$$"
+        is_variable = name in known or name.startswith(_OF_CLUSTER)
+        return f"${found[0]}" if is_variable else found[0]
+
+    return _READ.sub(escaped, text)

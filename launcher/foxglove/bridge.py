@@ -16,10 +16,9 @@ from launcher.base.ros_errors import VerbError
 from launcher.foxglove import protocol
 from launcher.foxglove.calls import Calls
 from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.events import ParameterEvents
 from launcher.foxglove.feeds import Feeds, reason
 from launcher.foxglove.look import Choice, Connections, Look, look
-from launcher.foxglove.parameters import Parameters
+from launcher.foxglove.parameters import ParameterEvents, Parameters
 from launcher.foxglove.protocol import ProtocolError, ServiceCall
 from launcher.foxglove.publishing import Publication
 from launcher.foxglove.receiver import Receiver

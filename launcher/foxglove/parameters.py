@@ -5,19 +5,21 @@ from __future__ import annotations
 import asyncio
 import base64
 import binascii
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
 from rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
     ListParameters,
     SetParameters,
 )
+from rclpy.serialization import deserialize_message
 
 from launcher.base.ros_errors import VerbError
 from launcher.foxglove.calls import Calls
+from launcher.foxglove.feeds import Feeds
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.verb import to_json_plain
 
@@ -27,6 +29,7 @@ _TYPES = {
     ros_parameters.DOUBLE: "float64",
     ros_parameters.DOUBLES: "float64_array",
 }
+_TOPIC, _TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 
 
 class Parameters:
@@ -172,3 +175,27 @@ def _by_node(names: Iterable[str]) -> dict[str, list[str] | None]:
         node, own = _split(name)
         found.setdefault(node, []).append(own)
     return dict(found)
+
+
+class ParameterEvents:
+    """Follows /parameter_events while somebody wants to know of changes.
+
+    `tell` is called in the event loop with what has changed, as clients get it.
+    """
+
+    def __init__(self, feeds: Feeds, tell: Callable[[list[dict[str, Any]]], None]) -> None:
+        self._feeds = feeds
+        self._tell = tell
+        self._loop = asyncio.get_running_loop()
+
+    def follow(self, wanted: bool) -> None:
+        """In the thread of the feeds."""
+        if wanted:
+            self._feeds.subscribe(_TOPIC, _TYPE, self, self._deliver)
+        else:
+            self._feeds.unsubscribe(_TOPIC, self)
+
+    def _deliver(self, time_ns: int, payload: bytes) -> None:
+        changed = changed_by(deserialize_message(payload, ParameterEvent))
+        if changed and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._tell, changed)

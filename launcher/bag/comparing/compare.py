@@ -11,8 +11,7 @@ from launcher.bag.agreement import difference
 from launcher.bag.comparing.fields import Rules, first_difference
 from launcher.bag.comparing.traits import Difference, Tolerances, Traits, differences, traits_of
 from launcher.bag.decode import Decoder, decoder
-from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Span, Topic
+from launcher.bag.model import BagError, Message, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 

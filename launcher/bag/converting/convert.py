@@ -13,9 +13,8 @@ from launcher.bag import metadata, words
 from launcher.bag.converting.merged import Complete, Merged
 from launcher.bag.converting.moments import Moment
 from launcher.bag.converting.table import Csv, JsonLines, Notes, Readable, Table
-from launcher.bag.errors import BagError
 from launcher.bag.metadata import Metadata
-from launcher.bag.model import Message, Span
+from launcher.bag.model import BagError, Message, Span
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 from launcher.bag.writer import BagWriter, McapOutput, Storage

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from launcher.bag.agreement import difference
-from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Span, Topic, distinct
+from launcher.bag.model import BagError, Message, Span, Topic, distinct
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 from launcher.base.text import did_you_mean

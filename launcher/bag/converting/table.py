@@ -8,8 +8,7 @@ from typing import Any, Protocol, TextIO
 
 from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
-from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Span
+from launcher.bag.model import BagError, Message, Span
 from launcher.base import strict_json
 
 Notes = Callable[[str], None]

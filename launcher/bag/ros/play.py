@@ -11,7 +11,6 @@ from typing import Any
 
 from launcher.bag.model import Extent, Message, Qos, Span
 from launcher.bag.reader import Bag
-from launcher.bag.ros.clock import PlayClock
 from launcher.bag.ros.keys import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead
@@ -29,6 +28,7 @@ _LONGEST_SLEEP_S = 0.05  # from one look at the keys to the next
 _ACKED_S = 10.0
 _SWITCH_S = 0.0005  # the thread that reads ahead must not hold up a message for 5 ms
 _BAR_WIDTH = 30
+MIN_RATE, MAX_RATE = 0.01, 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -257,3 +257,35 @@ def requests_of(parsed: Any) -> str | None:
     if not parsed.publish_service_requests:
         return None
     return str(parsed.service_requests_source).partition("_")[0]
+
+
+class PlayClock:
+    """Bag time (ns) as a function of a monotonic time (s): it runs at a rate, pauses and jumps."""
+
+    def __init__(self, bag_ns: int, now_s: float, *, rate: float = 1.0, paused: bool = False):
+        self.rate = rate
+        self.paused = paused
+        self._bag_ns = bag_ns
+        self._since_s = now_s
+
+    def time_ns(self, now_s: float) -> int:
+        if self.paused:
+            return self._bag_ns
+        return self._bag_ns + round((now_s - self._since_s) * self.rate * 1e9)
+
+    def wait_s(self, bag_ns: int, now_s: float) -> float:
+        """How long until this time of the bag; infinite while paused, negative in the past."""
+        if self.paused and bag_ns > self._bag_ns:
+            return float("inf")
+        return (bag_ns - self.time_ns(now_s)) / 1e9 / self.rate
+
+    def jump(self, bag_ns: int, now_s: float) -> None:
+        self._bag_ns, self._since_s = bag_ns, now_s
+
+    def set_rate(self, rate: float, now_s: float) -> None:
+        self.jump(self.time_ns(now_s), now_s)
+        self.rate = min(max(rate, MIN_RATE), MAX_RATE)
+
+    def set_paused(self, paused: bool, now_s: float) -> None:
+        self.jump(self.time_ns(now_s), now_s)
+        self.paused = paused

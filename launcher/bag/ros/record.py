@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.bag.errors import BagError
+from launcher.bag.model import BagError
 from launcher.bag.ros.keys import Keys, StatusLine
 from launcher.bag.ros.recorder import PERIOD_S, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring

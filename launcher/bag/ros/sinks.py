@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Qos, Topic
+from launcher.bag.model import BagError, Message, Qos, Topic
 from launcher.bag.writer import BagWriter
 
 FLUSH_S = 1.0  # at most so much is lost if the recorder is killed

@@ -7,13 +7,13 @@ import functools
 import os
 import shutil
 import signal
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import as_dict, replace
+from launcher.base.model.run_events import Resources, RunEvent, Sample
 from launcher.base.model.spec import ProcessSpec
 from launcher.hosts.agent.forwarder import Forwarder
-from launcher.hosts.agent.run_log import AgentRunLog
 from launcher.hosts.engine.replica import ReportingMachine
 from launcher.hosts.file.order import Order
 from launcher.output.logs.run_directory import provide_log_root
@@ -22,6 +22,7 @@ from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
 from launcher.run.ending.session_end import stop_session
+from launcher.run.logs.run_log import RunLog
 from launcher.run.machine import Command, Ended, MachineEvent, SignalSent
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
@@ -30,6 +31,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
+    from launcher.base.model.events import LoadComponent, StartProcess
     from launcher.base.model.run_events import Sample
     from launcher.hosts.file.resolution import Resolved
     from launcher.run.ending.leftovers import Leftovers
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
 
         # After `end`: everything has been stopped.
         def ended(self, leftovers: Sequence[str], *, killed: bool) -> None: ...
+
+    from launcher.run.logs.messages import Line
 
 
 TERMINAL_SIZE = (80, 24)  # of pseudo-terminals
@@ -269,3 +273,51 @@ class Workload:
 
     def started(self, process: Process, pid: int) -> None: ...
     def cancelled(self, process: Process) -> None: ...
+    def start(self, effect: StartProcess) -> None: ...
+    def shut_down(self, reason: str, *, is_interrupted: bool) -> None: ...
+    def loaded(self, effect: LoadComponent, full_name: str) -> None: ...
+    def output(self, process: Process, stream: str, data: bytes) -> None: ...
+    def over_budget(self, process: Process, verdict: Verdict) -> None: ...
+    def stop(self, reason: str) -> None: ...
+
+    def host_failed(self, cause: str) -> None: ...
+
+    def watches(self, process: Process) -> bool:
+        return False
+
+
+class AgentRunLog(RunLog):
+    """What the parts of the engine have to say, for the operator; there are no files.
+
+    Warnings go to `warn`, samples of processes to `samples`. Most else the operator's replica of a
+    state machine says itself.
+    """
+
+    def __init__(
+        self,
+        warn: Callable[[str], None],
+        samples: Callable[[Mapping[str, Sample]], None],
+    ) -> None:
+        self._warn = warn
+        self._samples = samples
+
+    def log(
+        self, level: str, logger: str, text: str, *, sink: str = "", line: str | None = None
+    ) -> None:
+        if level != "INFO":
+            self._warn(text)
+
+    def report(self, process: Process, line: Line) -> None:
+        pass
+
+    def keep_up(self) -> None:
+        pass
+
+    def note(
+        self,
+        event: RunEvent,
+        process: Process | None = None,
+        at_s: float | None = None,
+    ) -> None:
+        if isinstance(event, Resources):
+            self._samples(event.processes)

@@ -5,22 +5,21 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.level import Level
 from launcher.base.model.record import Record
 from launcher.hosts import discovery
-from launcher.hosts.check.facts import Finding, Needs, Survey
+from launcher.hosts.check.facts import Finding, Member, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.check.probe import SETTINGS
 from launcher.hosts.check.probe_session import ProbeSession
-from launcher.hosts.check.secrets import missing_secrets
 from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
 from launcher.hosts.discovery import Wiring
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile
+from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile, Secret
 
 _ORDER = (Level.PROBLEM, Level.NOTE)
 _WITH_ADDRESSES = (DiscoveryMode.PEERS, DiscoveryMode.SERVER)
@@ -134,3 +133,31 @@ def _wired(wiring: Wiring, name: str) -> Mapping[str, str]:
 def _plain(host: Host) -> dict[str, str]:
     """Without what is secret, which no check needs."""
     return {k: v for k, v in host.environment.items() if k not in host.secrets}
+
+
+def missing_secrets(members: Iterable[Member], environ: Mapping[str, str]) -> Iterator[Finding]:
+    """Secrets that a run would not find on this machine, each with the hosts that need it.
+
+    No value is read.
+    """
+    needed: dict[tuple[str, Secret], list[str]] = {}
+    for member in members:
+        for name, secret in (member.host.secrets if member.host else {}).items():
+            needed.setdefault((name, secret), []).append(member.name)
+    for (name, secret), hosts in needed.items():
+        if not _is_there(secret, environ):
+            text = f"{secret}, for {name}, is missing here, so that no run can start"
+            repair = "create it" if secret.file else f"{secret.variable}=... launcher ..."
+            yield Finding(
+                check="secrets",
+                hosts=(LOCAL, *hosts),
+                level=Level.PROBLEM,
+                text=text,
+                advice=f"{repair}, or remove it from `environment` in the hosts file",
+            )
+
+
+def _is_there(secret: Secret, environ: Mapping[str, str]) -> bool:
+    if secret.variable is not None:
+        return secret.variable in environ
+    return os.access(secret.file or "", os.R_OK)

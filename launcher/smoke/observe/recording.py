@@ -50,7 +50,7 @@ class Recording:
 
     def traits(self) -> dict[str, Traits]:
         """What it has, after `close`; RecordingError."""
-        from launcher.bag.errors import BagError
+        from launcher.bag.model import BagError
         from launcher.bag.reader import Bag
 
         if self._process.returncode != 0:

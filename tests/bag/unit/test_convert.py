@@ -16,8 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import metadata
 from launcher.bag.converting.moments import Moment, moment
-from launcher.bag.errors import BagError
-from launcher.bag.model import Message, Topic
+from launcher.bag.model import BagError, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.base.errors import LauncherError, UsageError
 from tests.support.bags import (

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.errors import BagError
-from launcher.bag.model import Definition, Message, Topic
+from launcher.bag.model import BagError, Definition, Message, Topic
 from launcher.bag.writer import BagWriter
 from tests.support.bags import (
     START_NS,

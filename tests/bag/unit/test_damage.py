@@ -25,9 +25,8 @@ from mcap.writer import Writer
 from launcher.bag import check, compression, metadata
 from launcher.bag import verbs as bag_verb
 from launcher.bag.decode import decoder
-from launcher.bag.errors import BagError
 from launcher.bag.mcap_records import HEAD, MAGIC
-from launcher.bag.model import Definition, Span, Topic
+from launcher.bag.model import BagError, Definition, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.sqlite_file import SqliteFile
 from tests.support.bags import (

@@ -11,7 +11,7 @@ import pytest
 from launcher.bag.model import Span
 from launcher.bag.reader import Bag
 from launcher.bag.ros import qos
-from launcher.bag.ros.clock import PlayClock
+from launcher.bag.ros.play import PlayClock
 from launcher.bag.ros.read_ahead import ReadAhead
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.writer import BagWriter

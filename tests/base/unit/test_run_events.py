@@ -29,7 +29,7 @@ from launcher.base.model.run_events import (
     fields_of,
 )
 from launcher.control.format import event_line
-from launcher.hosts.agent.run_log import AgentRunLog
+from launcher.hosts.agent.workload import AgentRunLog
 from launcher.launch.analyze import report, timeline
 from launcher.output.logs.event_log import EventLog
 from launcher.smoke.observe import log_files

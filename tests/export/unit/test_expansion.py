@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from launcher.export.expansion import literal
+from launcher.export.kubernetes import literal
 
 VARIABLES = {"A": "<a>", "B": "<b>", "KUBERNETES_PORT": "<port>"}
 

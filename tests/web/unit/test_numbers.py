@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from launcher.web.numbers import KEEP_S, Series, numbers_at
+from launcher.web.graph_feed import KEEP_S, Series, numbers_at
 
 MESSAGE = {
     "pose": {"x": 1.5},

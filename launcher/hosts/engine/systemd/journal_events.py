@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from launcher.base.text import count
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.exits import TIMEOUT, outcome_of_record
 from launcher.hosts.engine.systemd.journal import Line, Message, Note
-from launcher.hosts.engine.systemd.owners import Owners
 from launcher.hosts.engine.systemd.timers import Timers
 from launcher.output.lines import for_terminal, without_colour
 from launcher.output.tracebacks import has_begin
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from launcher.hosts.engine.systemd.unit_process import UnitProcess
     from launcher.posix.reactor import Reactor
 
+
 SILENT_S = 30.0  # without any entry: a mark does not come any more
 LIMBO_S = 2.0  # for the record that says whose output it is
 # Several looks, between which entries are read: the loop may have been delayed. The journal tells
@@ -31,6 +33,7 @@ MAY_LOSE = (
     "the journal may drop lines of users with more than 10000 in 30 s; to keep all, set"
     " RateLimitBurst=0 in its /etc/systemd/journald.conf"
 )
+GENERATIONS = 2  # the output of a process may come when it has been started again
 
 
 class JournalEvents:
@@ -254,3 +257,37 @@ class Flood:
             return False
         self._has_told = True
         return True
+
+
+class Owners:
+    """Whose output it is that comes without the name of a unit.
+
+    Processes by the pids and the streams of their last starts; older ones are forgotten.
+    """
+
+    def __init__(self) -> None:
+        self._owners: dict[int | str, int] = {}
+        self._starts: dict[int, deque[set[int | str]]] = {}
+
+    def __len__(self) -> int:
+        return len(self._owners)
+
+    def get(self, key: int | str) -> int | None:
+        return self._owners.get(key)
+
+    def started(self, process_id: int, pid: int) -> None:
+        if self._owners.get(pid) == process_id:
+            return  # it is told twice
+        starts = self._starts.setdefault(process_id, deque())
+        starts.append(set())
+        if len(starts) > GENERATIONS:
+            for key in starts.popleft().difference(*starts):
+                if self._owners.get(key) == process_id:
+                    del self._owners[key]
+        self.add(pid, process_id)
+
+    def add(self, key: int | str, process_id: int) -> None:
+        """A pid or a stream is of this process."""
+        self._owners[key] = process_id
+        starts = self._starts.setdefault(process_id, deque([set()]))
+        starts[-1].add(key)

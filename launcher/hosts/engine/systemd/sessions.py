@@ -14,7 +14,6 @@ from launcher.base.errors import LauncherError
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.channel import Channel
-from launcher.hosts.engine.systemd.clock import HostClock
 from launcher.hosts.engine.systemd.facts import hello, read_facts
 from launcher.hosts.engine.systemd.shell import START, Answer, Answers, Request
 from launcher.hosts.engine.systemd.timers import Timers
@@ -57,6 +56,8 @@ AGAIN_S = (0.1, 0.5, 1.0, 2.0, 5.0)  # between attempts to reconnect
 ATTEMPT_S = 6.0  # for an attempt to reconnect
 JOURNAL_AGAIN_S = 0.2
 CATCH_UP_S = 10.0  # for the mark to come through the journal
+# Later beats would change the offset while processes live, whose times would not fit together.
+_BEATS = 5
 
 
 class Sessions:
@@ -324,3 +325,30 @@ class Sessions:
 def _own_words(message: str) -> str:
     """A message without `host 'bot1': `, which the run says itself."""
     return message.partition("': ")[2] or message
+
+
+class HostClock:
+    """The monotonic clock of a host on ours.
+
+    The offset is from the beats that came fastest, of the first few.
+    """
+
+    def __init__(self) -> None:
+        self._offset_s: float | None = None
+        self._beats = 0
+
+    def heard(self, host_s: float, now: float) -> None:
+        """The host has said its time, and it has just come."""
+        if self._offset_s is None:
+            self._offset_s = now - host_s
+        elif self._beats < _BEATS:
+            self._offset_s = min(self._offset_s, now - host_s)
+        self._beats += 1
+
+    def there(self, now: float) -> float:
+        """Our time on the clock of the host."""
+        return now if self._offset_s is None else now - self._offset_s
+
+    def here(self, host_s: float, now: float) -> float:
+        """A time of the host on our clock, not later than now."""
+        return now if self._offset_s is None else min(now, host_s + self._offset_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import os
 import re
@@ -9,12 +10,11 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import cached_property
 
 from launcher.base.text import suggest
-from launcher.workspace.building.checks.elsewhere import looks_elsewhere
 from launcher.workspace.building.checks.interface_files import SUFFIXES
 from launcher.workspace.building.checks.known import Environment
 from launcher.workspace.building.sources import Package, dependencies_within, with_dependencies
 from launcher.workspace.building.sources.cmake_file import CMakeFile, Command
-from launcher.workspace.building.sources.source_text import SourceError
+from launcher.workspace.building.sources.source_text import SourceError, SourceText
 
 _CALL = "rosidl_generate_interfaces"
 _EXPORTING = ("ament_export_dependencies", "ament_package")
@@ -23,6 +23,10 @@ _KEYWORDS = (*_FLAGS, "DEPENDENCIES", "LIBRARY_NAME")
 _FOLDERS = ("msg", "srv", "action")
 # What rosidl adds to DEPENDENCIES for services and actions.
 IMPLICIT = ("service_msgs", "action_msgs")
+# A word for a folder of the package, or for the folders that are searched already.
+_OWN = re.compile(r"\$\{(CMAKE(_CURRENT)?_(SOURCE|LIST)_DIR|\w+_SOURCE_DIR|CMAKE_MODULE_PATH)\}")
+_MODULES = re.compile(r"\b(?:set|list)\s*\(([^()]*\bCMAKE_MODULE_PATH\b[^()]*)\)")
+_WORDS = ("APPEND", "PREPEND", "INSERT", "CMAKE_MODULE_PATH")
 
 
 class Generated:
@@ -214,3 +218,27 @@ def files_of(package: Package) -> list[str]:
         for path in glob.glob("**", root_dir=package.file(folder), recursive=True)
     )
     return sorted(path for path in found if path.endswith(SUFFIXES))
+
+
+def looks_elsewhere(package: Package, name: str) -> bool:
+    """Whether they name other folders, for all packages or for the one of this name."""
+    places = rf"CMAKE_PREFIX_PATH|FetchContent|\b{re.escape(name)}_(DIR|ROOT)\b"
+    return any(
+        re.search(places, text) or not all(map(_OWN.match, _module_folders(text)))
+        for text in _texts(package)
+    )
+
+
+def _texts(package: Package) -> Iterator[str]:
+    """The texts of all CMake files of the package, without comments."""
+    for pattern in ("**/CMakeLists.txt", "**/*.cmake"):
+        for path in glob.glob(pattern, root_dir=package.folder, recursive=True):
+            with contextlib.suppress(SourceError):
+                text = SourceText(package.file(path), errors="replace").text
+                yield re.sub(r"#.*", "", text)
+
+
+def _module_folders(text: str) -> list[str]:
+    """What a file adds to the places of modules."""
+    words = (word.strip('"') for found in _MODULES.findall(text) for word in found.split())
+    return [one for one in words if one not in _WORDS]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import getpass
 import os
 import shlex
+import subprocess
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,7 +19,7 @@ from launcher.packages.finder import package_names, resource_prefix, share_direc
 from launcher.packages.workspace import VARIABLE
 from launcher.packages.workspace import find as find_workspace
 from launcher.workspace.building.create import names, place
-from launcher.workspace.building.create.maintainer import UNKNOWN_EMAIL, maintainer
+from launcher.workspace.building.create.names import is_email
 from launcher.workspace.building.create.templates import Metadata, interface_files, node_files
 from launcher.workspace.building.sources import find as find_packages
 from launcher.workspace.building.sources.source_text import shown
@@ -25,6 +27,8 @@ from launcher.workspace.building.sources.source_text import shown
 PYTHON, CMAKE = BUILD_TYPES = ("ament_python", "ament_cmake")
 TO_DO = "TODO"
 _INTERFACES = "rosidl_interface_packages"  # the group of packages with interfaces
+UNKNOWN_EMAIL = "user@example.com"
+_GIT_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -252,3 +256,39 @@ def _workspace_option(request: Request) -> str:
     if os.path.realpath(workspace) in place.and_above(os.getcwd()):
         return ""
     return f" --workspace {shlex.quote(shown(workspace))}"
+
+
+def maintainer(name: str | None, email: str | None, folder: str) -> tuple[str, str]:
+    """(name, e-mail), from git's settings for this folder where they are not given; UsageError."""
+    if email is not None and not is_email(email):
+        raise UsageError(f"--maintainer-email: '{email}' is not an e-mail address")
+    known = email or _git("user.email", folder)
+    return (
+        name or _git("user.name", folder) or _user(),
+        known if is_email(known) else UNKNOWN_EMAIL,
+    )
+
+
+def _git(setting: str, folder: str) -> str:
+    """The setting; empty if it is not set, or there is no git."""
+    try:
+        asked = subprocess.run(
+            ["git", "config", "--get", setting],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_GIT_TIMEOUT_S,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    value = asked.stdout.strip()
+    return value if value.isprintable() else ""
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # a user id without a name, as in containers
+        return "user"

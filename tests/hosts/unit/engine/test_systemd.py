@@ -11,13 +11,13 @@ import pytest
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy
 from launcher.hosts.engine.systemd import facts, journal, manifest
-from launcher.hosts.engine.systemd.clock import HostClock
 from launcher.hosts.engine.systemd.exits import outcome_of_record, outcome_of_unit
 from launcher.hosts.engine.systemd.journal import JournalReader, Line, Message, Note
-from launcher.hosts.engine.systemd.owners import Owners
+from launcher.hosts.engine.systemd.journal_events import Owners
 from launcher.hosts.engine.systemd.recent_output import MUCH, RecentOutput
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import read_properties, written
+from launcher.hosts.engine.systemd.sessions import HostClock
 from launcher.hosts.engine.systemd.shell import Answer, Answers, Request
 from launcher.hosts.file.order import Order
 from tests.support.journal import entry

@@ -11,7 +11,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.workspace.building.create import place
-from launcher.workspace.building.create.maintainer import UNKNOWN_EMAIL, maintainer
+from launcher.workspace.building.create.create import UNKNOWN_EMAIL, maintainer
 from launcher.workspace.building.create.templates import class_name
 from tests.support.verbs import in_process
 
