@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from launcher.base import strict_json
 from launcher.hosts.file import order_json
@@ -48,26 +47,8 @@ def is_plain(order: Order) -> bool:
     return is_found and not any(rest) and all(isinstance(part, kinds) for part in order.parts)
 
 
-def as_words(
-    order: Order, *, python: str, folder: str, setup: Sequence[str] = ()
-) -> tuple[str, ...]:
-    """The command line on a host without an agent, where `files_of` are in `folder`.
-
-    `setup` are files that a POSIX shell sources before.
-    """
-    words = _words(order, python, folder)
-    if not setup:
-        return words
-    sourced = "; ".join(f". {shlex.quote(_with_slash(path))}" for path in setup)
-    return ("/bin/sh", "-c", f'{sourced}; exec "$@"', "sh", *words)
-
-
-def _with_slash(path: str) -> str:
-    """A shell searches a file without a slash in its PATH."""
-    return path if "/" in path else f"./{path}"
-
-
-def _words(order: Order, python: str, folder: str) -> tuple[str, ...]:
+def as_words(order: Order, *, python: str, folder: str) -> tuple[str, ...]:
+    """The command line on a host without an agent, where `files_of` are in `folder`."""
     if is_plain(order):
         return tuple(_text(word, python, folder) for word in order.words)
     if is_simple(order):

@@ -292,12 +292,9 @@ def test_a_node_is_run_by_launcher_run_where_no_agent_is(env, tmp_path):
     ros = RosIdentity(package="demo", executable="talker")
     found = order("talker", "--params-file", f"{tmp_path}/p.yaml", env=env, ros=ros)
 
-    words = as_words(
-        found, python="/v/bin/python", folder="/run/x", setup=["/opt/ros/jazzy/setup.sh"]
-    )
+    words = as_words(found, python="/v/bin/python", folder="/run/x")
 
     assert words == (
-        *("/bin/sh", "-c", '. /opt/ros/jazzy/setup.sh; exec "$@"', "sh"),
         *("/v/bin/python", "-m", "launcher", "run", "demo", "talker"),
         *("--params-file", "/run/x/p.yaml"),
     )
