@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from launcher.base.command_line import Parsed, option
+from launcher.base.command_line import option
 from launcher.base.github import is_on
 
 OPTIONS = (
@@ -18,5 +18,5 @@ OPTIONS = (
 EXCLUSIVE = ("github", "no_github")
 
 
-def is_wanted(parsed: Parsed) -> bool:
-    return bool(parsed.github) or (is_on(os.environ) and not parsed.no_github)
+def is_wanted(*, github: bool, no_github: bool) -> bool:
+    return github or (is_on(os.environ) and not no_github)

@@ -10,15 +10,20 @@ import logging
 import signal
 import socket
 from collections.abc import AsyncIterator
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from launcher.base import strict_json
-from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
 from launcher.packages.extras import install_command
 from launcher.posix.dispositions import heeded
-from launcher.ros.verb import observing, warn
+from launcher.ros.verb import GraphAccess, observing, warn
+
+if TYPE_CHECKING:
+    from launcher.foxglove.bridge import Bridge
+    from launcher.foxglove.look import Choice
+    from launcher.ros.discovery.observer import Observer
 
 _MOST_MESSAGE_BYTES = 64 * 1024 * 1024  # of one message of a client
 _OPEN_S = 10.0  # for the handshake of a client
@@ -28,15 +33,24 @@ _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _KEEP_ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
 
 
-def serve(options: Parsed) -> int:
-    """Serve until Ctrl-C or SIGTERM; VerbError if that is not possible."""
-    from launcher.foxglove.look import Choice
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServerOptions:
+    """What `foxglove` was asked for; `most_bytes` may wait for one client."""
 
-    choice = Choice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
-    choice.check()
+    choice: Choice
+    host: str
+    port: int
+    most_bytes: int
+    read_only: bool
+    json: bool
+
+
+def serve(access: GraphAccess, options: ServerOptions) -> int:
+    """Serve until Ctrl-C or SIGTERM; VerbError if that is not possible."""
+    options.choice.check()
     _require_package()
-    with observing(options) as observer:
-        asyncio.run(_serve(observer, choice, options))
+    with observing(access) as observer:
+        asyncio.run(_serve(observer, options))
     return ExitCode.OK
 
 
@@ -50,10 +64,10 @@ def _require_package() -> None:
         ) from None
 
 
-async def _serve(observer: Any, choice: Any, options: Parsed) -> None:
+async def _serve(observer: Observer, options: ServerOptions) -> None:
     from launcher.foxglove.bridge import Bridge
 
-    def report(event: str, **fields: Any) -> None:
+    def report(event: str, **fields: object) -> None:
         print(_line(event, fields, as_json=options.json), flush=True)
 
     stop = asyncio.Event()
@@ -61,9 +75,9 @@ async def _serve(observer: Any, choice: Any, options: Parsed) -> None:
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
     bridge = Bridge(
         observer,
-        choice,
+        options.choice,
         report,
-        most_bytes=int(options.queue * 1e6),
+        most_bytes=options.most_bytes,
         is_read_only=options.read_only,
     )
     try:
@@ -79,7 +93,7 @@ async def _serve(observer: Any, choice: Any, options: Parsed) -> None:
         await bridge.close()
 
 
-async def _until_stopped(bridge: Any, stop: asyncio.Event) -> None:
+async def _until_stopped(bridge: Bridge, stop: asyncio.Event) -> None:
     tasks = [asyncio.create_task(bridge.watch()), asyncio.create_task(stop.wait())]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -92,7 +106,7 @@ async def _until_stopped(bridge: Any, stop: asyncio.Event) -> None:
 
 
 @contextlib.asynccontextmanager
-async def _listening(bridge: Any, host: str, port: int) -> AsyncIterator[int]:
+async def _listening(bridge: Bridge, host: str, port: int) -> AsyncIterator[int]:
     """The port that clients connect to; VerbError."""
     from websockets.asyncio.server import serve as websocket_server
     from websockets.typing import Subprotocol
@@ -149,7 +163,7 @@ def _url(host: str, port: int) -> str:
     return f"ws://[{name}]:{port}" if ":" in name else f"ws://{name}:{port}"
 
 
-def _line(event: str, fields: dict[str, Any], *, as_json: bool) -> str:
+def _line(event: str, fields: dict[str, object], *, as_json: bool) -> str:
     if as_json:
         return strict_json.dumps({"event": event, **fields})
     if event == "listening":

@@ -6,7 +6,7 @@ import functools
 
 from launcher.base.command_line import Parsed, count, number, option
 from launcher.base.verb_table import VERBS
-from launcher.ros.verb import dispatch, ros_command
+from launcher.ros.verb import GraphAccess, dispatch, ros_command
 
 PORT = 8765  # where Foxglove and Lichtblick look first
 _QUEUE_MB = 10.0
@@ -24,9 +24,21 @@ def _megabytes(word: str) -> float:
 
 
 def _foxglove(options: Parsed) -> int:
-    from launcher.foxglove.server import serve
+    from launcher.foxglove.look import Choice
+    from launcher.foxglove.server import ServerOptions, serve
 
-    return serve(options)
+    choice = Choice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
+    return serve(
+        GraphAccess.of(options),
+        ServerOptions(
+            choice=choice,
+            host=options.host,
+            port=options.port,
+            most_bytes=int(options.queue * 1e6),
+            read_only=options.read_only,
+            json=options.json,
+        ),
+    )
 
 
 COMMAND = ros_command(

@@ -179,7 +179,7 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         html=parsed.html,
         artifacts=parsed.artifacts,
-        github=github_options.is_wanted(parsed),
+        github=github_options.is_wanted(github=parsed.github, no_github=parsed.no_github),
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
@@ -238,7 +238,7 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     if parsed.junit is not None:
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
-    if github_options.is_wanted(parsed):
+    if github_options.is_wanted(github=parsed.github, no_github=parsed.no_github):
         print("\n".join(github.refusal(error)))
         if problem := add_summary(os.environ, github.refusal_summary(error, name)):
             print(f"smoke: warning: {problem}", file=sys.stderr)

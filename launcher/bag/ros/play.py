@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from launcher.bag.model import Extent, Message, Qos, Span
 from launcher.bag.reader import Bag
@@ -16,11 +15,10 @@ from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead
 from launcher.bag.selection import Selection
 from launcher.bag.words import clock as clock_text
-from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
-from launcher.ros.verb import observing, spin_time_s, warn
+from launcher.ros.verb import GraphAccess, observing, warn
 
 JUMP_S = 5.0
 RATE_FACTOR = 1.1
@@ -54,7 +52,7 @@ class PlayOptions:
     wait_for_subscriptions: bool = True
 
 
-def play(parsed: Parsed, bags: Sequence[Bag], options: PlayOptions) -> int:
+def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     """Play until the end, or Ctrl-C; the exit code. BagError, VerbError if nothing is played."""
     for bag in bags:
         for note in bag.notes:
@@ -63,7 +61,7 @@ def play(parsed: Parsed, bags: Sequence[Bag], options: PlayOptions) -> int:
     sys.setswitchinterval(_SWITCH_S)
     player = None
     try:
-        with observing(parsed) as observer:
+        with observing(access) as observer:
             status = StatusLine(lambda width: player.line(width) if player else "")
             publishers = Publishers(
                 observer, options.overrides, options.remap, status.print, requests=options.requests
@@ -71,8 +69,7 @@ def play(parsed: Parsed, bags: Sequence[Bag], options: PlayOptions) -> int:
             topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
             if options.wait_for_subscriptions:
-                graph = observer.prefetched_graph()
-                publishers.wait_for_others(graph, spin_time_s(parsed))
+                publishers.wait_for_others(observer.prefetched_graph(), access.spin_time_s)
             player.run()
     except KeyboardInterrupt:
         pass
@@ -250,13 +247,6 @@ class _Player:
     def report(self) -> None:
         with contextlib.suppress(BrokenPipeError):
             self._status.print(f"played {count(self._count, 'message')}")
-
-
-def requests_of(parsed: Any) -> str | None:
-    """Whose events become requests, or None if they are published as they are."""
-    if not parsed.publish_service_requests:
-        return None
-    return str(parsed.service_requests_source).partition("_")[0]
 
 
 class PlayClock:

@@ -8,21 +8,23 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from launcher.bag.model import BagError
 from launcher.bag.ros.keys import Keys, StatusLine
-from launcher.bag.ros.recorder import PERIOD_S, Recorder, RecorderOptions
+from launcher.bag.ros.recorder import PERIOD_S, Recorded, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.words import clock, size
 from launcher.bag.writer import BagWriter, Storage
-from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import count
 from launcher.posix.dispositions import Handled
 from launcher.posix.domains import why_empty
-from launcher.ros.verb import observing
+from launcher.ros.verb import GraphAccess, observing
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
 
 _SNAPSHOT_HINT = "s or SIGUSR1 writes what is in memory"
 _RATE_S = 1.0
@@ -43,7 +45,7 @@ class RecordOptions:
     custom_data: dict[str, str] | None = None
 
 
-def record(parsed: Parsed, options: RecordOptions, recorder_options: RecorderOptions) -> int:
+def record(access: GraphAccess, options: RecordOptions, recorder_options: RecorderOptions) -> int:
     """Record; the exit code. BagError if the folder exists, or cannot be written."""
     with _stopping() as stopped, ExitStack() as stack:
         try:
@@ -55,7 +57,7 @@ def record(parsed: Parsed, options: RecordOptions, recorder_options: RecorderOpt
             )
         except OSError as error:
             raise BagError(f"cannot write {options.folder}: {error.strerror}") from None
-        observer = stack.enter_context(observing(parsed, listens=True))
+        observer = stack.enter_context(observing(access, listens=True))
         run = _Run(observer, options, recorder_options, writer, stopped)
         return run.run()
 
@@ -79,7 +81,7 @@ class _Run:
 
     def __init__(
         self,
-        observer: Any,
+        observer: Observer,
         options: RecordOptions,
         recorder_options: RecorderOptions,
         writer: BagWriter,
@@ -220,7 +222,7 @@ class _Run:
                 self._status.print(f"  {name}: {one.count} recorded, {_reasons(one)}")
 
 
-def _reasons(one: Any) -> str:
+def _reasons(one: Recorded) -> str:
     reasons = []
     if one.lost:
         reasons.append(f"{one.lost} published and not received")

@@ -15,7 +15,7 @@ from launcher.base.command_line import (
 )
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
-from launcher.ros.verb import ros_command
+from launcher.ros.verb import GraphAccess, ros_command
 
 _CLOCK_HZ = 40.0
 
@@ -36,7 +36,7 @@ def _remapping(word: str) -> tuple[str, str]:
 
 def _play(options: Parsed) -> int:
     from launcher.bag.reader import Bag
-    from launcher.bag.ros.play import PlayOptions, play, requests_of
+    from launcher.bag.ros.play import PlayOptions, play
     from launcher.bag.ros.qos import read_overrides
 
     path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
@@ -51,7 +51,7 @@ def _play(options: Parsed) -> int:
         raise UsageError(f"--start-offset is behind the end: the bag has {longest_s:.3f} s")
     clock_topics = names(options.clock_topics) or None
     return play(
-        options,
+        GraphAccess.of(options),
         bags,
         PlayOptions(
             selection=selection,
@@ -67,11 +67,18 @@ def _play(options: Parsed) -> int:
             clock_topics=frozenset() if options.clock_topics_all else clock_topics,
             start_paused=options.start_paused,
             acked_s=_acked_s(options.wait_for_all_acked),
-            requests=requests_of(options),
+            requests=_requests(options),
             read_ahead=options.read_ahead_queue_size,
             keyboard=not options.disable_keyboard_controls,
         ),
     )
+
+
+def _requests(options: Parsed) -> str | None:
+    """Whose events become requests, or None if they are published as they are."""
+    if not options.publish_service_requests:
+        return None
+    return str(options.service_requests_source).partition("_")[0]
 
 
 def _acked_s(milliseconds: int | None) -> float | None:

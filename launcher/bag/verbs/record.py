@@ -10,7 +10,7 @@ from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storag
 from launcher.bag.verbs.topics import EXCLUDE, names
 from launcher.base.command_line import Parsed, count, option, positive_seconds
 from launcher.base.errors import UsageError
-from launcher.ros.verb import ros_command
+from launcher.ros.verb import GraphAccess, ros_command
 
 _CACHE_BYTES = 100 * 1024 * 1024
 
@@ -35,7 +35,7 @@ def _record(options: Parsed) -> int:
     _check_names((*selection.topics, *selection.services))
     path = options.qos_profile_overrides_path
     return record(
-        options,
+        GraphAccess.of(options),
         RecordOptions(
             folder=options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"),
             storage=storage_of(options),

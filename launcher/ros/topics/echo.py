@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import typed_error
@@ -82,25 +81,6 @@ class Writer:
     info: bool = False
     field: str | None = None
     prefixed: bool = False
-
-    @classmethod
-    def of(cls, options: Parsed) -> Writer:
-        """VerbError for a field without a name."""
-        if options.field is not None and not options.field.strip("."):
-            raise VerbError(f"Invalid field value '{options.field}'")
-        length = None if options.full_length or options.json else options.truncate_length
-        style = Style(
-            length=length, no_arr=options.no_arr, no_str=options.no_str, flow=options.flow_style
-        )
-        return cls(
-            style=style,
-            csv=options.csv,
-            json=options.json,
-            raw=options.raw,
-            info=options.include_message_info,
-            field=options.field,
-            prefixed=len(options.topic_names) > 1,
-        )
 
     def value(self, sample: Sample) -> Any:
         """The message, or the selected field."""

@@ -1,4 +1,4 @@
-"""Subscribes to topics, now or as soon as they are published, and takes their messages in bursts.
+"""Subscribes to topics and takes their messages in bursts.
 
 The middleware stamps each message on arrival, so it is enough to take every few milliseconds all
 that have arrived. rclpy's executor would build a wait set for each of thousands of messages a
@@ -8,39 +8,32 @@ second.
 from __future__ import annotations
 
 import functools
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.command_line import Parsed
 from launcher.base.model.ros_names import full_name
-from launcher.base.ros_errors import VerbError, did_you_mean, name_fault
-from launcher.posix.domains import why_empty
-from launcher.ros.discovery.completeness import settle
+from launcher.base.ros_errors import VerbError, name_fault
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.snapshot.graph import Direction, Endpoint, GraphSnapshot
+from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
 from launcher.ros.topics.history import History
 from launcher.ros.topics.raw import RawMessage, RawTaker
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import spin_time_s, warn
+from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
 _PERIOD_S = 0.004
 _BURST = 1000
-_STEADY_S = 0.06  # endpoints of one participant arrive together
 _EXPLAIN_PERIOD_S = 0.5
 _FIT_PERIOD_S = 0.05
 _DISCOVERY_S = 3.0  # of publishers that only the prefetch has discovered
-_INTRODUCTION_S = 0.3
-_AWAIT_PERIOD_S = 0.1  # after it, all endpoints of a participant are known
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,70 +75,6 @@ def full_topic(name: str) -> str:
     except TypeError:  # of pybind11
         raise VerbError(f"not UTF-8: {full!a}") from None
     return full
-
-
-def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
-    """Checks whether a graph has publishers of all these topics."""
-    full = list(map(full_name, names))
-    return lambda graph: all(graph.on(name, Direction.PUBLISHER) for name in full)
-
-
-def _target(
-    graph: GraphSnapshot | Observer, full: str, type_name: str | None = None
-) -> Target | None:
-    """The topic as the graph has it; None if its type is unknown.
-
-    With a type the topic need not exist yet. VerbError if there are several types.
-    """
-    types = graph.topic_types().get(full, [])
-    if type_name is None and len(types) > 1:
-        raise VerbError(
-            f"Cannot echo topic '{full}', as it contains more than one type: [{', '.join(types)}]",
-            hint="name one of them after the topic",
-        )
-    if type_name is None and not types:
-        return None
-    publishers = tuple(e for e in graph.endpoints(full) if e.is_publisher)
-    return Target(name=full, type=type_name or types[0], publishers=publishers)
-
-
-def _first_target(
-    observer: Observer, name: str, type_name: str | None, options: Parsed
-) -> Target | None:
-    """The topic as soon as its publishers are known; None if it has none and no type."""
-    full = full_topic(name)
-    if (graph := observer.prefetched_graph()) is None:
-        _await_publishers(observer, full, spin_time_s(options))
-        return _target(observer, full, type_name)
-    if target := _target(graph, full, type_name):
-        _await_introduction(observer, target)
-    return target
-
-
-def _await_introduction(observer: Observer, target: Target) -> None:
-    """Return when rclpy knows the publishers of a target that was prefetched, or soon.
-
-    A publisher may publish at once when it discovers our subscription, and we have to know it then.
-    """
-    deadline = time.monotonic() + _INTRODUCTION_S
-    while time.monotonic() < deadline:
-        if len(observer.infos(target.name, Direction.PUBLISHER)) >= len(target.publishers):
-            return
-        time.sleep(_PERIOD_S)
-
-
-def _await_publishers(observer: Observer, full: str, spin_time_s: float) -> None:
-    """Return when the topic has had the same publishers for a moment, or the graph is settled."""
-    last, changed = 0, time.monotonic()
-
-    def steady() -> bool:
-        nonlocal last, changed
-        infos = observer.infos(full, Direction.PUBLISHER)
-        if len(infos) != last or not all(info.node for info in infos):
-            last, changed = len(infos), time.monotonic()
-        return bool(infos) and time.monotonic() - changed > _STEADY_S
-
-    settle(observer, spin_time_s, enough=steady)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -309,83 +238,3 @@ def _nothing_received(topic: str, publishers: int, found: list[Mismatch], reason
 
 def _ignore(message: Any) -> None:
     """A callback that no executor ever calls: messages are taken by `Listener.take`."""
-
-
-def subscribe_now(observer: Observer, listener: Listener, name: str, options: Parsed) -> None:
-    """Subscribe; VerbError with the text of ros2cli if the type is unknown."""
-    target = _first_target(observer, name, options.message_type, options)
-    if target is None:
-        print(_unpublished(name), flush=True)
-        raise VerbError(
-            "Could not determine the type for the passed topic", hint=_hint(observer, name)
-        )
-    _subscribe(listener, target, options)
-
-
-class AwaitedTopics:
-    """Subscribes to topics now, and to unpublished ones as soon as they are published.
-
-    `found` is called for each.
-    """
-
-    def __init__(
-        self,
-        observer: Observer,
-        listener: Listener,
-        names: Sequence[str],
-        options: Parsed,
-        found: Callable[[Target], None],
-    ) -> None:
-        self._observer = observer
-        self._listener = listener
-        self._options = options
-        self._found = found
-        self._missing: dict[str, Target | None] = {}
-        for name in names:
-            if target := _first_target(observer, name, None, options):
-                self._take(target)
-            else:
-                self._miss(name)
-        self._next_check = time.monotonic() + _AWAIT_PERIOD_S
-
-    def _miss(self, name: str) -> None:
-        self._missing[name] = None
-        print(_unpublished(name), flush=True)
-        if hint := _hint(self._observer, name):
-            warn(f"hint: {hint}")
-
-    def _take(self, target: Target) -> None:
-        _subscribe(self._listener, target, self._options)
-        self._found(target)
-
-    def poll(self) -> None:
-        """Subscribe to missing topics that are published now; checks at most ten times a second."""
-        if not self._missing or time.monotonic() < self._next_check:
-            return
-        for name, before in list(self._missing.items()):
-            target = self._missing[name] = _target(self._observer, full_topic(name))
-            if target is not None and target == before:
-                del self._missing[name]
-                self._take(target)
-        self._next_check = time.monotonic() + _AWAIT_PERIOD_S
-
-
-def _hint(observer: Observer, name: str) -> str | None:
-    """What to do about an unpublished topic."""
-    graph = observer.prefetched_graph() or observer.graph_snapshot()
-    return did_you_mean(name, graph.topic_types()) if graph.nodes else why_empty(observer.domain_id)
-
-
-def _unpublished(name: str) -> str:
-    return f"WARNING: topic [{name}] does not appear to be published yet"
-
-
-def _subscribe(listener: Listener, target: Target, options: Parsed) -> None:
-    profile, notes = qos.listening(target.publishers)
-    if qos.asked(options):
-        listener.subscribe(target, qos.from_options(options, profile))
-        return
-    for note in notes:
-        print(note)
-    sys.stdout.flush()
-    listener.subscribe(target)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.command_line import Parsed, count, option
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
 from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
-from launcher.ros.verb import seconds
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
@@ -37,22 +36,20 @@ PRESETS = (
 )
 
 
-# As ros2cli names them.
-QOS_OPTIONS = (
-    option("--qos-profile NAME", "preset to start from", choices=PRESETS),
-    option("--qos-depth N", "length of the queue", lambda word: count(word, 1, MAX_DEPTH)),
-    *(option(f"--qos-{name} POLICY", choices=choices) for name, choices in POLICIES.items()),
-    option("--qos-liveliness-lease-duration-seconds S", "lease duration", seconds),
-)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QosOptions:
+    """Policies to use instead of those of a profile, by their names; None: as in the profile."""
+
+    preset: str | None = None
+    depth: int | None = None
+    reliability: str | None = None
+    durability: str | None = None
+    liveliness: str | None = None
+    history: str | None = None
+    lease_s: float | None = None
 
 
-def asked(options: Parsed) -> bool:
-    return any(
-        value is not None for name, value in vars(options).items() if name.startswith("qos_")
-    )
-
-
-def from_options(options: Parsed, base: QoSProfile) -> QoSProfile:
+def from_options(options: QosOptions, base: QoSProfile) -> QoSProfile:
     """The base profile, or the preset of the options, changed by the other options."""
     from rclpy.duration import Duration
     from rclpy.qos import (
@@ -64,21 +61,20 @@ def from_options(options: Parsed, base: QoSProfile) -> QoSProfile:
     )
 
     profile = copied(base)
-    if options.qos_profile:
-        profile = copied(QoSPresetProfiles[options.qos_profile.upper()].value)
-    if options.qos_depth is not None:
-        profile.depth = options.qos_depth
-    for name, policies in (
-        ("history", HistoryPolicy),
-        ("reliability", ReliabilityPolicy),
-        ("durability", DurabilityPolicy),
-        ("liveliness", LivelinessPolicy),
-    ):
-        if word := getattr(options, f"qos_{name}"):
-            setattr(profile, name, policies[word.upper()])
-    lease_s = options.qos_liveliness_lease_duration_seconds
-    if lease_s is not None:
-        profile.liveliness_lease_duration = Duration(nanoseconds=int(lease_s * 1e9))
+    if options.preset:
+        profile = copied(QoSPresetProfiles[options.preset.upper()].value)
+    if options.depth is not None:
+        profile.depth = options.depth
+    if options.history:
+        profile.history = HistoryPolicy[options.history.upper()]
+    if options.reliability:
+        profile.reliability = ReliabilityPolicy[options.reliability.upper()]
+    if options.durability:
+        profile.durability = DurabilityPolicy[options.durability.upper()]
+    if options.liveliness:
+        profile.liveliness = LivelinessPolicy[options.liveliness.upper()]
+    if options.lease_s is not None:
+        profile.liveliness_lease_duration = Duration(nanoseconds=int(options.lease_s * 1e9))
     return profile
 
 
@@ -105,12 +101,7 @@ def from_words(words: Mapping[str, Any], depth: int) -> QoSProfile:
     for name in words:
         if name not in (*POLICIES, "deadline_s", "lease_s"):
             raise VerbError(f"unknown QoS policy '{name}'", hint=f"known: {', '.join(POLICIES)}")
-    options = Parsed(
-        qos_profile=None,
-        qos_depth=depth,
-        qos_liveliness_lease_duration_seconds=words.get("lease_s"),
-        **{f"qos_{name}": word for name, word in named.items()},
-    )
+    options = QosOptions(depth=depth, lease_s=words.get("lease_s"), **named)
     profile = from_options(options, QoSProfile(depth=depth))
     if words.get("deadline_s") is not None:
         profile.deadline = Duration(nanoseconds=int(words["deadline_s"] * 1e9))

@@ -110,7 +110,7 @@ def _diff(before: TopicGraph, after: TopicGraph, options: Parsed) -> int:
 def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.ros.draw.tree import to_tree
     from launcher.ros.snapshot.diff import difference
-    from launcher.ros.topics.streams import until_interrupted
+    from launcher.ros.verbs.streams import until_interrupted
 
     print_line = functools.partial(print, flush=True)
     with until_interrupted():

@@ -8,12 +8,12 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.command_line import Command, Parsed, count, number, option
+from launcher.base.command_line import Command, Parsed, number, option
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
-from launcher.ros.topics.qos import MAX_DEPTH, QOS_OPTIONS
 from launcher.ros.verb import (
+    GraphAccess,
     dispatch,
     graph_snapshot,
     json_text,
@@ -27,6 +27,7 @@ from launcher.ros.verb import (
     standard_input,
     to_json_plain,
 )
+from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -40,7 +41,6 @@ NAME = option("NAME", name="service_name")
 TYPE = option("TYPE", name="service_type")
 COUNT = option("-c, --count-services", "print only their number")
 HIDDEN = option("--include-hidden-services", "hidden services as well")
-QOS = (("QoS", QOS_OPTIONS),)
 
 
 def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
@@ -97,16 +97,25 @@ def _info(options: Parsed) -> int:
 
 
 def _echo(options: Parsed) -> int:
-    from launcher.ros.service_events import echo
+    from launcher.ros.verbs.service_events import EventWriter, ServiceEchoOptions, echo
 
-    return echo(options)
+    return echo(
+        ServiceEchoOptions(
+            access=GraphAccess.of(options),
+            service=options.service_name,
+            type=options.service_type,
+            writer=EventWriter(style=style(options), csv=options.csv, json=options.json),
+            qos=qos_options(options),
+            timeout_s=options.timeout,
+        )
+    )
 
 
 def _call(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
     from launcher.ros.services import ServiceCaller
-    from launcher.ros.topics.streams import until_interrupted
+    from launcher.ros.verbs.streams import until_interrupted
 
     if options.rate is not None:
         require_rate(options.rate)
@@ -115,7 +124,7 @@ def _call(options: Parsed) -> int:
     fill(request, parse(standard_input() if options.stdin else options.values))
     name = full_name(options.service_name)
     with (
-        observing(options, lambda graph: name in graph.service_types()) as observer,
+        observing(GraphAccess.of(options), lambda graph: name in graph.service_types()) as observer,
         ServiceCaller(observer) as caller,
     ):
         _await_service(caller, kind, options)
@@ -202,17 +211,7 @@ COMMAND = Command(
             NAME,
             option("[TYPE]", name="service_type"),
             option("--timeout S", "end after S seconds", seconds),
-            option("--csv", "print values separated by commas"),
-            option("-f, --full-length", "do not truncate"),
-            option(
-                "-l, --truncate-length N",
-                "truncate arrays, bytes and strings after N",
-                lambda word: count(word, 0, MAX_DEPTH),
-                128,
-            ),
-            option("--no-arr", "print the sizes of arrays only"),
-            option("--no-str", "print the lengths of strings only"),
-            option("--flow-style", "print each list on one line"),
+            *STYLE,
             groups=QOS,
         ),
         ros_command("service find", "list the services of a type", _find, TYPE, COUNT, HIDDEN),

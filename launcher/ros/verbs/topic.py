@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from launcher.base.command_line import (
     Command,
@@ -18,9 +19,9 @@ from launcher.base.command_line import (
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
-from launcher.ros.topics.qos import QOS_OPTIONS
 from launcher.ros.verb import (
     SIM_TIME,
+    GraphAccess,
     dispatch,
     graph_snapshot,
     print_json,
@@ -28,25 +29,22 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    standard_input,
 )
+from launcher.ros.verbs.listening import QOS, STYLE, natural, qos_options, style
+
+if TYPE_CHECKING:
+    from launcher.ros.verbs.streams import MeasureOptions
 
 _MAX = 2**31 - 1
 
 
 def _positive(word: str) -> int:
-    return _number(word, 1, "value must be a positive integer")
-
-
-def _natural(word: str) -> int:
-    return _number(word, 0, "value must be non-negative integer")
-
-
-def _number(word: str, least: int, problem: str) -> int:
     """A whole number; ValueError with the text of ros2cli."""
     try:
-        return count(word, least, _MAX)
+        return count(word, 1, _MAX)
     except ValueError:
-        raise ValueError(problem) from None
+        raise ValueError("value must be a positive integer") from None
 
 
 NAME = option("NAME", name="topic_name")
@@ -54,7 +52,6 @@ NAMES = option("NAME ...", name="topic_names")
 HIDDEN = option("--include-hidden-topics", "hidden topics as well")
 COUNT = option("-c, --count-topics", "print only the number of topics")
 FOR = option("--for S", "end after S seconds", seconds, name="for_s")
-QOS = (("QoS", QOS_OPTIONS),)
 
 
 def _window(default: int) -> Option:
@@ -117,12 +114,36 @@ def _find(options: Parsed) -> int:
 
 
 def _echo(options: Parsed) -> int:
-    from launcher.ros.topics.streams import echo
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.topics.echo import Writer
+    from launcher.ros.verbs.streams import EchoOptions, echo
 
-    options.topic_names, options.message_type = _topics_and_type(options.words)
+    topics, message_type = _topics_and_type(options.words)
     if options.field and options.raw:
         raise UsageError("--field and --raw exclude each other")
-    return echo(options)
+    if options.field is not None and not options.field.strip("."):
+        raise VerbError(f"Invalid field value '{options.field}'")
+    writer = Writer(
+        style=style(options),
+        csv=options.csv,
+        json=options.json,
+        raw=options.raw,
+        info=options.include_message_info,
+        field=options.field,
+        prefixed=len(topics) > 1,
+    )
+    return echo(
+        EchoOptions(
+            access=GraphAccess.of(options),
+            topics=topics,
+            type=message_type,
+            writer=writer,
+            qos=qos_options(options),
+            filter=options.filter,
+            once=options.once,
+            timeout_s=options.timeout,
+        )
+    )
 
 
 def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
@@ -142,33 +163,74 @@ def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
     return words, None
 
 
+def _measuring(
+    options: Parsed, topics: list[str], accepted: str | None = None, min_hz: float | None = None
+) -> MeasureOptions:
+    from launcher.ros.verbs.streams import MeasureOptions
+
+    return MeasureOptions(
+        access=GraphAccess.of(options),
+        topics=topics,
+        qos=qos_options(options),
+        window=options.window,
+        for_s=options.for_s,
+        use_sim_time=options.use_sim_time,
+        json=options.json,
+        filter=accepted,
+        min_hz=min_hz,
+    )
+
+
 def _hz(options: Parsed) -> int:
-    from launcher.ros.topics.streams import hz
+    from launcher.ros.verbs.streams import hz
 
     if options.min_hz is not None and not math.isfinite(options.min_hz):
         raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
     if options.min_hz is not None and options.for_s is None:
         raise UsageError("--min needs --for", hint="for example: --for 5 --min 4.5")
-    return hz(options)
+    return hz(_measuring(options, options.topic_names, options.filter, options.min_hz))
 
 
 def _bw(options: Parsed) -> int:
-    from launcher.ros.topics.streams import bw
+    from launcher.ros.verbs.streams import bw
 
-    return bw(options)
+    return bw(_measuring(options, [options.topic_name]))
 
 
 def _delay(options: Parsed) -> int:
-    from launcher.ros.topics.streams import delay
+    from launcher.ros.verbs.streams import delay
 
-    return delay(options)
+    return delay(_measuring(options, [options.topic_name]))
 
 
 def _pub(options: Parsed) -> int:
-    from launcher.ros.topics.publish import publish
+    from launcher.ros.verbs.publish import PublishOptions, publish
 
     require_rate(options.rate)
-    return publish(options)
+    limit, wanted = 1 if options.once else options.times, options.wait_matching_subscriptions
+    wanted = int(limit is not None) if wanted is None else wanted
+    if options.max_wait_time_secs is not None and not wanted:
+        raise UsageError(
+            "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, "
+            "--once or --times"
+        )
+    return publish(
+        PublishOptions(
+            access=GraphAccess.of(options),
+            topic=options.topic_name,
+            type=options.message_type,
+            values=standard_input() if options.stdin else options.values,
+            qos=qos_options(options),
+            rate_hz=options.rate,
+            limit=limit,
+            print_each=options.print,
+            subscriptions=wanted,
+            max_wait_s=options.max_wait_time_secs,
+            keep_alive_s=options.keep_alive,
+            node_name=options.node_name,
+            use_sim_time=options.use_sim_time,
+        )
+    )
 
 
 COMMAND = Command(
@@ -206,17 +268,7 @@ COMMAND = Command(
             option("--timeout S", "end after S seconds", seconds),
             option("--field A.B[0]", "print only this field"),
             option("--filter EXPR", "only messages m for which this is true"),
-            option("--csv", "print values separated by commas"),
-            option("-f, --full-length", "do not truncate"),
-            option(
-                "-l, --truncate-length N",
-                "truncate arrays, bytes and strings after N",
-                _natural,
-                128,
-            ),
-            option("--no-arr", "print the sizes of arrays only"),
-            option("--no-str", "print the lengths of strings only"),
-            option("--flow-style", "print each list on one line"),
+            *STYLE,
             option("--raw", "print the serialized bytes"),
             option("-i, --include-message-info", "print timestamps and sequence numbers"),
             option("--no-lost-messages", "ignored, for compatibility with ros2"),
@@ -264,7 +316,7 @@ COMMAND = Command(
             option(
                 "-w, --wait-matching-subscriptions N",
                 "wait for N subscriptions (default: 1 with --once and --times, otherwise 0)",
-                _natural,
+                natural,
             ),
             option("--max-wait-time-secs S", "fail if that takes longer", positive_seconds),
             option(

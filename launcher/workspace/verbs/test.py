@@ -90,7 +90,7 @@ def main(words: Sequence[str]) -> int:
         )
         outcomes = running.run()
     code = shown.summarize(outcomes, missing)
-    if github_options.is_wanted(options):
+    if github_options.is_wanted(github=options.github, no_github=options.no_github):
         _report_to_github(shown)
     if running.signum is None:
         return code

@@ -9,9 +9,11 @@ from typing import Any
 import pytest
 from std_msgs.msg import Header
 
-from launcher.ros.topics import streams
 from launcher.ros.topics.listener import Sample, Target
+from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.statistics import NANOS
+from launcher.ros.verb import GraphAccess
+from launcher.ros.verbs import streams
 
 Measured = Callable[..., tuple[int, str, str]]
 
@@ -23,7 +25,6 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     def run(name: str, times_s: Sequence[float], **more: Any) -> tuple[int, str, str]:
         def measure(
             options: Any,
-            names: list[str],
             clock: Any,
             found: Any,
             take: Any,
@@ -39,9 +40,12 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
             report()
 
         monkeypatch.setattr(streams, "_measure", measure)
-        given = {"for_s": 2.0, "json": False, "filter": None, "min_hz": None, "window": 100}
-        names = {"topic_names": ["t"], "topic_name": "t", "use_sim_time": False}
-        code = getattr(streams, name)(SimpleNamespace(**{**given, **names, **more}))
+        given = {"for_s": 2.0, "json": False, "window": 100, "use_sim_time": False}
+        access, profile = GraphAccess(0, 1.0), QosOptions()
+        options = streams.MeasureOptions(
+            access=access, topics=["t"], qos=profile, **{**given, **more}
+        )
+        code = getattr(streams, name)(options)
         return (int(code), *capsys.readouterr())
 
     return run

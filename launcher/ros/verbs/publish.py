@@ -7,9 +7,9 @@ import math
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
-from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError, name_fault
 from launcher.ros.discovery.observer import Observer
@@ -22,56 +22,72 @@ from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
-from launcher.ros.topics.streams import until_interrupted
+from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import observing, standard_input, warn
+from launcher.ros.verb import GraphAccess, observing, warn
+from launcher.ros.verbs.streams import until_interrupted
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
-_PROFILE = os.path.join(os.path.dirname(__file__), "publisher.xml")
+_PROFILE = os.path.join(os.path.dirname(qos.__file__), "publisher.xml")
 
 
-def publish(options: Parsed) -> int:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PublishOptions:
+    """What `topic pub` was asked for; without a `limit` it publishes until Ctrl-C.
+
+    `subscriptions` is how many to wait for, `print_each` the N of each Nth message.
+    """
+
+    access: GraphAccess
+    topic: str
+    type: str
+    values: str
+    qos: QosOptions
+    rate_hz: float
+    limit: int | None
+    print_each: int
+    subscriptions: int
+    max_wait_s: float | None
+    keep_alive_s: float
+    node_name: str | None
+    use_sim_time: bool
+
+
+def publish(options: PublishOptions) -> int:
     from rclpy.qos import QoSProfile
 
-    if options.max_wait_time_secs is not None and not _wanted(options):
-        raise UsageError(
-            "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, "
-            "--once or --times"
-        )
-    message = with_library(load_message(options.message_type))()
-    stamps = fill(message, parse(standard_input() if options.stdin else options.values))
-    name = full_topic(options.topic_name)
-    profile = qos.from_options(options, QoSProfile(depth=10))
+    message = with_library(load_message(options.type))()
+    stamps = fill(message, parse(options.values))
+    name = full_topic(options.topic)
+    profile = qos.from_options(options.qos, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)
     with (
         until_interrupted(is_end=False),
-        observing(options, profile=_PROFILE) as observer,
-        _node(observer, options) as node,
+        observing(options.access, profile=_PROFILE) as observer,
+        _node(observer, options.node_name) as node,
     ):
         clock.start(observer)
         publisher = node.create_publisher(type(message), name, profile)
-        own = qos.endpoint_of(
-            profile, Direction.PUBLISHER, name, options.message_type, node="this command"
-        )
+        own = qos.endpoint_of(profile, Direction.PUBLISHER, name, options.type, node="this command")
         _await_subscriptions(observer, publisher, options, own)
-        with until_interrupted(is_end=_limit(options) is None):
+        with until_interrupted(is_end=options.limit is None):
             _loop(clock, publisher, message, stamps, options)
-        if _limit(options) is not None:
-            _await_delivery(publisher, options.keep_alive)
+        if options.limit is not None:
+            _await_delivery(publisher, options.keep_alive_s)
     return ExitCode.OK
 
 
 @contextlib.contextmanager
-def _node(observer: Observer, options: Parsed) -> Iterator[Any]:
-    """The node that publishes: a hidden one, or one of the name of the options."""
+def _node(observer: Observer, name: str | None) -> Iterator[Any]:
+    """The node that publishes: a hidden one, or one of this name."""
     from rclpy.exceptions import InvalidNodeNameException
 
-    if options.node_name is None:
+    if name is None:
         yield observer.node
         return
     try:
-        node = observer.companion(options.node_name)
+        node = observer.companion(name)
     except InvalidNodeNameException as error:
         raise UsageError(f"--node-name: {name_fault(error)}") from None
     try:
@@ -95,22 +111,11 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
         pass  # so that Ctrl-C is handled between two slices
 
 
-def _limit(options: Parsed) -> int | None:
-    """How many messages are published; None: without end."""
-    return 1 if options.once else options.times
-
-
-def _wanted(options: Parsed) -> int:
-    if options.wait_matching_subscriptions is not None:
-        return int(options.wait_matching_subscriptions)
-    return 0 if _limit(options) is None else 1
-
-
 def _await_subscriptions(
-    observer: Observer, publisher: Any, options: Parsed, own: Endpoint
+    observer: Observer, publisher: Any, options: PublishOptions, own: Endpoint
 ) -> None:
     """Return when there are as many as wanted; VerbError if that takes too long."""
-    wanted, limit_s = _wanted(options), options.max_wait_time_secs
+    wanted, limit_s = options.subscriptions, options.max_wait_s
     printed_s, unmatched = None, Unmatched()
     end = math.inf if limit_s is None else time.monotonic() + limit_s
     while (there := publisher.get_subscription_count()) < wanted:
@@ -136,21 +141,21 @@ def _with_options(found: list[Mismatch], reasons: str) -> str:
 
 
 def _loop(
-    clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: Parsed
+    clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: PublishOptions
 ) -> None:
     print("publisher: beginning loop", flush=True)
-    limit = _limit(options)
+    limit = options.limit
     count, due = 0, clock.elapsed_s()
     while limit is None or count < limit:
         clock.sleep_until(due)
-        due = max(due + 1.0 / options.rate, clock.elapsed_s() - 1.0)  # do not catch up for ever
+        due = max(due + 1.0 / options.rate_hz, clock.elapsed_s() - 1.0)  # do not catch up for ever
         count += 1
         if stamps:
             now = _message(clock.now_ns() or 0)
             for stamp in stamps:
                 stamp(now)
         publisher.publish(message)
-        if count % options.print == 0:
+        if count % options.print_each == 0:
             print(f"publishing #{count}: {message!r}\n", flush=True)
 
 
