@@ -94,11 +94,10 @@ class _ExpressionCondition(Condition):
         try:
             return evaluate_condition_expression(context, self.__predicate_expression)
         except Exception as error:
-            if not hasattr(error, "_launcher_place"):
-                # Imported only for an error.
-                from launcher.language.diagnostics.hints import attach
+            # Imported only for an error.
+            from launcher.language.diagnostics.error_details import details
 
-                attach(error, place=self._origin)
+            details(error).place = details(error).place or self._origin
             raise
 
     def describe(self) -> str:

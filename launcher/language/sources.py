@@ -255,9 +255,9 @@ def get_launch_description_from_python_launch_file(
             f"launch file at '{path}' does not contain the required function '{_REQUIRED}()'"
         )
         # Imported only for an error.
-        from launcher.language.diagnostics import hints, launch_tests
+        from launcher.language.diagnostics import launch_tests
 
-        hints.attach(error, **launch_tests.details(module, path))
+        launch_tests.explain(error, module, path)
         raise error
     description: LaunchDescription = function()
     return description

@@ -75,10 +75,13 @@ def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exce
     return wrong_entry(item, entity, items)
 
 
-def remember_place(error: Exception, entity: Any) -> None:
+def remember_place(error: Exception, entity: object) -> None:
     """Attach the place of the innermost entity to an error, for `faults.explain`."""
-    if not hasattr(error, "_launcher_origin"):
-        error._launcher_origin = getattr(entity, "_origin", None)  # type: ignore[attr-defined]
+    # Imported only for an error.
+    from launcher.language.diagnostics.error_details import details
+
+    if details(error).entity is None:
+        details(error).entity = entity
 
 
 def create_future(loop: Any) -> Any:

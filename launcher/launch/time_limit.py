@@ -36,7 +36,6 @@ class _Endless(BaseException):
     """Raised in the middle of an evaluation; `except Exception` does not catch it."""
 
     ros_type = "TimeoutError"
-    _launcher_origin: Origin | None = None  # see launcher.language.diagnostics.faults
 
 
 @contextlib.contextmanager
@@ -74,9 +73,8 @@ def _timer(
         nonlocal interruptions
         interruptions += 1
         error = _Endless(f"evaluating the launch file takes more than {limit_s:g} {unit}")
-        error._launcher_origin = _place_in(path, frame)
         if interruptions > _ATTEMPTS:
-            _end_at_once(error, path)
+            _end_at_once(error, path, _place_in(path, frame))
         raise error
 
     before: Any = signal.signal(signum, interrupt)
@@ -97,7 +95,10 @@ def _place_in(path: str, frame: FrameType | None) -> Origin | None:
     return None
 
 
-def _end_at_once(error: _Endless, path: str) -> NoReturn:
+def _end_at_once(error: _Endless, path: str, place: Origin | None) -> NoReturn:
+    from launcher.language.diagnostics.error_details import details
+
+    details(error).place = place
     print(_explained(error, path).render(), file=sys.stderr, flush=True)
     os._exit(ExitCode.USAGE)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 
 from launcher.language.diagnostics import source_code
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
@@ -26,8 +27,8 @@ class _BadEntryError(Exception):
 
     def __init__(self, message: str, hint: str, place: Origin | None) -> None:
         super().__init__(message)
-        self._launcher_hint = hint
-        self._launcher_place = place
+        known = details(self)
+        known.hint, known.place = hint, place
 
 
 class WrongEntryError(_BadEntryError, AttributeError):
@@ -52,17 +53,17 @@ class NotAHandlerError(_BadEntryError, AttributeError):
     """What is registered is not an event handler."""
 
     ros_type = "AttributeError"
-    _launcher_word = "RegisterEventHandler"
 
 
 class NoCommandError(IndexError):
     """A process has no words in its command."""
 
     ros_type = "IndexError"
-    _launcher_hint = "cmd takes the program and its arguments, as in cmd=['sleep', '5']"
 
     def __init__(self) -> None:
         super().__init__("a process has an empty command: cmd=[]")
+        hint = "cmd takes the program and its arguments, as in cmd=['sleep', '5']"
+        details(self).hint = hint
 
 
 def is_entity(item: Any) -> bool:
@@ -111,11 +112,13 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
 
 def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
     """The error about what a RegisterEventHandler was given instead of a handler."""
-    return NotAHandlerError(
+    error = NotAHandlerError(
         f"RegisterEventHandler takes an event handler, not {shown(item)}",
         "write RegisterEventHandler(OnProcessExit(target_action=..., on_exit=[...]))",
         action._origin,
     )
+    details(error).word = "RegisterEventHandler"
+    return error
 
 
 def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:

@@ -6,6 +6,7 @@ Only a missing `perform` is an error in ROS 2; the other methods do nothing in t
 from __future__ import annotations
 
 from launcher.base.text import suggest
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
@@ -24,13 +25,14 @@ class NoPerformError(NotImplementedError):
         cls = type(substitution)
         super().__init__(f"the substitution {cls.__name__} has no method perform()")
         near = _near_method(cls, "perform")
-        self._launcher_hint = (
+        known = details(self)
+        known.hint = (
             f"write 'def perform(self, context)' instead of 'def {near}'"
             if near
             else "write 'def perform(self, context)', which returns the text"
         )
-        self._launcher_place = _place(cls, near) or getattr(substitution, "_origin", None)
-        self._launcher_word = near or cls.__name__
+        known.place = _place(cls, near) or getattr(substitution, "_origin", None)
+        known.word = near or cls.__name__
 
 
 def warn_of_idle_entity(entity: Any, context: LaunchContext, method: str) -> None:

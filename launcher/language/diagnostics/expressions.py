@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from launcher.base.text import typed_error
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.truth_values import configurations_in
 
 TYPE_CHECKING = False
@@ -14,18 +15,19 @@ if TYPE_CHECKING:
 _MAX_SHOWN = 120  # characters of an expression in a message
 
 
-def explain(error: Any, text: str, expression: Any, context: LaunchContext) -> None:
+def explain(error: BaseException, text: str, expression: Any, context: LaunchContext) -> None:
     """Attach the expression, its place and a hint to an error of its evaluation."""
     shown = text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
     problem = error.msg if isinstance(error, SyntaxError) else typed_error(error)
-    error._launcher_message = f"in the Python expression `{shown}`: {problem}"
+    known = details(error)
+    known.message = f"in the Python expression `{shown}`: {problem}"
     origin = getattr(expression, "_origin", None)
     if origin is not None:
-        error._launcher_place = origin
-    error._launcher_word = "eval" if _is_markup(origin) else "PythonExpression"
+        known.place = origin
+    known.word = "eval" if _is_markup(origin) else "PythonExpression"
     name = getattr(error, "name", None) if isinstance(error, NameError) else None
     if name:
-        error._launcher_hint = _quoted(name, expression, context)
+        known.hint = _quoted(name, expression, context)
 
 
 def _quoted(name: str, expression: Any, context: LaunchContext) -> str:

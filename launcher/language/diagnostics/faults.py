@@ -11,6 +11,7 @@ from types import TracebackType
 from launcher.base import text_file
 from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_types
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault
 from launcher.language.sources import InvalidLaunchFileError
@@ -31,19 +32,20 @@ def explain(
 
     The exception is its `__cause__`. With a `context`, hints suggest names that exist.
     """
-    entity = getattr(error, "_launcher_origin", None)
+    entity = getattr(details(error).entity, "_origin", None)
     if isinstance(error, InvalidLaunchFileError) and error.__cause__ is not None:
         error = error.__cause__
     cycle = includes.cycle(context) if _is_endless(error) else None
     if cycle is not None:
-        hints.attach(error, message=cycle[0], place=cycle[1], hint=hints.ENDLESS)
+        known = details(error)
+        known.message, known.place, known.hint = *cycle, hints.ENDLESS
     elif isinstance(error, LaunchFileError) and error.where is not None:
         return error
     undecodable = _undecodable(error, path)
     if undecodable is not None:
         undecodable.__cause__ = error
         return undecodable
-    place = getattr(error, "_launcher_place", None) or _place(error, path, entity)
+    place = details(error).place or _place(error, path, entity)
     if not wrong_objects.none_is_given(error, place):
         mistake = own_fault(error, None if place is None else str(place))
         if mistake is not None:
@@ -56,9 +58,9 @@ def explain(
 def _fault(
     error: BaseException, place: Origin | None, context: LaunchContext | None
 ) -> LaunchFileError:
-    message = getattr(error, "_launcher_message", None) or _message(error)
-    word: str | None = getattr(error, "_launcher_word", None)
-    sentence = None if hasattr(error, "_launcher_message") else wrong_types.sentence(error, place)
+    known = details(error)
+    message, word = known.message or _message(error), known.word
+    sentence = None if known.message else wrong_types.sentence(error, place)
     if sentence is None:
         hint = hints.declared_below(message, place) or hints.hint(error, message, context)
         hint = hint or doubt(error)

@@ -7,6 +7,7 @@ import re
 from launcher.base.errors import LauncherError
 from launcher.base.text import did_you_mean
 from launcher.language.diagnostics import imports
+from launcher.language.diagnostics.error_details import details
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,15 +23,8 @@ _EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'
 _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
-def attach(error: BaseException, **details: object) -> None:
-    """Attach what is known about an error, for its report: message, place, hint, word."""
-    for name, value in details.items():
-        setattr(error, f"_launcher_{name}", value)
-
-
 def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
-    known: str | None = getattr(error, "_launcher_hint", None)
-    if known is not None:
+    if (known := details(error).hint) is not None:
         return known
     if isinstance(error, LauncherError):
         return error.hint

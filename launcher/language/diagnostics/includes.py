@@ -8,7 +8,7 @@ from types import CodeType, FunctionType, MethodType
 
 from launcher.base.text import suggest
 from launcher.language.configurations import ROS_NAMES
-from launcher.language.diagnostics import hints
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin
 from launcher.language.diagnostics.truth_values import configurations_in
 
@@ -33,13 +33,10 @@ def explain_missing(error: BaseException, path: str, origin: Origin | None) -> N
     place = None if origin is None else _line_of_file(origin, os.path.basename(path))
     for one in (error, error.__cause__):
         if one is not None:
-            hints.attach(
-                one,
-                message=f"the included launch file {path} does not exist",
-                place=place,
-                hint=_near_file(path, origin),
-                word=os.path.basename(path),
-            )
+            known = details(one)
+            known.message = f"the included launch file {path} does not exist"
+            known.place, known.hint = place, _near_file(path, origin)
+            known.word = os.path.basename(path)
 
 
 def _line_of_file(origin: Origin, name: str) -> Origin:
@@ -137,8 +134,6 @@ class NotPairsError(ValueError):
     """The `launch_arguments` of an include are not pairs, but most often a dictionary."""
 
     ros_type = "ValueError"
-    _launcher_hint = "write launch_arguments={...}.items()"
-    _launcher_word = "launch_arguments"
 
     def __init__(self, origin: Origin | None) -> None:
         super().__init__("launch_arguments takes pairs of name and value")
@@ -146,7 +141,9 @@ class NotPairsError(ValueError):
 
         where = ("IncludeLaunchDescription", "launch_arguments")
         place = None if origin is None else source_code.keyword_place(origin, *where)
-        self._launcher_place = place or origin
+        known = details(self)
+        known.hint = "write launch_arguments={...}.items()"
+        known.place, known.word = place or origin, "launch_arguments"
 
 
 # ---- an argument that the included file does not declare

@@ -9,6 +9,7 @@ from types import ModuleType
 from launcher.base.program import program
 from launcher.base.text import shown_path
 from launcher.language.diagnostics import source_code
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin
 
 _FUNCTION = "generate_test_description"
@@ -20,19 +21,18 @@ PROGRAMS = {
 }
 
 
-def details(module: ModuleType, path: str) -> dict[str, object]:
-    """What is to be said of a file without `generate_launch_description`, if it is a test."""
+def explain(error: BaseException, module: ModuleType, path: str) -> None:
+    """Attach to the error about a file that has nothing to launch that the file is a test."""
     package = _package_of(module)
     if package is None:
-        return {}
+        return
     function = source_code.function_at(path, _FUNCTION)
     what = "it is" if function is None else f"{_FUNCTION}() makes it"
-    return {
-        "message": f"{what} a test of {package}, not a launch file",
-        "place": Origin(path, 1 if function is None else function.lineno),
-        "hint": how_to_run(package, path),
-        "word": package if function is None else _FUNCTION,
-    }
+    known = details(error)
+    known.message = f"{what} a test of {package}, not a launch file"
+    known.place = Origin(path, 1 if function is None else function.lineno)
+    known.hint = how_to_run(package, path)
+    known.word = package if function is None else _FUNCTION
 
 
 def _package_of(module: ModuleType) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from launcher.base.text import suggest
+from launcher.language.diagnostics.error_details import details
 from launcher.language.substitution import Substitution, describe_substitutions, plain_text
 from launcher.language.substitutions.configuration import LaunchConfiguration
 
@@ -37,7 +38,7 @@ def configurations_in(part: Any, depth: int = _MAX_NESTING) -> Iterator[str]:
             yield from configurations_in(item, depth - 1)
 
 
-def add_source(error: Any, context: LaunchContext, expression: Any, value: str) -> None:
+def add_source(error: BaseException, context: LaunchContext, expression: Any, value: str) -> None:
     """Attach to an error about a truth value where the value came from, and the near one."""
     configurations: Any = getattr(context, "launch_configurations", None)
     if not hasattr(configurations, "peek"):
@@ -48,17 +49,16 @@ def add_source(error: Any, context: LaunchContext, expression: Any, value: str) 
     if not known:
         source = describe_substitutions(expression)
         parts = [f"{source} is '{value}'"] if source.lower() != f"'{value}'" else []
-        error._launcher_hint = (
-            "; ".join([*parts, *([f"did you mean {near}?"] if near else [])]) or None
-        )
+        parts += [f"did you mean {near}?"] if near else []
+        details(error).hint = "; ".join(parts) or None
         return
-    sources = [_source(context, name) for name in known]
-    error._launcher_hint = "; ".join(sources)
-    error._launcher_word = known[0]
+    parts = [_source(context, name) for name in known]
     if near and len(known) == 1:
         is_given = configurations.origin_of(known[0]) is None
         meant = f"{known[0]}:={near}" if is_given else f"'{near}'"
-        error._launcher_hint += f"; did you mean {meant}?"
+        parts.append(f"did you mean {meant}?")
+    details(error).hint = "; ".join(parts)
+    details(error).word = known[0]
 
 
 def _source(context: LaunchContext, name: str) -> str:
@@ -70,12 +70,12 @@ def _source(context: LaunchContext, name: str) -> str:
     return f"{name} is '{configurations.peek(name)}', {where}"
 
 
-def add_choice(error: Any, context: LaunchContext, name: str, choices: list[str]) -> None:
+def add_choice(error: BaseException, context: LaunchContext, name: str, choices: list[str]) -> None:
     """Attach where a value outside of `choices` came from, and the near choice."""
     near = near_choice(str(context.launch_configurations.peek(name)), choices)
     meant = f"; did you mean '{near}'?" if near else ""
-    error._launcher_hint = _source(context, name) + meant
-    error._launcher_word = name
+    details(error).hint = _source(context, name) + meant
+    details(error).word = name
 
 
 def near_choice(value: str, choices: list[str]) -> str | None:

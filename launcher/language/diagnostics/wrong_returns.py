@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 
 from launcher.language.diagnostics.bad_entries import name_of, return_place, shown
+from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import Origin, is_own_file
 
 TYPE_CHECKING = False
@@ -27,9 +28,8 @@ class WrongReturnError(TypeError):
 
     def __init__(self, message: str, hint: str, place: Origin | None) -> None:
         super().__init__(message)
-        self._launcher_message = message
-        self._launcher_hint = hint
-        self._launcher_place = place
+        known = details(self)
+        known.message, known.hint, known.place = message, hint, place
 
 
 class NoDescriptionError(WrongReturnError, AttributeError):

@@ -98,13 +98,14 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
         locate(error, here)
         raise
     except Exception as problem:  # third-party code may raise anything
+        from launcher.language.diagnostics.error_details import details
         from launcher.language.diagnostics.own_faults import own_fault
 
         mistake = own_fault(problem, None if here is None else here.where)
         if mistake is not None:
             raise mistake from problem
         message = f"$({call.name} ...): {problem}"
-        hint = getattr(problem, "_launcher_hint", None)
+        hint = details(problem).hint
         raise FrontendError(message, place=here, hint=hint, ros_type="VisitError") from problem
     return made
 

@@ -155,13 +155,14 @@ class Parser:
         except (LauncherError, RecursionError):
             raise
         except Exception as problem:  # third-party code may raise anything
+            from launcher.language.diagnostics.error_details import details
             from launcher.language.diagnostics.own_faults import own_fault
 
             mistake = own_fault(problem, None if place is None else place.where)
             if mistake is not None:
                 raise mistake from problem
             message = f"<{entity.type_name}>: {problem}"
-            hint = getattr(problem, "_launcher_hint", None)
+            hint = details(problem).hint
             ros_type = getattr(problem, "ros_type", type(problem).__name__)
             raise FrontendError(message, place=place, hint=hint, ros_type=ros_type) from problem
         if place is not None:
