@@ -108,23 +108,16 @@ def change(caller: ServiceCaller, node: str, transition: Any, limit_s: float | N
     if not (known := TRANSITIONS.get(transition.id)) or not known.goal:
         request = ChangeState.Request(transition=transition)
         succeeded = caller.call(ChangeState, f"{node}/change_state", request, limit_s).success
-        outcome: list[str | None] = [None if succeeded else REFUSED]
+        problem = None if succeeded else REFUSED
     else:
-        outcome = _requested(caller, node, transition, limit_s)
-    if not outcome:
-        raise NoAnswerError(
-            f"'{node}' has not ended the transition after {limit_s:g} s",
-            hint=f"it may go on: lifecycle get {node}",
-        )
-    if outcome[0] is not None:
+        problem = _requested(caller, node, transition, limit_s)
+    if problem is not None:
         hint = f"'{node}' refused it, or a callback of it failed: its log may say why"
-        raise VerbError("Transitioning failed", hint=hint if outcome[0] == REFUSED else outcome[0])
+        raise VerbError("Transitioning failed", hint=hint if problem == REFUSED else problem)
 
 
-def _requested(
-    caller: ServiceCaller, node: str, transition: Any, limit_s: float
-) -> list[str | None]:
-    """What is wrong, None for nothing; no outcome after `limit_s`."""
+def _requested(caller: ServiceCaller, node: str, transition: Any, limit_s: float) -> str | None:
+    """What is wrong, None for nothing; NoAnswerError after `limit_s`."""
     outcome: list[str | None] = []
     client = LifecycleClient(caller.node, node, lambda step, label: None)
     change = caller.client(ChangeState, f"{node}/change_state")
@@ -142,4 +135,9 @@ def _requested(
     caller.await_introduction()
     client.request(transition.id, transition.label, outcome.append)
     caller.spin_until(is_over, limit_s)
-    return outcome
+    if not outcome:
+        raise NoAnswerError(
+            f"'{node}' has not ended the transition after {limit_s:g} s",
+            hint=f"it may go on: lifecycle get {node}",
+        )
+    return outcome[0]

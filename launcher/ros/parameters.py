@@ -23,17 +23,26 @@ from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.messages.from_yaml import TEXTS, shown, value_of
 from launcher.ros.services import ServiceCaller
 
-# ParameterType number -> field of ParameterValue, name of the type, label of `param get`
+
+class ParameterKind(NamedTuple):
+    """The field of ParameterValue, the name of the type, and the label of `param get`."""
+
+    field: str
+    name: str
+    label: str
+
+
+# By the number of ParameterType.
 KINDS = {
-    1: ("bool_value", "boolean", "Boolean value is:"),
-    2: ("integer_value", "integer", "Integer value is:"),
-    3: ("double_value", "double", "Double value is:"),
-    4: ("string_value", "string", "String value is:"),
-    5: ("byte_array_value", "byte array", "Byte values are:"),
-    6: ("bool_array_value", "boolean array", "Boolean values are:"),
-    7: ("integer_array_value", "integer array", "Integer values are:"),
-    8: ("double_array_value", "double array", "Double values are:"),
-    9: ("string_array_value", "string array", "String values are:"),
+    1: ParameterKind("bool_value", "boolean", "Boolean value is:"),
+    2: ParameterKind("integer_value", "integer", "Integer value is:"),
+    3: ParameterKind("double_value", "double", "Double value is:"),
+    4: ParameterKind("string_value", "string", "String value is:"),
+    5: ParameterKind("byte_array_value", "byte array", "Byte values are:"),
+    6: ParameterKind("bool_array_value", "boolean array", "Boolean values are:"),
+    7: ParameterKind("integer_array_value", "integer array", "Integer values are:"),
+    8: ParameterKind("double_array_value", "double array", "Double values are:"),
+    9: ParameterKind("string_array_value", "string array", "String values are:"),
 }
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING = 0, 1, 2, 3, 4
 BYTES, BOOLS, INTEGERS, DOUBLES, STRINGS = 5, 6, 7, 8, 9
@@ -55,14 +64,14 @@ class NoKindError(VerbError):
 
 
 def type_name(number: int) -> str:
-    return KINDS[number][1] if number in KINDS else "not set"
+    return KINDS[number].name if number in KINDS else "not set"
 
 
 def plain_value(value: Any) -> Any:
     """The value of a ParameterValue; None if it is not set."""
     if value.type not in KINDS:
         return None
-    held = getattr(value, KINDS[value.type][0])
+    held = getattr(value, KINDS[value.type].field)
     if value.type == BYTES:
         return [byte[0] for byte in held]
     return list(held) if value.type > STRING else held
@@ -71,10 +80,10 @@ def plain_value(value: Any) -> Any:
 def value_text(value: Any, *, hide_type: bool) -> str:
     if value.type not in KINDS:
         return "None" if hide_type else "Parameter not set."
-    field, _, label = KINDS[value.type]
-    held = getattr(value, field)
+    kind = KINDS[value.type]
+    held = getattr(value, kind.field)
     held = held.tolist() if hasattr(held, "tolist") else held  # an array prints its typecode, too
-    return str(held) if hide_type else f"{label} {held}"
+    return str(held) if hide_type else f"{kind.label} {held}"
 
 
 def prepare(caller: ServiceCaller, node: str) -> None:
@@ -205,7 +214,7 @@ def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
         )
     held = ParameterValue(type=kind)
     try:
-        setattr(held, KINDS[kind][0], _cast(value, kind))
+        setattr(held, KINDS[kind].field, _cast(value, kind))
     except (ValueError, OverflowError):
         raise VerbError(
             f"Parameter '{name}' cannot hold {shown(value)}", hint=_LIMITS[kind]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import itertools
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,8 @@ from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_events import Ended, Reloaded, Started
 from launcher.control.format import event_line
-from launcher.output.filters import ERROR, LEVELS, LineLevels
 from launcher.web.hub import Hub, Message
+from launcher.web.log_store import LogStore
 from launcher.web.plan_tree import Tree, named, numbered, read_tree
 from launcher.web.run_client import RunClient
 
@@ -30,11 +29,6 @@ _SAMPLED = ("cpu", "memory", "lines")  # what a sample holds, in this order
 _FIRST_LINES = 3000  # a page that opens gets these at once, and asks for older ones
 _PLAN_DELAY_S = 0.5
 _EXPECTATIONS = "expectations.json"  # of smoke, in the log folder of the run
-KEEP_LINES = 100_000
-KEEP_BYTES = 64 * 1024 * 1024
-SKIPPED = "skipped"  # the stream of a row that stands for lines that were not read
-
-Row = list[Any]  # [process or None, stream, time, level, text], as docs/web.md has it
 
 
 class RunFeed:
@@ -283,76 +277,3 @@ class RunFeed:
             if samples
         }
         return {"event": "history", "wall": list(self._walls), "processes": processes}
-
-
-class LogStore:
-    """The last lines of all processes, numbered, with their levels.
-
-    `next_number` is that of the next line. `counts`: lines by (process, level), `errors`: the
-    last one of each process.
-    """
-
-    def __init__(self) -> None:
-        self._rows: deque[Row] = deque()
-        self._bytes = 0
-        self._levels = LineLevels()
-        self.first = 1
-        self.counts: Counter[tuple[str | None, str]] = Counter()
-        self.lines: Counter[str | None] = Counter()
-        self.skipped = 0
-        self.errors: dict[str | None, dict[str, Any]] = {}
-
-    @property
-    def next_number(self) -> int:
-        return self.first + len(self._rows)
-
-    def add(self, item: dict[str, Any]) -> Row:
-        """Keep an item of `logs`."""
-        if "dropped" in item:
-            return self._skip(item)
-        process, text = item["process"], item["text"]
-        index = self._levels.of((process, item["stream"]), text.encode(errors="surrogateescape"))
-        level = LEVELS[index]
-        if index >= ERROR:
-            number = self.next_number
-            self.errors[process] = {"time": item["time"], "text": text, "number": number}
-        self.counts[process, level] += 1
-        self.lines[process] += 1
-        return self._keep([process, item["stream"], item["time"], level, text])
-
-    def _skip(self, item: dict[str, Any]) -> Row:
-        self.skipped += item["dropped"]
-        for process, count in (item.get("processes") or {}).items():
-            self.lines[process or None] += count
-        names = ", ".join(sorted(name or "launch" for name in item.get("processes") or {}))
-        of = f" of {names}" if names else ""
-        text = f"{item['dropped']:,} lines{of} came too fast and are not shown here"
-        return self._keep([None, SKIPPED, item.get("time"), None, text])
-
-    def _keep(self, row: Row) -> Row:
-        self._rows.append(row)
-        self._bytes += len(row[4])
-        while len(self._rows) > KEEP_LINES or self._bytes > KEEP_BYTES:
-            self._bytes -= len(self._rows.popleft()[4])
-            self.first += 1
-        return row
-
-    def before(self, number: int, count: int) -> tuple[int, list[Row]]:
-        """(number of the first, rows): at most `count` rows that come before this number."""
-        end = max(self.first, min(number, self.next_number))
-        begin = max(self.first, end - count)
-        return begin, self._slice(begin, end)
-
-    def after(self, number: int, most: int) -> tuple[int, list[Row]]:
-        """The newest rows behind this number, at most so many."""
-        begin = max(self.first, number + 1, self.next_number - most)
-        return begin, self._slice(begin, self.next_number)
-
-    def _slice(self, begin: int, end: int) -> list[Row]:
-        rows = self._rows
-        if begin >= end:
-            return []
-        if begin - self.first > len(rows) // 2:  # a deque is read fastest from its nearer end
-            last = list(itertools.islice(reversed(rows), self.next_number - begin))
-            return last[::-1][: end - begin]
-        return list(itertools.islice(rows, begin - self.first, end - self.first))

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from launcher.ros.verb import aligned
 
@@ -115,22 +116,27 @@ class Delays:
         return found, fresh
 
 
+class _Arrived(NamedTuple):
+    time_ns: int
+    size_bytes: int
+
+
 class Bandwidth:
     def __init__(self, window: int) -> None:
-        self._sizes: deque[tuple[int, int]] = deque(maxlen=window)
+        self._sizes: deque[_Arrived] = deque(maxlen=window)
 
     def __len__(self) -> int:
         return len(self._sizes)
 
     def add(self, received_ns: int, size_bytes: int) -> None:
-        self._sizes.append((received_ns, size_bytes))
+        self._sizes.append(_Arrived(received_ns, size_bytes))
 
     def due(self, now_ns: int) -> tuple[float, list[int]] | None:
         """Bytes per second up to now, and the sizes; None with fewer than two messages."""
-        if len(self._sizes) < 2 or now_ns <= self._sizes[0][0]:
+        if len(self._sizes) < 2 or now_ns <= self._sizes[0].time_ns:
             return None
-        sizes = [size for _, size in self._sizes]
-        return sum(sizes) * NANOS / (now_ns - self._sizes[0][0]), sizes
+        sizes = [one.size_bytes for one in self._sizes]
+        return sum(sizes) * NANOS / (now_ns - self._sizes[0].time_ns), sizes
 
 
 def rate_text(found: Spread) -> str:

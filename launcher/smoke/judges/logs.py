@@ -118,16 +118,16 @@ def order(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
         for line in facts.lines
         if line.at_s in when and facts.is_from(line, expectation.get("process"))
     ]
-    before: tuple[int, str] | None = None
+    before, earlier = 0, ""
     for pattern in expectation.subject:
         index = next((i for i, line in enumerate(lines) if pattern.search(line.plain)), None)
         if index is None:
             seen = f"no line with '{pattern.pattern}'"
             return when.not_yet(seen=seen, about=_abouts(expectation, facts))
-        if before is not None and index < before[0]:
-            seen = f"'{pattern.pattern}' came before '{before[1]}': {_quoted(lines[index])}"
+        if index < before:
+            seen = f"'{pattern.pattern}' came before '{earlier}': {_quoted(lines[index])}"
             return when.violated(seen=seen, at_s=lines[index].at_s)
-        before = (index, pattern.pattern)
+        before, earlier = index, pattern.pattern
     return when.met(seen="in this order")
 
 

@@ -60,8 +60,8 @@ def sampled(at_s: float, **cpu: float) -> ProcessEvent[Resources]:
 def test_lines_have_levels_and_times():
     rows = page_lines.rows_of([line("[WARN] [1.0] [n]: x", 2.5), line("y", 3.0, None)], START_S)
     assert rows == [
-        ["a-1", "stdout", START_S + 2.5, "WARN", "[WARN] [1.0] [n]: x"],
-        [None, "stdout", START_S + 3.0, "INFO", "y"],
+        ("a-1", "stdout", START_S + 2.5, "WARN", "[WARN] [1.0] [n]: x"),
+        (None, "stdout", START_S + 3.0, "INFO", "y"),
     ]
 
 
@@ -70,18 +70,18 @@ def test_a_log_that_is_too_long_keeps_its_beginning_and_its_end():
     assert page_lines.shortened(rows) == rows
     short = page_lines.shortened(rows, most=100)
     assert len(short) == 100
-    assert [row[4] for row in short[:10]] == [f"{number}" for number in range(10)]
-    assert short[10][1] == "skipped"
-    assert short[10][4] == "901 lines are left out of this file: 901 of a-1"
-    assert [row[4] for row in short[11:]] == [f"{number}" for number in range(911, 1000)]
+    assert [row.text for row in short[:10]] == [f"{number}" for number in range(10)]
+    assert short[10].stream == "skipped"
+    assert short[10].text == "901 lines are left out of this file: 901 of a-1"
+    assert [row.text for row in short[11:]] == [f"{number}" for number in range(911, 1000)]
 
 
 def test_a_log_of_long_lines_is_too_long_as_well():
     rows = page_lines.rows_of([line("x" * 30_000) for _ in range(100)], 0.0)
-    assert rows[0][4].endswith("x… (10,000 more characters)")
+    assert rows[0].text.endswith("x… (10,000 more characters)")
     short = page_lines.shortened(rows, characters=500_000)
-    assert sum(len(row[4]) for row in short) <= 510_000
-    assert len([row for row in short if row[1] == "skipped"]) == 1
+    assert sum(len(row.text) for row in short) <= 510_000
+    assert len([row for row in short if row.stream == "skipped"]) == 1
 
 
 def test_the_last_error_has_its_number_on_the_page():
@@ -194,7 +194,7 @@ def test_events_are_those_of_the_log_without_samples():
 
 def test_the_output_of_a_launcher_that_has_started_nothing_is_the_log():
     lines = told(result(last_lines=("error: no such file",)))["lines"]["lines"]
-    assert [row[4] for row in lines] == ["error: no such file"]
+    assert [row.text for row in lines] == ["error: no such file"]
 
 
 def test_the_last_messages_of_each_topic_are_there():

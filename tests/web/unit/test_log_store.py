@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from launcher.web import run_feed
-from launcher.web.run_feed import LogStore
+from launcher.web.log_store import LogStore
 
 
 def item(text: str, process: str | None = "robot-1", stream: str = "stdout") -> dict[str, Any]:
@@ -38,8 +38,8 @@ def test_what_was_left_out_is_a_row_and_counts_as_lines():
 
     row = store.after(0, 10)[1][0]
 
-    assert row[:4] == [None, "skipped", 2.0, None]
-    assert row[4] == "1,234 lines of launch, robot-1 came too fast and are not shown here"
+    assert row[:4] == (None, "skipped", 2.0, None)
+    assert row.text == "1,234 lines of launch, robot-1 came too fast and are not shown here"
     assert store.lines["robot-1"] == 1200
     assert store.skipped == 1234
 

@@ -9,8 +9,8 @@ from prometheus_client.openmetrics.parser import (
 )
 from prometheus_client.parser import text_string_to_metric_families
 
+from launcher.web.log_store import LogStore
 from launcher.web.metrics import DEFINITIONS, Metrics
-from launcher.web.run_feed import LogStore
 
 HOSTILE = 'a"b\\c\nd{e="f"} 1'
 
