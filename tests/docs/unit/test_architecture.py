@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
-import re
+import gc
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Set
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -49,35 +50,32 @@ ONLY_IN = {
 }
 MAX_PLACES = 20  # at the top of `launcher`
 MAX_MODULES = 32  # in a folder
-MAX_SHARED = 0.126  # of the names of classes
-MODULE_NAME = re.compile(r"launcher(\.\w+)+")
+MAX_SHARED = 0.125  # of the names of classes
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What one walk over a module finds, in functions, too."""
+
+    imports: set[str] = field(default_factory=set)
+    of_types: set[str] = field(default_factory=set)  # imports under `if TYPE_CHECKING:`
+    named: set[str] = field(default_factory=set)  # modules of ours, by strings
+    classes: list[str] = field(default_factory=list)
+
+    @property
+    def all(self) -> set[str]:
+        return self.imports | self.of_types | self.named
 
 
 @cache
-def modules() -> dict[str, ast.Module]:
-    """All of ours by name, parsed."""
-    return {
-        name_of(path): ast.parse(path.read_text(encoding="utf-8"))
-        for path in sorted(ROOT.rglob("*.py"))
-    }
-
-
-def room_of(module: str) -> str:
-    return (*module.split("."), "")[1]
-
-
-def nodes(module: str, *, with_types: bool) -> Iterator[ast.AST]:
-    """All nodes, those of functions too, but not of docstrings and `if TYPE_CHECKING:` blocks."""
-    waiting: list[ast.AST] = [modules()[module]]
-    while waiting:
-        match waiting.pop():
-            case ast.Expr(value=ast.Constant()):
-                pass
-            case ast.If(test=ast.Name(id="TYPE_CHECKING")) if not with_types:
-                pass
-            case node:
-                yield node
-                waiting += ast.iter_child_nodes(node)
+def modules() -> dict[str, Facts]:
+    """All of ours by name."""
+    texts = {name_of(path): path.read_text("utf-8") for path in sorted(ROOT.rglob("*.py"))}
+    gc.disable()  # it would look through all trees again and again, and nothing is garbage
+    try:
+        return {name: facts_of(ast.parse(text), texts.keys()) for name, text in texts.items()}
+    finally:
+        gc.enable()
 
 
 def name_of(path: Path) -> str:
@@ -85,21 +83,31 @@ def name_of(path: Path) -> str:
     return ".".join(parts).removesuffix(".__init__")
 
 
-@cache
-def imports(module: str, *, with_types: bool = True) -> frozenset[str]:
-    """What a module imports, and with types also those of ours that its strings name."""
-    found = set()
-    for node in nodes(module, with_types=with_types):
+def facts_of(tree: ast.Module, known: Set[str]) -> Facts:
+    facts = Facts()
+    waiting: list[tuple[ast.AST, set[str]]] = [(tree, facts.imports)]
+    while waiting:
+        node, imports = waiting.pop()
         match node:
+            case ast.Name() | ast.expr_context() | ast.Expr(value=ast.Constant()):  # docstrings
+                continue
+            case ast.If(test=ast.Name(id="TYPE_CHECKING")):
+                imports = facts.of_types
             case ast.Import():
-                found.update(alias.name for alias in node.names)
+                imports.update(alias.name for alias in node.names)
             case ast.ImportFrom(module=str(package), level=0):
                 full = [f"{package}.{alias.name}" for alias in node.names]
-                found.update(name if name in modules() else package for name in full)
-            case ast.Constant(value=str(text)) if with_types and MODULE_NAME.fullmatch(text):
-                if text in modules():
-                    found.add(text)
-    return frozenset(found)
+                imports.update(name if name in known else package for name in full)
+            case ast.Constant(value=str(text)) if text in known:
+                facts.named.add(text)
+            case ast.ClassDef(name=name):
+                facts.classes.append(name)
+        waiting += [(child, imports) for child in ast.iter_child_nodes(node)]
+    return facts
+
+
+def room_of(module: str) -> str:
+    return (*module.split("."), "")[1]
 
 
 def may_import(room: str, other: str) -> bool:
@@ -111,8 +119,8 @@ def may_import(room: str, other: str) -> bool:
 def test_modules_import_only_what_their_room_may_import():
     wrong = [
         f"{module} -> {name}"
-        for module in modules()
-        for name in imports(module)
+        for module, facts in modules().items()
+        for name in facts.all
         if name.startswith("launcher.")
         and room_of(name) != room_of(module)
         and module not in NAMES_WINGS
@@ -125,8 +133,8 @@ def test_modules_import_only_what_their_room_may_import():
 def test_packages_that_cost_much_stay_in_their_rooms():
     wrong = [
         f"{module} -> {name}"
-        for module in modules()
-        for name in imports(module)
+        for module, facts in modules().items()
+        for name in facts.all
         if (top := name.partition(".")[0]) in ONLY_IN and room_of(module) not in ONLY_IN[top]
     ]
 
@@ -134,12 +142,12 @@ def test_packages_that_cost_much_stay_in_their_rooms():
 
 
 def test_no_modules_import_each_other():
-    graph = {module: imports(module, with_types=False) & modules().keys() for module in modules()}
+    graph = {module: facts.imports & modules().keys() for module, facts in modules().items()}
 
     assert cycles(graph) == set()
 
 
-def cycles(graph: dict[str, frozenset[str]]) -> set[frozenset[str]]:
+def cycles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
     """The groups of modules each of which reaches all others of its group."""
     reached = {module: reachable(module, graph) for module in graph}
     groups = (
@@ -149,7 +157,7 @@ def cycles(graph: dict[str, frozenset[str]]) -> set[frozenset[str]]:
     return {group for group in groups if len(group) > 1}
 
 
-def reachable(module: str, graph: dict[str, frozenset[str]]) -> set[str]:
+def reachable(module: str, graph: dict[str, set[str]]) -> set[str]:
     found: set[str] = set()
     waiting = [module]
     while waiting:
@@ -168,12 +176,7 @@ def test_the_house_stays_small_enough_to_be_known():
 
 
 def test_a_class_has_its_name_for_itself():
-    names = Counter(
-        node.name
-        for tree in modules().values()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ClassDef)
-    )
+    names = Counter(name for facts in modules().values() for name in facts.classes)
     shared = sorted(name for name, count in names.items() if count > 1)
 
     assert len(shared) <= MAX_SHARED * len(names), shared
