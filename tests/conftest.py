@@ -37,6 +37,7 @@ TIERS = ("unit", "basic", "thorough", "browser")
 LAB = "tests/hosts/lab/"  # several hosts on one machine
 # A fixture of these takes long, or makes a network with hosts, and serves all tests of the file.
 TOGETHER = (
+    "tests/workspace/process/building/test_changes.py",
     "tests/workspace/process/building/test_package_tests.py",
     LAB,
     "tests/group_gp1/ros/test_fleet.py",

@@ -46,7 +46,7 @@ install_scripts=$base/lib/{name}
 """
 _CMAKE = """\
 cmake_minimum_required(VERSION 3.10)
-project({name})
+project({name} {languages})
 find_package(ament_cmake REQUIRED)
 {lines}
 ament_package()
@@ -76,24 +76,35 @@ def python_package(src: Path, name: str, *depends: str) -> Path:
     return folder
 
 
-def cmake_package(src: Path, name: str, *lines: str, depends: Sequence[str] = ()) -> Path:
-    """A package with these lines in its CMakeLists.txt, and a launch file that it may install."""
+def cmake_package(
+    src: Path, name: str, *lines: str, depends: Sequence[str] = (), languages: str = "NONE"
+) -> Path:
+    """A package with these lines in its CMakeLists.txt, and a launch file that it may install.
+
+    CMake tries the compilers of its languages, which takes longer than all else.
+    """
     folder = src / name
     tags = ["<buildtool_depend>ament_cmake</buildtool_depend>"]
     tags += [f"<depend>{one}</depend>" for one in depends]
     write(folder / "package.xml", manifest(name, "ament_cmake", *tags))
-    write(folder / "CMakeLists.txt", _CMAKE.format(name=name, lines="\n".join(lines)))
+    write(
+        folder / "CMakeLists.txt",
+        _CMAKE.format(name=name, languages=languages, lines="\n".join(lines)),
+    )
     write(folder / "launch" / "demo.launch.xml", "<launch/>\n")
     return folder
 
 
-def files_package(src: Path, name: str, depends: Sequence[str] = ()) -> Path:
+def files_package(
+    src: Path, name: str, depends: Sequence[str] = (), languages: str = "NONE"
+) -> Path:
     """A package that installs its launch file."""
     return cmake_package(
         src,
         name,
         "install(DIRECTORY launch DESTINATION share/${PROJECT_NAME})",
         depends=depends,
+        languages=languages,
     )
 
 
@@ -109,6 +120,7 @@ def message_package(src: Path, name: str, *interfaces: str, depends: Sequence[st
         "rosidl_generate_interfaces(${PROJECT_NAME}",
         *(f'  "{one}"' for one in files),
         f"  {dependencies})",
+        languages="C CXX",
     )
     tags = [
         "<buildtool_depend>ament_cmake</buildtool_depend>",

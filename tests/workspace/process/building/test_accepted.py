@@ -64,9 +64,7 @@ def test_a_package_that_names_what_it_needs_by_another_one(tmp_path: Path):
 
 
 def test_a_package_of_files_needs_no_compiler(tmp_path: Path):
-    folder = cmake_package(tmp_path / "src", "files")
-    text = (folder / "CMakeLists.txt").read_text(encoding="utf-8")
-    write(folder / "CMakeLists.txt", text.replace("project(files)", "project(files NONE)"))
+    cmake_package(tmp_path / "src", "files", languages="NONE")
     env = {**os.environ, "PATH": "", "CC": "/nothing", "CXX": "/nothing"}
 
     result = build(tmp_path, env=env)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -23,12 +24,31 @@ from tests.workspace.process.building.small_packages import (
 )
 
 
+def write_sources(root: Path) -> Path:
+    """A package of files, and a Python package that needs it."""
+    files_package(root / "src", "files")
+    python_package(root / "src", "nodes", "files")
+    return root
+
+
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
-    """A workspace with a package of files, and a Python package that needs it."""
-    files_package(tmp_path / "src", "files")
-    python_package(tmp_path / "src", "nodes", "files")
-    return tmp_path
+    """A workspace that is not built yet."""
+    return write_sources(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_sources(tmp_path_factory.mktemp("workspace"))
+
+
+@pytest.fixture
+def ready(workspace: Path) -> Iterator[Path]:
+    """A workspace that is built: other tests have changed its sources, and they are as before."""
+    built(workspace)
+    yield workspace
+    shutil.rmtree(workspace / "src")
+    write_sources(workspace)
 
 
 def greeting(root: Path) -> str:
@@ -108,51 +128,47 @@ def test_other_messages_of_a_workspace_below_count(tmp_path: Path):
 
 
 @pytest.mark.thorough
-def test_editing_linked_files_needs_no_build(root: Path):
-    built(root)
-    write(root / "src/nodes/nodes/greet.py", "def main():\n    print('good morning')\n")
-    write(root / "src/files/launch/demo.launch.xml", "<launch><!-- new --></launch>\n")
+def test_editing_linked_files_needs_no_build(ready: Path):
+    write(ready / "src/nodes/nodes/greet.py", "def main():\n    print('good morning')\n")
+    write(ready / "src/files/launch/demo.launch.xml", "<launch><!-- new --></launch>\n")
 
-    assert greeting(root) == "good morning"
-    assert "new" in (root / "install/files/share/files/launch/demo.launch.xml").read_text()
-    assert built(root).summary == "2 packages: 0 built, 2 unchanged"
-
-
-@pytest.mark.thorough
-def test_a_new_file_is_installed(root: Path):
-    built(root)
-    write(root / "src/files/launch/second.launch.xml", "<launch/>\n")
-
-    assert built(root).summary == "2 packages: 1 built, 1 unchanged"
-    assert (root / "install/files/share/files/launch/second.launch.xml").is_file()
+    assert greeting(ready) == "good morning"
+    assert "new" in (ready / "install/files/share/files/launch/demo.launch.xml").read_text()
+    assert built(ready).summary == "2 packages: 0 built, 2 unchanged"
 
 
 @pytest.mark.thorough
-def test_a_removed_file_is_removed_from_the_installation(root: Path):
-    built(root)
-    (root / "src/files/launch/demo.launch.xml").rename(root / "src/files/launch/other.launch.xml")
+def test_a_new_file_is_installed(ready: Path):
+    write(ready / "src/files/launch/second.launch.xml", "<launch/>\n")
 
-    built(root)
+    assert built(ready).summary == "2 packages: 1 built, 1 unchanged"
+    assert (ready / "install/files/share/files/launch/second.launch.xml").is_file()
 
-    installed = (root / "install/files/share/files/launch").iterdir()
+
+@pytest.mark.thorough
+def test_a_removed_file_is_removed_from_the_installation(ready: Path):
+    (ready / "src/files/launch/demo.launch.xml").rename(ready / "src/files/launch/other.launch.xml")
+
+    built(ready)
+
+    installed = (ready / "install/files/share/files/launch").iterdir()
     assert [path.name for path in installed] == ["other.launch.xml"]
 
 
 @pytest.mark.thorough
-def test_a_file_removed_after_a_failed_build_is_removed_from_the_installation(root: Path):
-    built(root)
-    lists = root / "src/files/CMakeLists.txt"
+def test_a_file_removed_after_a_failed_build_is_removed_from_the_installation(ready: Path):
+    lists = ready / "src/files/CMakeLists.txt"
     text = lists.read_text()
     write(lists, f"{text}message(FATAL_ERROR stop)\n")
-    assert build(root).code == 1
-    facts = inspect(Workspace(str(root), str(root / "install")), os.environ)
+    assert build(ready).code == 1
+    facts = inspect(Workspace(str(ready), str(ready / "install")), os.environ)
     assert facts.changed["files"] == "the last build is not complete"
 
     write(lists, text)
-    (root / "src/files/launch/demo.launch.xml").rename(root / "src/files/launch/other.launch.xml")
-    built(root)
+    (ready / "src/files/launch/demo.launch.xml").rename(ready / "src/files/launch/other.launch.xml")
+    built(ready)
 
-    installed = (root / "install/files/share/files/launch").iterdir()
+    installed = (ready / "install/files/share/files/launch").iterdir()
     assert [path.name for path in installed] == ["other.launch.xml"]
 
 
@@ -160,35 +176,32 @@ def test_a_file_removed_after_a_failed_build_is_removed_from_the_installation(ro
 @pytest.mark.parametrize(
     "lost", ["install", "build", "install/files/share/files/launch/demo.launch.xml", "log"]
 )
-def test_what_was_removed_is_made_again(root: Path, lost: str):
-    built(root)
-    path = root / lost
+def test_what_was_removed_is_made_again(ready: Path, lost: str):
+    path = ready / lost
     shutil.rmtree(path) if path.is_dir() else path.unlink()
 
-    built(root)
+    built(ready)
 
-    assert greeting(root) == "hello"
-    assert (root / "install/files/share/files/launch/demo.launch.xml").is_file()
-    assert built(root).summary == "2 packages: 0 built, 2 unchanged"
+    assert greeting(ready) == "hello"
+    assert (ready / "install/files/share/files/launch/demo.launch.xml").is_file()
+    assert built(ready).summary == "2 packages: 0 built, 2 unchanged"
 
 
 @pytest.mark.thorough
-def test_an_edited_manifest_is_built(root: Path):
-    built(root)
-    manifest = root / "src/files/package.xml"
+def test_an_edited_manifest_is_built(ready: Path):
+    manifest = ready / "src/files/package.xml"
     write(manifest, manifest.read_text().replace("0.1.0", "0.2.0"))
 
-    assert built(root).summary == "2 packages: 1 built, 1 unchanged"
-    assert "0.2.0" in (root / "install/files/share/files/package.xml").read_text()
+    assert built(ready).summary == "2 packages: 1 built, 1 unchanged"
+    assert "0.2.0" in (ready / "install/files/share/files/package.xml").read_text()
 
 
 @pytest.mark.thorough
-def test_a_time_stamp_alone_is_no_change(root: Path):
-    built(root)
-    for path in root.glob("src/**/*"):
+def test_a_time_stamp_alone_is_no_change(ready: Path):
+    for path in ready.glob("src/**/*"):
         path.touch()
 
-    assert built(root).summary == "2 packages: 0 built, 2 unchanged"
+    assert built(ready).summary == "2 packages: 0 built, 2 unchanged"
 
 
 @pytest.mark.thorough
@@ -238,7 +251,7 @@ def test_a_package_of_a_folder_is_built_with_what_it_depends_on(root: Path):
 
 @pytest.mark.thorough
 def test_a_lone_package_is_built_in_its_folder(tmp_path: Path):
-    folder = files_package(tmp_path, "lone")
+    folder = files_package(tmp_path, "lone", languages="C CXX")
 
     assert built(folder).summary == "1 package: 1 built, 0 unchanged"
     assert (folder / "install/lone/share/lone/launch/demo.launch.xml").is_file()
@@ -255,15 +268,14 @@ def test_options_of_colcon_follow_two_dashes(root: Path):
 
 
 @pytest.mark.thorough
-def test_packages_that_colcon_does_not_select_stay_as_they_are(root: Path):
-    built(root)
-    (root / "src/files/launch/demo.launch.xml").unlink()
-    write(root / "src/files/launch/other.launch.xml", "<launch/>\n")
+def test_packages_that_colcon_does_not_select_stay_as_they_are(ready: Path):
+    (ready / "src/files/launch/demo.launch.xml").unlink()
+    write(ready / "src/files/launch/other.launch.xml", "<launch/>\n")
 
-    built(root, "--", "--packages-select", "nodes")
+    built(ready, "--", "--packages-select", "nodes")
 
-    assert (root / "install/files/share/files").is_dir()
-    assert built(root).summary == "2 packages: 1 built, 1 unchanged"
+    assert (ready / "install/files/share/files").is_dir()
+    assert built(ready).summary == "2 packages: 1 built, 1 unchanged"
 
 
 @pytest.mark.thorough

@@ -25,7 +25,8 @@ INTERFACES = (
 
 def interface_package(src: Path, call: str, **messages: str) -> None:
     """The package `m` with files in `msg/`."""
-    folder = cmake_package(src, "m", "find_package(rosidl_default_generators REQUIRED)", call)
+    lines = ("find_package(rosidl_default_generators REQUIRED)", call)
+    folder = cmake_package(src, "m", *lines, languages="C CXX")
     manifest = folder / "package.xml"
     text = manifest.read_text(encoding="utf-8")
     manifest.write_text(text.replace("  <export>", "".join(INTERFACES) + "\n  <export>"))
@@ -162,7 +163,7 @@ def test_a_message_that_only_cmake_finds(tmp_path: Path, text: str, message: str
 @pytest.mark.thorough
 @pytest.mark.parametrize("compiler", ["system", "zig"])
 def test_a_compiler_error_is_reported_with_its_line(tmp_path: Path, compiler: str):
-    folder = cmake_package(tmp_path / "src", "c", "add_executable(go src/go.c)")
+    folder = cmake_package(tmp_path / "src", "c", "add_executable(go src/go.c)", languages="C CXX")
     write(folder / "src" / "go.c", "int main(void) {\n  return undeclared;\n}\n")
 
     result = build(tmp_path, "--compiler", compiler)
@@ -175,7 +176,7 @@ def test_a_compiler_error_is_reported_with_its_line(tmp_path: Path, compiler: st
 @pytest.mark.thorough
 def test_a_failure_is_explained_in_any_language(tmp_path: Path):
     """Linkers translate their messages, if the translation is installed."""
-    folder = cmake_package(tmp_path / "src", "c", "add_executable(go src/go.c)")
+    folder = cmake_package(tmp_path / "src", "c", "add_executable(go src/go.c)", languages="C CXX")
     write(folder / "src" / "go.c", "int missing(void);\nint main(void) { return missing(); }\n")
     env = {**os.environ, "LC_ALL": "C.UTF-8", "LANGUAGE": "fr"}
 
@@ -204,6 +205,7 @@ def test_a_program_in_plain_c_is_built(tmp_path: Path):
         tmp_path / "src",
         "c",
         "add_executable(go src/go.c)\ninstall(TARGETS go DESTINATION lib/${PROJECT_NAME})",
+        languages="C CXX",
     )
     write(folder / "src" / "go.c", "int main(void) { return 0; }\n")
 

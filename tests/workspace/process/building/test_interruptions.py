@@ -219,7 +219,7 @@ def run_with_mount(root: Path, tmpfs: str, *command: str) -> subprocess.Complete
     ("folder", "size"), [("build", "64k"), ("build", "8k"), ("build", "4k"), ("install", "64k")]
 )
 def test_a_full_disk_is_an_error_and_the_next_build_works(tmp_path: Path, folder: str, size: str):
-    files_package(tmp_path / "src", "files")
+    files_package(tmp_path / "src", "files", languages="C CXX")
     write(tmp_path / "src/files/launch/large.bin", "x" * 200_000)
     full = tmp_path / folder
     full.mkdir()

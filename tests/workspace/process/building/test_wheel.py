@@ -269,7 +269,7 @@ def test_ctrl_c(tmp_path):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("compiler", ["system", "zig"])
-def test_the_same_bytes_from_another_folder(tmp_path, compiler):
+def test_another_folder_has_the_same_bytes_and_can_be_moved(tmp_path, environment, compiler):
     made = []
     for name, words in (("a", ()), ("größer und/weiter", ("--copy",))):
         root = tmp_path / name
@@ -284,6 +284,12 @@ def test_the_same_bytes_from_another_folder(tmp_path, compiler):
     if compiler == "zig":
         platforms = [name.removesuffix(".whl").split("-")[-1].split("_") for name in made[0]]
         assert all(int(one[2]) <= 28 for one in platforms), platforms
+
+    # Nothing is a link in the second: its packages find each other anywhere, in a plain shell.
+    moved = root.rename(tmp_path / "moved")
+    folders = [modules_of(moved, name) for name in ("fleet_interfaces", "station_msgs")]
+    words = ("-c", ROUND_TRIP, "station_msgs", "Station", '{"robots": []}')
+    environment.run(*words, PYTHONPATH=":".join(folders))
 
 
 @pytest.mark.thorough
@@ -309,19 +315,6 @@ def test_another_workspace_builds_upon_a_wheel(workspace, wheels, environment, t
     environment.run(*words, PYTHONPATH=modules_of(root, "station_msgs"))  # in a plain shell
     environment.pip("install", "--no-index", str(wheel))
     environment.run(*words)
-
-
-@pytest.mark.thorough
-def test_packages_find_each_other_in_a_plain_shell(tmp_path, environment):
-    """Also after the workspace was moved, unless files are installed as links."""
-    root = tmp_path / "w"
-    shutil.copytree(EXAMPLE / "src/fleet_interfaces", root / "src/fleet_interfaces")
-    write(root / "src/station_msgs", STATION)
-    assert launcher(root, "build", "--copy").code == 0
-    root = root.rename(tmp_path / "moved")
-    folders = [modules_of(root, name) for name in ("fleet_interfaces", "station_msgs")]
-    words = ("-c", ROUND_TRIP, "station_msgs", "Station", '{"robots": []}')
-    environment.run(*words, PYTHONPATH=":".join(folders))
 
 
 # ---- support
