@@ -30,15 +30,26 @@ help:
 run: $(VENV)/.run
 	@exec tools/foreground $(PY) -m launcher system $(ARGS)
 
+# With WING=bag, only tests that a change of launcher/bag can break; perhaps none of them is `alone`.
+ifdef WING
+TESTS   := $(shell $(PYTHON) -m tools.wings $(WING))
+NO_TEST := || [ $$? = 5 ]
+ifneq ($(.SHELLSTATUS),0)
+$(error WING=$(WING))
+endif
+endif
+
 # Tests marked `alone` inspect shared memory and processes of the whole machine: they run last.
 define run_tests
 	status=0; \
-	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) || status=1; \
-	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) || status=1; \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) $(TESTS) \
+	  || status=1; \
+	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) $(TESTS) \
+	  $(NO_TEST) || status=1; \
 	exit $$status
 endef
 
-## test: lint, types, unit tests, and basic tests of every part (5 minutes)
+## test: lint, types, unit tests, and basic tests of every part (5 minutes); for one wing: WING=bag
 test: lint types
 	$(call run_tests,unit or basic)
 
@@ -51,12 +62,12 @@ check: test thorough
 
 ## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev
-	$(PY) -m pytest -n 2 -m unit tests/base/unit $(ARGS)
+	$(PY) -m pytest -n 2 -m unit $(ARGS)
 
 ## coverage: unit tests with coverage, as text and in build/coverage; more tests with ARGS=tests
 coverage: $(VENV)/.dev
 	$(PY) -m pytest -n 2 --cov=launcher --cov=group_gp1 --cov-report=term:skip-covered \
-	  --cov-report=html:build/coverage $(or $(ARGS),tests/base/unit)
+	  --cov-report=html:build/coverage $(or $(ARGS),-m unit)
 
 ## lint: ruff, and the format of the code
 lint: $(VENV)/.dev

@@ -1,0 +1,53 @@
+"""`make test WING=bag`: which tests a change in a room can break."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from tests.docs.unit.test_architecture import CORE, WINGS
+from tests.support.repository import REPOSITORY
+from tools import wings
+
+
+@pytest.mark.parametrize(
+    ("room", "users"),
+    [
+        ("smoke", {"smoke"}),
+        ("bag", {"bag", "smoke"}),
+        ("hosts", {"hosts", "doctor", "export", "smoke", "workspace"}),
+        ("cli", {"cli", *WINGS}),
+        ("control", {"control", "launch", "cli", *WINGS}),
+        ("base", {*CORE, *WINGS}),
+    ],
+)
+def test_those_that_may_import_a_room_use_it(room: str, users: set[str]):
+    assert wings.users(room) == users
+
+
+def test_what_a_change_in_a_wing_can_break():
+    found = wings.tests_of("bag")
+
+    assert found[:4] == ["tests/bag/", "tests/cli/", "tests/docs/", "tests/smoke/"]
+    assert "tests/system/test_bags.py" in found  # its verb
+    assert "tests/base/unit/test_run_events.py" in found  # a module of smoke
+    assert not [file for file in found[4:] if file.startswith(("tests/web/", "tests/bag/"))]
+
+
+@pytest.mark.parametrize("room", [*CORE, *WINGS])
+def test_the_tests_of_every_room_are_found(room: str):
+    assert [path for path in wings.tests_of(room) if not (REPOSITORY / path).exists()] == []
+
+
+def test_an_unknown_wing_is_an_error_that_lists_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(sys, "argv", ["wings", "bga"])
+
+    with pytest.raises(SystemExit) as ended:
+        wings.main()
+
+    said = capsys.readouterr()
+    assert (ended.value.code, said.out) == (2, "")
+    assert said.err.startswith("error: no wing 'bga'; wings: bag doctor export ")
