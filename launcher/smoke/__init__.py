@@ -21,7 +21,25 @@ Folders, in the order of a run:
 * `record/`: writes expectations from what healthy runs showed.
 """
 
-from launcher.smoke.run.system import System
-from launcher.smoke.run.waits import NotSeenError
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from launcher.smoke.run.system import System
+    from launcher.smoke.run.waits import NotSeenError
 
 __all__ = ["NotSeenError", "System"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what they need when they are used: pytest loads the plugin in every run."""
+    if name == "System":
+        from launcher.smoke.run.system import System
+
+        return System
+    if name == "NotSeenError":
+        from launcher.smoke.run.waits import NotSeenError
+
+        return NotSeenError
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

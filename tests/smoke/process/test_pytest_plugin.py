@@ -76,7 +76,7 @@ talker.destroy_node()
 """
 
 # A busy machine takes longer than 2 s to refuse a launch file.
-LATE_REFUSAL = "import launcher.smoke.pytest_plugin\nlauncher.pytest_plugin.REFUSAL_S = 60\n"
+LATE_REFUSAL = "import launcher.smoke.pytest_plugin\nlauncher.smoke.pytest_plugin.REFUSAL_S = 60\n"
 
 
 SMOKE_PAGE = REPOSITORY / "docs" / "smoke.md"
@@ -283,7 +283,7 @@ def test_a_run_without_launched_systems_imports_nothing_of_them(folder: pytest.P
         import sys
 
         def test_it():
-            heavy = {"rclpy", "yaml", "psutil", "launcher.smoke", "launcher.run"}
+            heavy = {"rclpy", "yaml", "psutil", "launcher.smoke.run", "launcher.run"}
             assert "launcher.smoke.pytest_plugin" in sys.modules
             assert not heavy & set(sys.modules)
         """

@@ -143,7 +143,7 @@ def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
 
 @pytest.mark.thorough
 def test_ten_nodes_are_recorded_without_what_differs_between_runs(bench: Bench, path: Path):
-    bench.launch_file = REPOSITORY / "tests/smoke" / "ten_nodes.launch.py"
+    bench.launch_file = REPOSITORY / "tests/smoke/process/ten_nodes.launch.py"
     done = bench.smoke(f"--record={path}", "--for=8")
     assert done.returncode == 0, done.stdout + done.stderr
     script = loader.load(str(path))
