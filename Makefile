@@ -120,9 +120,10 @@ $(VENV)/.python:
 	  || { rm -rf $(VENV); echo "hint: on Debian and Ubuntu: sudo apt-get install python3-venv"; exit 2; }
 	@touch $@
 
-$(VENV)/.run: $(VENV)/.python requirements/run.txt setup.py pyproject.toml
+$(VENV)/.run: $(VENV)/.python requirements/run.txt launcher/pyproject.toml launcher/setup.py setup.py
 	$(PIP_INSTALL) -r requirements/run.txt
 	$(PIP_INSTALL) --no-deps --editable .
+	$(PIP_INSTALL) --no-deps --editable ./launcher
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
@@ -131,10 +132,10 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 
 ## lock: upgrade and pin all versions in requirements/ (needs uv)
 lock:
-	uv pip compile $(LOCK) --extra bag setup.py -o requirements/run.txt
-	uv pip compile $(LOCK) --extra bag --extra build setup.py requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) --extra bag launcher/pyproject.toml -o requirements/run.txt
+	uv pip compile $(LOCK) --extra bag --extra build launcher/pyproject.toml requirements/dev.in -o requirements/dev.txt
 	uv pip compile $(LOCK) requirements/export.in -o requirements/export.txt
 
 ## clean: remove .venv and everything that was built
 clean:
-	rm -rf $(VENV) build install log *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf $(VENV) build install log *.egg-info launcher/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

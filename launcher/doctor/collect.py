@@ -20,6 +20,7 @@ from launcher.doctor.network import collect_network
 from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root
+from launcher.packages.extras import DISTRIBUTION
 from launcher.posix import log_folder, proc
 from launcher.posix.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.run.monitor import shared_memory
@@ -151,12 +152,11 @@ def prefixes(
 
 
 def installed_version() -> str | None:
-    """The version installed by pip or colcon; an egg-info in a source tree does not count."""
-    for distribution in metadata.distributions():
-        points = distribution.entry_points.select(group="pytest11", name="launcher")
-        if points and distribution.read_text("RECORD") is not None:
-            return distribution.version
-    return None
+    """The version installed by pip."""
+    try:
+        return metadata.version(DISTRIBUTION)
+    except metadata.PackageNotFoundError:
+        return None
 
 
 def obstacle(folder: Path) -> str | None:

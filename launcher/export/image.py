@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.model.record import Record
 from launcher.packages.finder import package_prefix
+from launcher.packages.extras import DISTRIBUTION
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 _OF_SYSTEM = ("/opt/ros/", "/usr")
 _REQUIREMENT = re.compile(r"([A-Za-z0-9][A-Za-z0-9._-]*)\s*(?:\[([^\]]*)\])?")
 _EXTRA = re.compile(r"extra\s*==\s*[\"']([^\"']+)[\"']")
-_LAUNCHER = "group_gp1"  # its distribution, which also has the fleet
 
 
 class Image(Record):
@@ -77,7 +77,7 @@ def _is_of_system(package: str, environ: Mapping[str, str]) -> bool:
 def _own_distribution() -> Distribution | None:
     """That of the launcher; None if it is not installed."""
     try:
-        return metadata.distribution(_LAUNCHER)
+        return metadata.distribution(DISTRIBUTION)
     except metadata.PackageNotFoundError:
         return None
 

@@ -14,8 +14,8 @@ from urllib.parse import unquote, urlsplit
 from launcher.base import strict_json
 from launcher.base.errors import UsageError
 
-DISTRIBUTION = "group_gp1"
-_CHECKOUT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+DISTRIBUTION = "ros2-launcher"
+_FOLDER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 @functools.cache
@@ -48,8 +48,8 @@ def _direct_url() -> dict[str, object]:
     if text is not None:
         found: dict[str, object] = strict_json.loads(text)
         return found
-    editable = os.path.isfile(os.path.join(_CHECKOUT, "setup.py"))
-    return {"url": Path(_CHECKOUT).as_uri(), "dir_info": {"editable": True}} if editable else {}
+    editable = os.path.isfile(os.path.join(_FOLDER, "pyproject.toml"))
+    return {"url": Path(_FOLDER).as_uri(), "dir_info": {"editable": True}} if editable else {}
 
 
 def _requirement(origin: dict[str, object], extra: str) -> list[str]:
@@ -60,5 +60,6 @@ def _requirement(origin: dict[str, object], extra: str) -> list[str]:
         words = ["--editable"] if info.get("editable") else []
         return [*words, f"{unquote(urlsplit(url).path)}[{extra}]"]
     if isinstance(source := origin.get("vcs_info"), dict):
-        return [f"{name} @ {source['vcs']}+{url}@{source['commit_id']}"]
-    return [f"{name} @ {url}" if url else name]
+        url = f"{source['vcs']}+{url}@{source['commit_id']}"
+    below = f"#subdirectory={origin['subdirectory']}" if "subdirectory" in origin else ""
+    return [f"{name} @ {url}{below}" if url else name]

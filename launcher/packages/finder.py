@@ -2,7 +2,7 @@
 
 The search order is: prefixes of `AMENT_PREFIX_PATH`, workspaces of `COLCON_PREFIX_PATH`, the prefix
 of the running Python (with the ROS wheels), packages that are used from their source folder
-(`sources`), and other installed Python distributions, whose console scripts are executables.
+(`sources`), and other installed Python distributions, whose `scripts` are executables.
 """
 
 from __future__ import annotations

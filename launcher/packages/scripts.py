@@ -1,4 +1,7 @@
-"""Console scripts of installed Python packages.
+"""Programs of installed Python packages: console scripts, and those that are not for PATH.
+
+A package whose programs hide others on PATH (`robot`) names them in the group `launcher.programs`
+of its entry points, and pip makes nothing of them.
 
 Of all packages that name a script alike, pip leaves the file of the last one in `bin`, and removes
 it with any of them. The others get a script of ours, below the temporary directory.
@@ -12,15 +15,20 @@ from pathlib import Path
 
 from launcher.packages import sources
 
+PROGRAMS = "launcher.programs"
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
 
 
 def console_scripts(package: str) -> Iterator[tuple[str, Path]]:
-    """(name, path) of the console scripts of distributions with this name."""
+    """(name, path) of the programs of distributions with this name."""
     for distribution in sources.distributions(package):
-        points = {e.name: e for e in distribution.entry_points if e.group == "console_scripts"}
+        found = distribution.entry_points
+        if sources.folder_of(distribution) is None:  # else the overlay has them
+            yield from ((e.name, _script_of_ours(package, e)) for e in found if e.group == PROGRAMS)
+        points = {e.name: e for e in found if e.group == "console_scripts"}
         for path in _installed(distribution) if points else ():
             if path.name in points:
                 yield path.name, _own_script(package, points[path.name], path)
@@ -38,8 +46,10 @@ def _installed(distribution: Distribution) -> Iterator[Path]:
 
 def _own_script(package: str, point: EntryPoint, path: Path) -> Path:
     """The installed script if it calls this entry point, else one that does."""
-    if _calls(path, point):
-        return path
+    return path if _calls(path, point) else _script_of_ours(package, point)
+
+
+def _script_of_ours(package: str, point: EntryPoint) -> Path:
     from launcher.packages import overlay
 
     return Path(overlay.script(package, point.name, f"{point.module}:{point.attr}"))

@@ -34,7 +34,7 @@ _OURS = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__
 
 def find(name: str) -> str | None:
     """The source of the package: of an editable installation, else around the working directory."""
-    folders = (_folder_of(distribution) for distribution in distributions(name))
+    folders = (folder_of(distribution) for distribution in distributions(name))
     folder = next(filter(None, folders), None) or editable().get(name)
     return folder or next((folder for known, folder in around() if known == name), None)
 
@@ -56,14 +56,14 @@ def editable() -> dict[str, str]:
     """Package -> source folder of all editable installations that have a package.xml."""
     found: dict[str, str] = {}
     for distribution in distributions():
-        folder = _folder_of(distribution)
+        folder = folder_of(distribution)
         name = folder and name_in(folder)
         if folder and name:
             found.setdefault(name, folder)
     return found
 
 
-def _folder_of(distribution: Distribution) -> str | None:
+def folder_of(distribution: Distribution) -> str | None:
     """The source folder of an editable distribution; None for others."""
     text = distribution.read_text("direct_url.json")
     if text is None:

@@ -109,11 +109,11 @@ class Podman:
 
 def _collect_wheels(context: Path) -> None:
     """The packages of the recipe and the launcher itself, as its README says."""
-    wheels = context / "wheels"
+    wheels, sources = context / "wheels", _sources(context)
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--wheel-dir", str(wheels)]
     for words in (
         ["--requirement", str(context / "requirements.txt")],
-        ["--no-deps", str(_sources(context))],
+        ["--no-deps", f"{sources}/launcher", str(sources)],
     ):
         done = subprocess.run(
             [*pip, *words], capture_output=True, text=True, timeout=_BUILD_TIMEOUT_S

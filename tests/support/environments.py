@@ -65,7 +65,7 @@ class Environment:
 
 
 def environment_with_ros(prefix: Path) -> Environment:
-    """A new environment with links to all distributions of the running one but this project.
+    """A new environment with links to all distributions of the running one but our own.
 
     Folders into which pip installs are real ones, so nothing is written into the running one.
     """
@@ -84,7 +84,9 @@ def _link_all(source: Path, target: Path) -> None:
     target.mkdir(parents=True, exist_ok=True)
     for path in source.iterdir():
         link = target / path.name
-        if not link.exists() and not path.name.startswith(("group_gp1", "__editable__")):
+        if not link.exists() and not path.name.startswith(
+            ("group_gp1", "ros2_launcher", "__editable__")
+        ):
             link.symlink_to(path)
 
 

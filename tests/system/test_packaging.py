@@ -1,4 +1,4 @@
-"""The ways to install: colcon (plain and symlinked), and pip into a clean environment."""
+"""The ways to install: colcon (plain and symlinked), and both distributions by pip."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ import shutil
 import subprocess
 import sys
 import venv
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
+from launcher import __version__, packages
 from tests.support.repository import REPOSITORY
 from tests.system.conftest import LONG_STOP_WORDS, World
 
 BUILD_S = 500.0
+TEXTS = {".py", ".toml", ".js", ".html", ".in", ".cmake", ".json", ".xml"}
+PROGRAMS = {path.stem for path in (REPOSITORY / "group_gp1").glob("*.py")}  # each of the fleet's
 
 
 def run(*command: str, cwd: Path, env: dict[str, str] | None = None) -> str:
@@ -37,6 +41,28 @@ def sources(tmp_path: Path) -> Path:
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(source, target / name)
     return target
+
+
+def test_only_the_launcher_is_on_path():
+    names = {
+        name: {(point.group, point.name) for point in metadata.distribution(name).entry_points}
+        for name in ("ros2-launcher", "group_gp1")
+    }
+    assert names["ros2-launcher"] == {("console_scripts", "launcher"), ("pytest11", "launcher")}
+    assert {group for group, _ in names["group_gp1"]} == {"launcher.programs"}
+    assert "all" in metadata.metadata("ros2-launcher").get_all("Provides-Extra", ())
+    assert metadata.requires("group_gp1") == ["ros2-launcher"]
+
+
+def test_programs_that_are_not_on_path_are_found():
+    nodes = {"debug_logger", "dispatcher", "monitor", "qos_probe"}
+    nodes |= {"robot", "robot_1", "robot_2", "robot_3"}
+    assert set(packages.executables("group_gp1", os.environ)) == nodes
+
+
+def test_the_launcher_names_no_package_of_the_fleet():
+    texts = (path for path in (REPOSITORY / "launcher").rglob("*") if path.suffix in TEXTS)
+    assert [str(path) for path in texts if "group_gp1" in path.read_text(encoding="utf-8")] == []
 
 
 @pytest.mark.parametrize(
@@ -78,10 +104,17 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     venv.create(home, with_pip=True)
     python = str(home / "bin" / "python")
     pins = str(sources / "requirements" / "run.txt")
-    run(python, "-m", "pip", "install", "--quiet", "-c", pins, ".", cwd=sources)
+    wheels = tmp_path / "wheels"
+    wheel = (python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(wheels))
+    run(*wheel, "./launcher", ".", cwd=sources)
+    install = (python, "-m", "pip", "install", "--quiet", "-c", pins)
+    run(*install, *map(str, wheels.iterdir()), cwd=sources)
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
+    launcher = str(home / "bin" / "launcher")
+    assert run(launcher, "--version", cwd=elsewhere) == f"{__version__}\n"
+    assert {path.name for path in (home / "bin").iterdir()}.isdisjoint(PROGRAMS)
     fleet = world.terminal(python, "-m", "launcher", "system", *LONG_STOP_WORDS, cwd=elsewhere)
     fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     fleet.wait_for("[robot_1]: Received task ")
@@ -99,7 +132,7 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     ):
         assert list(home.rglob(f"launcher/{file}")), file
 
-    node = world.terminal(str(home / "bin" / "dispatcher"), cwd=elsewhere)
+    node = world.terminal(launcher, "run", "group_gp1", "dispatcher", cwd=elsewhere)
     node.wait_for("Assigned task pick_shelf_A3 to robot_1")
     node.ctrl_c()
     assert node.exit_code() == 0

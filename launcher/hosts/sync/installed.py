@@ -10,6 +10,8 @@ from urllib.parse import urlsplit
 from launcher.base import strict_json
 from launcher.hosts.sync.tree import Tree
 from launcher.packages import sources
+from launcher.packages.extras import DISTRIBUTION
+from launcher.packages.scripts import PROGRAMS
 from launcher.packages.sources import MARKERS
 
 TYPE_CHECKING = False
@@ -24,7 +26,7 @@ _SITE = re.compile(r"lib/python[\d.]+/(?:site|dist)-packages")
 
 
 def from_files() -> Iterator[Distribution]:
-    """The distributions that were installed from this machine, and are not editable.
+    """The distributions that were installed from this machine, and are not editable, nor ours.
 
     Of those that do not tell where they are from, the ones with a ROS package.
     """
@@ -38,7 +40,8 @@ def from_files() -> Iterator[Distribution]:
             is_editable = found.get("dir_info", {}).get("editable", False)
         except (ValueError, AttributeError):
             continue
-        if is_here and not is_editable:
+        is_launcher = distribution.metadata["Name"] == DISTRIBUTION
+        if is_here and not is_editable and not is_launcher:
             yield distribution
 
 
@@ -69,9 +72,10 @@ def add(tree: Tree, distribution: Distribution, top: str, pure: str) -> str:
 
 
 def programs(distribution: Distribution) -> dict[str, str]:
-    """Name -> `MODULE:OBJECT` of its console scripts."""
+    """Name -> `MODULE:OBJECT` of its programs."""
     points = distribution.entry_points
-    return {one.name: one.value for one in points if one.group == "console_scripts"}
+    groups = ("console_scripts", PROGRAMS)
+    return {one.name: one.value for one in points if one.group in groups}
 
 
 def _files(distribution: Distribution) -> Iterator[tuple[str, str]]:
@@ -96,7 +100,6 @@ def _listed(distribution: Distribution) -> Iterable[str | os.PathLike[str]]:
 
 
 def _is_left_out(place: str) -> bool:
-    """Whether a file of site-packages is about the installation here, or the launcher's own."""
+    """Whether a file of site-packages is about the installation here."""
     folder, _, name = place.partition("/")
-    is_other = folder.endswith((".dist-info", ".egg-info")) and name not in _KEPT
-    return is_other or folder == "launcher"
+    return folder.endswith((".dist-info", ".egg-info")) and name not in _KEPT

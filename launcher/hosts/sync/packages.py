@@ -266,7 +266,7 @@ def _top_modules(name: str, folder: str, scripts: Mapping[str, str]) -> list[str
     found = [name, *(target.partition(":")[0].partition(".")[0] for target in scripts.values())]
     for distribution in sources.distributions(name):
         found += (distribution.read_text("top_level.txt") or "").split()
-    return [module for module in dict.fromkeys(found) if module != "launcher"]
+    return list(dict.fromkeys(found))
 
 
 def _add_module(tree: Tree, path: str, module: str) -> None:

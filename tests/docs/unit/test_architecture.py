@@ -70,7 +70,8 @@ class Facts:
 @cache
 def modules() -> dict[str, Facts]:
     """All of ours by name."""
-    texts = {name_of(path): path.read_text("utf-8") for path in sorted(ROOT.rglob("*.py"))}
+    paths = [path for path in sorted(ROOT.rglob("*.py")) if path != ROOT / "setup.py"]
+    texts = {name_of(path): path.read_text("utf-8") for path in paths}
     gc.disable()  # it would look through all trees again and again, and nothing is garbage
     try:
         return {name: facts_of(ast.parse(text), texts.keys()) for name, text in texts.items()}

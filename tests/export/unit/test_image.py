@@ -30,7 +30,7 @@ def test_what_is_pinned_is_what_the_launcher_needs():
     names = {line.partition("==")[0] for line in image.pinned}
     extra = {"lz4", "mcap", "mcap-ros2-support", "zstandard"}  # `bag`, which make run installs
     assert names == pinned_in(REPOSITORY / "requirements" / "run.txt") - extra
-    assert image.wheels == ("group-gp1",)
+    assert image.wheels == ("group-gp1", "ros2-launcher")
     assert image.missing == image.built == ()
 
 
@@ -40,7 +40,7 @@ def test_the_recipe(tmp_path: Path):
     assert f"FROM python:{image.python}-slim\n" in recipe
     assert "STOPSIGNAL SIGINT\n" in recipe
     assert "USER 10001\n" in recipe
-    assert "--no-deps /tmp/wheels/group_gp1-*.whl" in recipe
+    assert "--no-deps /tmp/wheels/group_gp1-*.whl /tmp/wheels/ros2_launcher-*.whl" in recipe
     assert files(image)["image/requirements.txt"] == "".join(f"{one}\n" for one in image.pinned)
     assert build_commands(image)[-1] == "podman build --tag localhost/fleet image"
 

@@ -9,9 +9,11 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 
+from launcher.packages.extras import DISTRIBUTION
+
 # What generates, compiles or installs; other distributions may come and go.
 _COUNTING = (
-    *("ros_", "rosidl", "ament", "group_gp1-"),
+    *("ros_", "rosidl", "ament", DISTRIBUTION.replace("-", "_")),
     *("cmake-", "ninja-", "numpy-", "lark-", "empy-", "setuptools-", "colcon_"),
 )
 

@@ -28,11 +28,19 @@ def test_nothing_is_missing_here():
         ({"url": "file:///home/me/it", "dir_info": {}}, "'/home/me/it[build]'"),
         (
             {"url": "https://x.org/r.git", "vcs_info": {"vcs": "git", "commit_id": "12ab"}},
-            "'group_gp1[build] @ git+https://x.org/r.git@12ab'",
+            "'ros2-launcher[build] @ git+https://x.org/r.git@12ab'",
+        ),
+        (
+            {
+                "url": "ssh://git@x.org/r.git",
+                "vcs_info": {"vcs": "git", "commit_id": "12ab"},
+                "subdirectory": "launcher",
+            },
+            "'ros2-launcher[build] @ git+ssh://git@x.org/r.git@12ab#subdirectory=launcher'",
         ),
         (
             {"url": "https://x.org/r.zip", "archive_info": {}},
-            "'group_gp1[build] @ https://x.org/r.zip'",
+            "'ros2-launcher[build] @ https://x.org/r.zip'",
         ),
     ],
 )
@@ -49,9 +57,9 @@ def test_the_checkout_is_named_where_nothing_is_installed(
 ):
     checkout = tmp_path / "50%25 #1"
     checkout.mkdir()
-    (checkout / "setup.py").touch()
+    (checkout / "pyproject.toml").touch()
     monkeypatch.setattr(extras, "DISTRIBUTION", "no-such-distribution")
-    monkeypatch.setattr(extras, "_CHECKOUT", str(checkout))
+    monkeypatch.setattr(extras, "_FOLDER", str(checkout))
 
     assert install_command("build") == f"{PIP} --editable '{checkout}[build]'"
 

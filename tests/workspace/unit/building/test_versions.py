@@ -9,7 +9,9 @@ import pytest
 from launcher.workspace.building.toolchain.versions import fingerprint, interfaces
 
 
-@pytest.mark.parametrize("name", ["ros_std_msgs", "ros_jazzy_rclpy", "numpy", "colcon_core"])
+@pytest.mark.parametrize(
+    "name", ["ros_std_msgs", "ros_jazzy_rclpy", "numpy", "colcon_core", "ros2_launcher"]
+)
 def test_another_version_counts(name, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     before = fingerprint()
