@@ -53,9 +53,9 @@ _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vitals:
-    """What /proc shows of a process at one moment; `state` as in ps(1)."""
+    """What is known of a process at one moment; `status` is one of psutil's."""
 
-    state: str
+    status: str
     cpu_s: float
     uss_bytes: int | None
     uptime_s: float
@@ -63,16 +63,21 @@ class Vitals:
 
 def vitals(pid: int) -> Vitals | None:
     """None if the process has ended."""
-    fields = proc.living_fields(pid)
-    if not fields:
+    import psutil
+
+    try:
+        # Of a process whose main thread has ended, psutil sees a zombie.
+        process = psutil.Process(proc.living_thread(pid))
+        found = process.as_dict(["cpu_times", "create_time", "memory_full_info", "status"])
+    except psutil.NoSuchProcess:
         return None
-    ticks = os.sysconf("SC_CLK_TCK")
-    started_s = int(fields[proc.START_TICKS]) / ticks
+    if found["status"] in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+        return None
     return Vitals(
-        state=fields[proc.STATE].decode(),
-        cpu_s=(int(fields[proc.USER_TICKS]) + int(fields[proc.SYSTEM_TICKS])) / ticks,
-        uss_bytes=proc.uss_bytes(pid),
-        uptime_s=time.clock_gettime(time.CLOCK_BOOTTIME) - started_s,
+        status=found["status"],
+        cpu_s=found["cpu_times"].user + found["cpu_times"].system,
+        uss_bytes=found["memory_full_info"] and found["memory_full_info"].uss,
+        uptime_s=time.time() - found["create_time"],
     )
 
 
@@ -166,7 +171,7 @@ def _process_row(
 ) -> Row:
     return Row(
         node=node,
-        liveness=STOPPED if found.state in "Tt" else liveness,
+        liveness=STOPPED if found.status in ("stopped", "tracing-stop") else liveness,
         process=program_name(pid),
         pid=pid,
         run=proc.variable(pid, RUN_ID),

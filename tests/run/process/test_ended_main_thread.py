@@ -12,6 +12,7 @@ import pytest
 from launcher.posix import proc
 from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.posix.cleanup.run_id import run_id_of
+from launcher.ros.nodes import vitals
 from launcher.run.stacks.dump import of_kernel
 from launcher.smoke.observe.leftovers import processes_of
 from tests.support.benches import Bench
@@ -38,8 +39,13 @@ def test_it_is_alive_with_its_own_command_environment_and_memory():
         assert list(proc.family([pid])) == [pid]
         os.kill(pid, signal.SIGSTOP)
         wait_until(lambda: proc.is_suspended(pid), "it is suspended")
+        found = vitals(pid)
+        assert found is not None
+        assert found.status == "stopped"
+        assert (found.uss_bytes or 0) > 1_000_000
         os.kill(pid, signal.SIGKILL)
         wait_until(lambda: not proc.is_alive(pid), "it is a zombie with all its threads")
+        assert vitals(pid) is None
         assert (proc.state(pid), proc.start_ticks(pid), run_id_of(pid)) == ("Z", None, None)
 
 
