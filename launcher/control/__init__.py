@@ -13,11 +13,11 @@ Doors:
   the console. `verb` is what a shell runs: `ps`, `stop`, `logs` and so on.
 * `protocol`: one JSON object per line. `client`: blocking calls with timeouts. `runs`: the active
   runs of this user, found by id, pid or target.
-* `results` makes sentences of what the engine returns as data, `format` lines of answers and
-  items; `status` has the rows of `ps`. `selection`: processes by name, label, node, namespace or
-  pattern.
-* One module per verb that is more than a row: `debug`, `loglevel`, `logs` (`line_allowance`: how
-  many lines a second), `page`, `reloads`, `snapshot`, `stack`, `watches`.
+* `format` makes lines of answers and items; `status` has the rows of `ps`, `logs` the lines of
+  processes (`line_allowance`: how many a second).
+
+`socket_part` and `console_process` are the parts of a run that open these. Verbs of other parts come
+from `launcher.run.parts`.
 
 Folder: `console/` is the prompt and the status bar, a process of its own.
 """

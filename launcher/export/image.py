@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.model.record import Record
-from launcher.packages.finder import package_prefix
 from launcher.packages.extras import DISTRIBUTION
+from launcher.packages.finder import package_prefix
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution

@@ -9,15 +9,14 @@ Doors:
   start.
 * `target`: the launch file that a command line names, and its arguments. `options` and
   `process_options`: the tables of options of a run, and what is made of them.
-* `core`: the interpreter as the engine sees it; a supervisor with its `helpers`.
+* `core`: the interpreter as the engine sees it; a supervisor.
 * `checks`, `mistakes`, `known_names`, `programs`, `crowds`: what is judged between the evaluation
   of a launch file and its first process, on the effects of the one evaluation that then runs. A
   run makes no plan. `time_limit` interrupts an evaluation that takes too long.
-* `composing`: which nodes `--compose` puts into one process. `recording`: options of the flight
-  recorder. `files_read`: files that the evaluation reads, for `--watch`. `reloading`: a fresh
+* `composing`: which nodes `--compose` puts into one process. `files_read`: files that the evaluation reads, for `--watch`. `reloading`: a fresh
   evaluation, which takes the place of the first one. `run_plan`: a plan of what a run has done.
 
 Folders: `plan/` has the driver in virtual time (`planner`) and plans as text and JSON;
-`supervise/` reads supervision files; `hosts/` places processes on hosts; `analyze/` shows where
+`supervise/` reads supervision files; `analyze/` shows where
 the time of a start-up went.
 """

@@ -5,17 +5,18 @@ and signal handlers, and never rich or prompt_toolkit. What needs these is a hel
 
 Pure state machines decide, with time as an argument, and drivers act:
 
-* `machine` and `process_driver`: start, stop and restart of a process. `request_queue` and
-  `process_control`: requests of users for a process, in which order they are carried out.
-* `shutdown_machine` and `shutdown`: the end of a run, exit codes; `leftovers` and `session_end`:
-  what processes leave behind. `launcher.posix.cleanup` has the watchdog.
+* `run` has what everything in a run shares; `supervisor` begins and ends it. A feature of a run is
+  a `part`, with a row in the table `parts`.
+* `machine` and `process_driver`: start, stop and restart of a process.
 * `core_driver` feeds the interpreter with events and carries out its effects; `timers` are those
-  of the launch file; `start_pacing` holds starts back until their turn; `reload` carries out what
-  a new evaluation of the launch file changes; `ros_requests`: what launch files ask of nodes.
-* `supervisor` composes a run.
+  of the launch file; `ros_requests`: what launch files ask of nodes.
 
 Folders:
 
+* `starts/`: new processes, stages that hold a start back, and the spawner. `requests/`: requests of
+  users for processes, in which order they are carried out. `ending/`: the end of a run, exit codes,
+  leftovers; `launcher.posix.cleanup` has the watchdog. `reload/`: what a new evaluation changes.
+  `debug/`: a process under debugpy.
 * `ready/`: first starts wait for others. `warm/`: Python nodes forked from a process that has
   imported what they need. `watch/`: files that processes have loaded. `compose/`: several nodes in
   one process. `monitor/`: resources and budgets. `stacks/`: what threads are doing.
