@@ -17,6 +17,7 @@ from launcher.base.text import how_it_ended
 from launcher.posix import spawn
 from launcher.posix.reactor import Reactor, Timer
 from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
+from launcher.run.helpers.programs import READY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class _Helper:
         self._errors = os.memfd_create("ready-errors", os.MFD_CLOEXEC)
         try:
             process = start_module(
-                ["launcher.ros.ready"],
+                [READY],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,

@@ -14,6 +14,7 @@ from launcher.base.model.record import Record
 from launcher.posix import spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.run.helpers.popen import start_module
+from launcher.run.helpers.programs import LOGGER_LEVELS
 from launcher.run.part import Part
 from launcher.run.process import Process
 
@@ -69,7 +70,7 @@ class LoggerLevels(Part):
         env.pop(RUN_ID_VARIABLE, None)
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # as for `graph_facts`
         helper = start_module(
-            ["launcher.ros.helpers.logger_levels"],
+            [LOGGER_LEVELS],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

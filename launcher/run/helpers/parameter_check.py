@@ -17,6 +17,7 @@ from launcher.posix import spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Reactor
 from launcher.run.helpers.popen import start_module
+from launcher.run.helpers.programs import PARAMETER_CHECK
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
@@ -83,7 +84,7 @@ class ParameterCheck:
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
         try:
             helper = start_module(
-                ["launcher.ros.helpers.parameter_check"],
+                [PARAMETER_CHECK],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

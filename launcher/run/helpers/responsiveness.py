@@ -14,6 +14,7 @@ from launcher.posix import spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Reactor
 from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
+from launcher.run.helpers.programs import RESPONSIVENESS
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
@@ -44,7 +45,7 @@ class ResponsivenessHelper:
         env.pop(RUN_ID_VARIABLE, None)
         try:
             self._process = start_module(
-                ["launcher.ros.helpers.responsiveness"],
+                [RESPONSIVENESS],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._errors,

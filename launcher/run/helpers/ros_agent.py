@@ -25,6 +25,7 @@ from launcher.base.model.record import as_dict
 from launcher.posix import spawn
 from launcher.posix.reactor import Reactor
 from launcher.run.helpers.popen import start_module, wait_or_kill
+from launcher.run.helpers.programs import AGENT
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ class RosAgent:
         self._pending: dict[int, LoadComponent | ChangeState] = {}
         self._timers: set[int] = set()
         self._process = start_module(
-            ["launcher.ros.helpers.agent"],
+            [AGENT],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=dict(env),
