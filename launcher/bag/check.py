@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.mcap_file import parts_of
-from launcher.bag.mcap_scan import Fault, scan
+from launcher.bag.mcap_scan import McapFault, scan
 from launcher.bag.metadata import File, Metadata
 from launcher.bag.model import BagError, ChannelTopic, Extent, Span, Topic
 from launcher.bag.reader import check_storage, open_storage, storage_files
@@ -28,7 +28,7 @@ class FileReport:
     path: str
     topics: list[Topic]
     extent: Extent
-    faults: list[Fault]
+    faults: list[McapFault]
     notes: list[str] = field(default_factory=list)
     conflicts: list[str] = field(default_factory=list)
 
@@ -56,7 +56,7 @@ class FileReport:
 
 
 @dataclass(slots=True)
-class Report:
+class BagReport:
     """What `check` found. `problems` are those of `metadata.yaml`.
 
     A repair does not change conflicts: that would be a choice of what to remove.
@@ -93,18 +93,18 @@ def _sum(extents: Iterable[Extent]) -> Extent:
     return whole
 
 
-def check(path: str) -> Report:
+def check(path: str) -> BagReport:
     """Read every byte of a bag. BagError if there is none, OSError."""
     if not os.path.isdir(path):
         if not os.path.exists(path):
             raise BagError(f"there is no bag at {path}")
-        return Report(path, [_check_file(path, Agreement())], [])
+        return BagReport(path, [_check_file(path, Agreement())], [])
     names = storage_files(path)
     if not names:
         raise BagError(f"there is no bag in {path}", hint="it has no .mcap and no .db3 file")
     agreement = Agreement()
     files = [_check_file(os.path.join(path, name), agreement) for name in names]
-    return Report(path, files, list(_check_metadata(path, files)))
+    return BagReport(path, files, list(_check_metadata(path, files)))
 
 
 def _check_file(path: str, agreement: Agreement) -> FileReport:
@@ -119,9 +119,9 @@ def _check_file(path: str, agreement: Agreement) -> FileReport:
     try:
         file = open_storage(path)
     except BagError as error:
-        return FileReport(path, [], Extent(), [Fault(0, error.message)])
+        return FileReport(path, [], Extent(), [McapFault(0, error.message)])
     try:
-        faults = [Fault(0, file.unfinished, lost=False)] if file.unfinished else []
+        faults = [McapFault(0, file.unfinished, lost=False)] if file.unfinished else []
         topics, conflicts = _agreed(file.parts, agreement)
         return FileReport(path, topics, file.extent, faults, file.notes, conflicts)
     finally:
@@ -173,7 +173,7 @@ def _check_topics(told: Metadata, file: FileReport) -> Iterator[str]:
             )
 
 
-def repair(report: Report, ros_distro: str) -> list[str]:
+def repair(report: BagReport, ros_distro: str) -> list[str]:
     """Make a bag whole as far as it can be; what was done, a sentence for each.
 
     BagError for what cannot be repaired, OSError.
@@ -212,7 +212,7 @@ def _unused(path: str) -> str:
     return found
 
 
-def _write_metadata(report: Report, ros_distro: str) -> None:
+def _write_metadata(report: BagReport, ros_distro: str) -> None:
     try:
         old = metadata.read(report.path)
     except BagError:
@@ -236,7 +236,7 @@ def _write_metadata(report: Report, ros_distro: str) -> None:
     )
 
 
-def _mode(report: Report, old: Metadata | None) -> str:
+def _mode(report: BagReport, old: Metadata | None) -> str:
     """How rosbag2 compressed: of a killed recorder only the files show it."""
     if report.files[0].name.endswith(COMPRESSED):
         return "file"

@@ -32,7 +32,7 @@ class Info:
     topics: list[Topic]
     times: dict[str, list[int]] | None = None
     sizes: dict[str, int] | None = None
-    calls: dict[str, services.Calls] = field(default_factory=dict)
+    calls: dict[str, services.CallCounter] = field(default_factory=dict)
 
     @property
     def plain_topics(self) -> list[Topic]:
@@ -62,7 +62,7 @@ def read(path: str, *, sort: str = "name", rates: bool = True, verbose: bool = F
 
 def _read_messages(info: Info) -> None:
     sizes = info.sizes = {topic.name: 0 for topic in info.topics}
-    info.calls = {topic.name: services.Calls() for topic in info.services}
+    info.calls = {topic.name: services.CallCounter() for topic in info.services}
     for message in info.bag.messages():
         sizes[message.topic] = sizes.get(message.topic, 0) + len(message.data)
         if (calls := info.calls.get(message.topic)) is not None:

@@ -23,7 +23,7 @@ from launcher.bag.mcap_records import (
     parse,
     records_in,
 )
-from launcher.bag.mcap_scan import Scan, index_times, scan
+from launcher.bag.mcap_scan import McapScan, index_times, scan
 from launcher.bag.mcap_summary import is_ended, read_summary
 from launcher.bag.model import (
     BagError,
@@ -55,7 +55,7 @@ class McapFile:
         is_cut = len(start) < len(MAGIC) and MAGIC.startswith(start)
         if start != MAGIC and not is_cut and not is_ended(stream):
             raise BagError(f"{path} is not an MCAP file")
-        self._scan: Scan | None = None
+        self._scan: McapScan | None = None
         self._chunks: list[ChunkIndex] = []
         self.extent = Extent()
         self._channels: Mapping[int, Channel] = {}
@@ -218,7 +218,7 @@ class McapFile:
                     yield offset, channel, record
 
     def _loose(
-        self, found: Scan, topics: frozenset[str] | None, span: Span
+        self, found: McapScan, topics: frozenset[str] | None, span: Span
     ) -> Iterator[tuple[Channel, Record]]:
         """Messages that are in no chunk."""
         for log_ns, channel_id, place in sorted(found.loose):

@@ -23,7 +23,7 @@ from mcap.records import (
 )
 
 from launcher.bag.mcap_records import HEAD, MAGIC, chunk_contents, parse, records_in
-from launcher.bag.mcap_scan import Scan, message_indexes, scan
+from launcher.bag.mcap_scan import McapScan, message_indexes, scan
 from launcher.bag.metadata import removed_after_error
 from launcher.bag.model import BagError, Extent
 
@@ -69,7 +69,7 @@ def _write_empty(stream: IO[bytes]) -> None:
     stream.flush()
 
 
-def summary_of(found: Scan) -> bytes:
+def summary_of(found: McapScan) -> bytes:
     """The end of a file whose data end at `found.end`."""
     ending = RecordBuilder()
     DataEnd(found.crc).write(ending)
@@ -112,7 +112,7 @@ def _group(
     )
 
 
-def _statistics(found: Scan) -> Statistics:
+def _statistics(found: McapScan) -> Statistics:
     return Statistics(
         attachment_count=len(found.attachments),
         channel_count=len(found.channels),
@@ -167,9 +167,9 @@ class _ChecksummedFile:
         self.write(builder.end())
 
 
-def _copy(stream: IO[bytes], found: Scan, target: str) -> None:
+def _copy(stream: IO[bytes], found: McapScan, target: str) -> None:
     """Copy the chunks, with heads and indexes that fit, behind the header and all channels."""
-    new = Scan(schemas=found.schemas, channels=found.channels, counts=found.counts)
+    new = McapScan(schemas=found.schemas, channels=found.channels, counts=found.counts)
     new.extent = found.extent
     with open(target, "xb") as file:
         sink = _ChecksummedFile(file)
@@ -225,7 +225,7 @@ def _write_indexes(chunk: Chunk, index: ChunkIndex, sink: _ChecksummedFile) -> C
     return dataclasses.replace(index, message_index_offsets=offsets, message_index_length=length)
 
 
-def _complete_indexes(stream: IO[bytes], found: Scan) -> None:
+def _complete_indexes(stream: IO[bytes], found: McapScan) -> None:
     """Write those behind the last chunk again, where the recorder has written only some."""
     if found.chunk is None or found.chunk.message_index_offsets.keys() == found.indexes.keys():
         return

@@ -69,7 +69,7 @@ _OF_SUMMARY = (
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class McapFault:
     """What is wrong, and at which byte of the file. `lost` says whether data may be."""
 
     offset: int
@@ -78,7 +78,7 @@ class Fault:
 
 
 @dataclass(slots=True)
-class Scan:
+class McapScan:
     """What a file has. `end` is the offset behind the last whole record of its data.
 
     `crc` is the checksum of all before `end`; `loose` are messages outside of chunks: time,
@@ -94,7 +94,7 @@ class Scan:
     counts: dict[int, int] = field(default_factory=dict)
     extent: Extent = field(default_factory=Extent)
     custom: dict[str, dict[str, str]] = field(default_factory=dict)
-    faults: list[Fault] = field(default_factory=list)
+    faults: list[McapFault] = field(default_factory=list)
     end: int = 0
     crc: int = 0
     finished: bool = False
@@ -103,19 +103,19 @@ class Scan:
     indexes: dict[int, list[tuple[int, int]]] = field(default_factory=dict)  # what they should have
 
 
-def scan(stream: IO[bytes]) -> Scan:
+def scan(stream: IO[bytes]) -> McapScan:
     """Read all of a file. OSError; faults of the contents are in the result."""
-    found = Scan()
+    found = McapScan()
     size = stream.seek(0, os.SEEK_END)
     stream.seek(0)
     start = stream.read(len(MAGIC))
     if size < len(MAGIC) and MAGIC.startswith(start):
-        found.faults.append(Fault(0, "it is empty: its recorder was killed", lost=False))
+        found.faults.append(McapFault(0, "it is empty: its recorder was killed", lost=False))
         return found
     was_finished = is_ended(stream)
     if start != MAGIC:
         text = "its first bytes are damaged" if was_finished else "it is not an MCAP file"
-        found.faults.append(Fault(0, text))
+        found.faults.append(McapFault(0, text))
         if not was_finished:
             return found
     summary = None
@@ -124,15 +124,15 @@ def scan(stream: IO[bytes]) -> Scan:
     if summary is not None:  # for a chunk whose channels are in a damaged one
         found.schemas.update(summary.schemas)
         found.channels.update(summary.channels)
-    _Reader(stream, found, summary, was_finished).read()
+    _DataReader(stream, found, summary, was_finished).read()
     return found
 
 
-class _Reader:
+class _DataReader:
     """Reads the data of a file, and then its end."""
 
     def __init__(
-        self, stream: IO[bytes], found: Scan, summary: Summary | None, was_finished: bool
+        self, stream: IO[bytes], found: McapScan, summary: Summary | None, was_finished: bool
     ) -> None:
         self._stream = stream
         self._found = found
@@ -159,12 +159,12 @@ class _Reader:
                 self._take(place)
             except Damage as damage:
                 is_cut = place is None and not self._was_finished
-                self._note(Fault(before, str(damage), lost=not is_cut))
+                self._note(McapFault(before, str(damage), lost=not is_cut))
                 if is_cut or not self._go_on(before, place):
                     return
             found.end, found.crc = source.offset, source.crc
 
-    def _note(self, fault: Fault) -> None:
+    def _note(self, fault: McapFault) -> None:
         """Once, where a whole part of the file is not what it should be."""
         if not any(fault.text == one.text for one in self._found.faults[-1:]):
             self._found.faults.append(fault)
@@ -214,7 +214,7 @@ class _Reader:
     def _take(self, place: RecordPlace) -> None:
         found = self._found
         if not found.header and place.opcode != Opcode.HEADER and place.offset == len(MAGIC):
-            found.faults.append(Fault(place.offset, "its header is damaged"))
+            found.faults.append(McapFault(place.offset, "its header is damaged"))
         if place.opcode == Opcode.ATTACHMENT:
             found.attachments.append(attachment_index(self._source, place))
             return
@@ -299,16 +299,16 @@ class _Reader:
         found = self._found
         try:
             if place.opcode != Opcode.DATA_END:
-                self._note(Fault(place.offset, "the end of its data is damaged"))
+                self._note(McapFault(place.offset, "the end of its data is damaged"))
                 return
             end: DataEnd = parse(DataEnd, self._source.contents(place))
             if end.data_section_crc not in (0, found.crc) and self._is_gapless:
                 text = "the checksum of its data is wrong"
                 if not any(fault.lost for fault in found.faults):
-                    found.faults.append(Fault(place.offset, text))
+                    found.faults.append(McapFault(place.offset, text))
             self._check_summary()
         except Damage as damage:
-            found.faults.append(Fault(found.end, str(damage), lost=False))
+            found.faults.append(McapFault(found.end, str(damage), lost=False))
 
     def _check_summary(self) -> None:
         footer = self._footer()
@@ -352,7 +352,7 @@ def _starts(stream: IO[bytes], summary: Summary | None) -> Iterator[int]:
     yield footer.summary_start - HEAD.size - _DATA_END_BYTES
 
 
-def _compare(found: Scan, summary: Summary) -> None:
+def _compare(found: McapScan, summary: Summary) -> None:
     """Damage if a summary says something else than the data."""
     told = summary.statistics
     if told is not None:

@@ -27,7 +27,7 @@ def type_of(topic: Topic) -> str:
     return topic.type.removesuffix("_Event")
 
 
-class Calls:
+class CallCounter:
     """Counts calls; client and server may both tell of one."""
 
     def __init__(self) -> None:

@@ -23,7 +23,7 @@ _OF_RCL = re.compile(r"_\d+_\d{13}\.log$")  # what each node writes by itself
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Contents:
+class SnapshotContents:
     """What goes into a snapshot. `messages` are in the order of their times.
 
     `nodes` maps ids of publishers to names of nodes; `dropped_ns` is the time of the newest message
@@ -50,7 +50,7 @@ class _Line:
     text: str
 
 
-def write(folder: str, contents: Contents, ros_distro: str = "") -> None:
+def write(folder: str, contents: SnapshotContents, ros_distro: str = "") -> None:
     """Write a snapshot into a new folder, which is complete when it has its name; OSError."""
     partial = f"{folder}.part"
     os.makedirs(partial)
@@ -69,7 +69,7 @@ def write(folder: str, contents: Contents, ros_distro: str = "") -> None:
     os.rename(partial, folder)
 
 
-def _write_bag(folder: str, contents: Contents, ros_distro: str) -> None:
+def _write_bag(folder: str, contents: SnapshotContents, ros_distro: str) -> None:
     writer = BagWriter(
         folder,
         Storage(),
@@ -88,7 +88,7 @@ def _write_lines(path: str, lines: Iterable[str]) -> None:
         file.writelines(f"{line}\n" for line in lines)
 
 
-def _entries(contents: Contents) -> Iterator[tuple[Entry, bytes]]:
+def _entries(contents: SnapshotContents) -> Iterator[tuple[Entry, bytes]]:
     """The events of the span, with their lines."""
     if contents.run_folder is None:
         return
@@ -113,7 +113,7 @@ def _lines_from_end(path: str) -> list[bytes]:
     return lines[1:] if start else lines
 
 
-def _copy_logs(folder: str, contents: Contents) -> list[str]:
+def _copy_logs(folder: str, contents: SnapshotContents) -> list[str]:
     """The lines of the span; the names of the files."""
     run_folder = contents.run_folder
     names = sorted(os.listdir(run_folder)) if run_folder else []
@@ -147,7 +147,7 @@ def _time_of(line: bytes) -> int | None:
     return None if match is None else round(float(match[1] or match[2]) * 1e9)
 
 
-def _copy_plan(folder: str, contents: Contents) -> bool:
+def _copy_plan(folder: str, contents: SnapshotContents) -> bool:
     path = os.path.join(contents.run_folder or "", "plan.json")
     if contents.run_folder is None or not os.path.exists(path):
         return False
@@ -156,7 +156,7 @@ def _copy_plan(folder: str, contents: Contents) -> bool:
 
 
 def _index(
-    contents: Contents, events: list[Entry], logs: list[str], *, has_plan: bool
+    contents: SnapshotContents, events: list[Entry], logs: list[str], *, has_plan: bool
 ) -> Iterator[str]:
     entries = [*_of_events(events), *_of_topics(contents)]
     entries.sort(key=lambda entry: entry.at_ns)
@@ -180,7 +180,7 @@ def _index(
         yield "  plan.json      what the launch file started, and why"
 
 
-def _span(contents: Contents) -> str:
+def _span(contents: SnapshotContents) -> str:
     told = f"the last {contents.keep_s:g} s"
     if contents.dropped_ns is not None and contents.dropped_ns > contents.start_ns:
         reached_s = (contents.end_ns - contents.dropped_ns) / 1e9
@@ -199,7 +199,7 @@ def _of_events(entries: Iterable[Entry]) -> Iterator[_Line]:
             yield _Line(_at_ns(entry), entry.sentence)
 
 
-def _of_topics(contents: Contents) -> Iterator[_Line]:
+def _of_topics(contents: SnapshotContents) -> Iterator[_Line]:
     """The last message of each publisher of a topic."""
     last: dict[tuple[str, bytes], int] = {}
     for message, publisher in contents.messages:

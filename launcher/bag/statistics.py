@@ -14,7 +14,7 @@ _GAP_PERIODS = 3  # a longer interval than so many usual ones is a gap
 _SAMPLE = 10_000  # intervals that are looked at for the usual one
 
 
-class Gap(NamedTuple):
+class MessageGap(NamedTuple):
     """The longest time without a message, and when it began."""
 
     length_ns: int
@@ -28,9 +28,9 @@ def mean_hz(times_ns: Sequence[int]) -> float | None:
     return (len(times_ns) - 1) * NS / (times_ns[-1] - times_ns[0])
 
 
-def longest_gap(times_ns: Sequence[int]) -> Gap | None:
+def longest_gap(times_ns: Sequence[int]) -> MessageGap | None:
     """The longest interval between two messages; None with fewer than two."""
-    gaps = (Gap(b - a, a) for a, b in itertools.pairwise(times_ns))
+    gaps = (MessageGap(b - a, a) for a, b in itertools.pairwise(times_ns))
     return max(gaps, key=lambda gap: gap.length_ns, default=None)
 
 

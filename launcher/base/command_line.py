@@ -163,7 +163,7 @@ class Command(Record):
     def read(self, words: Sequence[str]) -> Parsed:
         """As `parse`, but the first mistake is the `problem` of what is returned."""
         if not self.commands:
-            return _Reader(self, words).result()
+            return _WordReader(self, words).result()
         front, words = self.take_front(words)
         if words[:1] == ["--"]:
             words = words[1:]
@@ -219,7 +219,7 @@ class HelpRequested(Exception):
         self.exit_code = exit_code
 
 
-class _Reader:
+class _WordReader:
     def __init__(self, command: Command, words: Iterable[str]) -> None:
         self._command = command
         self._spellings = {flag: one for one in command.all_options for flag in one.flags}

@@ -16,8 +16,8 @@ Doors:
 * `format` makes lines of answers and items; `status` has the rows of `ps`, `logs` the lines of
   processes (`line_allowance`: how many a second).
 
-`socket_part` and `console_process` are the parts of a run that open these. Verbs of other parts come
-from `launcher.run.parts`.
+`socket_part` and `console_process` are the parts of a run that open these. Verbs of other parts
+come from `launcher.run.parts`.
 
 Folder: `console/` is the prompt and the status bar, a process of its own.
 """

@@ -31,7 +31,7 @@ LAUNCH_SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 Report = Callable[[str], None]
 
 
-class Run(Record):
+class ListedRun(Record):
     """A run that answers; `path` is its socket."""
 
     run_id: str
@@ -45,7 +45,7 @@ class Run(Record):
     path: Path
 
     @classmethod
-    def of(cls, hello: dict[str, Any], path: Path) -> Run:
+    def of(cls, hello: dict[str, Any], path: Path) -> ListedRun:
         run = hello["run"]
         return cls(
             run_id=run["id"],
@@ -104,7 +104,7 @@ def pid_of(path: Path) -> int:
     return int(pid) if pid.isdecimal() else 0
 
 
-AnyRun = Run | SilentRun
+AnyRun = ListedRun | SilentRun
 
 
 def all_runs(report: Report = lambda text: None) -> list[AnyRun]:
@@ -119,7 +119,7 @@ def all_runs(report: Report = lambda text: None) -> list[AnyRun]:
             is_suspended = proc.is_suspended(pid_of(path))
             timeout_s = SUSPENDED_TIMEOUT_S if is_suspended else HELLO_TIMEOUT_S
             with Connection(path, timeout_s=timeout_s) as connection:
-                runs.append(Run.of(connection.hello, path))
+                runs.append(ListedRun.of(connection.hello, path))
         except NoRunError:
             with contextlib.suppress(FileNotFoundError):
                 path.unlink()
@@ -164,7 +164,7 @@ def _is_log_of(file: str, names: Sequence[str]) -> bool:
 
 def find_run(
     which: str | None = None, report: Report = lambda text: None, *, read_only: bool = False
-) -> Run:
+) -> ListedRun:
     """The run whose id, pid or target is or starts with `which`.
 
     None: the run that this process belongs to, else the only run in the socket directory of this
@@ -208,7 +208,7 @@ def _matching(runs: Sequence[AnyRun], which: str) -> list[AnyRun]:
 
 def _begins(run: AnyRun, which: str) -> bool:
     names = [run.run_id]
-    if isinstance(run, Run):
+    if isinstance(run, ListedRun):
         names += [run.target, os.path.basename(run.target)]
     return any(name.startswith(which) for name in names)
 
@@ -221,7 +221,7 @@ def _described(run: AnyRun) -> str:
     return f"{run.run_id}  {words}  (since {since}, {count(len(run.processes), 'process')})"
 
 
-def wait_for_run(pid: int, timeout_s: float) -> Run:
+def wait_for_run(pid: int, timeout_s: float) -> ListedRun:
     """Wait until the launcher `pid` listens; ControlError if it ends, or at the timeout."""
     deadline = time.monotonic() + timeout_s
     while True:
@@ -230,7 +230,7 @@ def wait_for_run(pid: int, timeout_s: float) -> Run:
         for path in socket_directory.sockets(os.environ, os.getuid()):
             if path.stem.startswith(f"{pid}-"):
                 with contextlib.suppress(NoRunError), Connection(path) as connection:
-                    return Run.of(connection.hello, path)
+                    return ListedRun.of(connection.hello, path)
         if time.monotonic() >= deadline:
             raise ControlError(f"process {pid} opened no control socket within {timeout_s:g} s")
         time.sleep(POLL_S)

@@ -18,8 +18,8 @@ from launcher.control.client import Connection
 from launcher.control.format import event_line, log_line, without_colour
 from launcher.control.runs import (
     AnyRun,
+    ListedRun,
     NoActiveRunError,
-    Run,
     all_runs,
     files_of_last_run,
     find_run,
@@ -67,7 +67,7 @@ def main(words: Sequence[str]) -> int:
             raise
 
 
-def _find_run(which: str | None, call: Call) -> Run:
+def _find_run(which: str | None, call: Call) -> ListedRun:
     """As `find_run`; where no run is active, the error names the files of the last one."""
     name = call.verb.name
     try:

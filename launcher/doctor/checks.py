@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.doctor.facts import Facts, Finding, Leftover, Unreachable
+from launcher.doctor.facts import DoctorFacts, Finding, Leftover, Unreachable
 from launcher.doctor.network_checks import check_network
 from launcher.doctor.settings_checks import check_settings
 from launcher.doctor.workspace_checks import check_workspace
@@ -29,11 +29,11 @@ DISTRIBUTIONS = {  # of modules with another name
 }
 
 Verdict = tuple[Level, str, str | None, bool]  # as in Finding, without its name
-Check = Callable[[Facts], Verdict]
+Check = Callable[[DoctorFacts], Verdict]
 CHECKS: dict[str, Check] = {}  # by name, in the order in which they are shown
 
 
-def check_all(facts: Facts) -> list[Finding]:
+def check_all(facts: DoctorFacts) -> list[Finding]:
     findings = [Finding(name, *check(facts)) for name, check in CHECKS.items()]
     if facts.settings is not None:
         findings += check_settings(facts.settings)
@@ -59,7 +59,7 @@ def _problem(text: str, advice: str, *, is_fixable: bool = False) -> Verdict:
 
 
 @_check("wheels")
-def wheels(facts: Facts) -> Verdict:
+def wheels(facts: DoctorFacts) -> Verdict:
     errors = facts.import_errors
     if not errors:
         return _ok("rclpy, its middleware and the common messages are installed")
@@ -74,7 +74,7 @@ def wheels(facts: Facts) -> Verdict:
 
 
 @_check("library path")
-def library_path(facts: Facts) -> Verdict:
+def library_path(facts: DoctorFacts) -> Verdict:
     """The libraries of the wheels, for which the interpreter re-executes itself once."""
     if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
         return _ok("the libraries of the wheels can be found")
@@ -87,7 +87,7 @@ def library_path(facts: Facts) -> Verdict:
 
 
 @_check("AMENT_PREFIX_PATH")
-def ament_prefix_path(facts: Facts) -> Verdict:
+def ament_prefix_path(facts: DoctorFacts) -> Verdict:
     """Entries that do not exist, or that come before the wheels and have the same packages."""
     missing = [prefix.path for prefix in facts.prefixes if not prefix.exists]
     hiding = [prefix for prefix in facts.prefixes if prefix.hides]
@@ -103,7 +103,7 @@ def ament_prefix_path(facts: Facts) -> Verdict:
 
 
 @_check("launcher")
-def launcher_version(facts: Facts) -> Verdict:
+def launcher_version(facts: DoctorFacts) -> Verdict:
     installed = facts.installed_version
     running = f"{facts.version} from {facts.folder}"
     if installed is None or installed == facts.version:
@@ -115,7 +115,7 @@ def launcher_version(facts: Facts) -> Verdict:
 
 
 @_check("ROS_DOMAIN_ID")
-def domain_id(facts: Facts) -> Verdict:
+def domain_id(facts: DoctorFacts) -> Verdict:
     """ROS_DOMAIN_ID, which ROS rejects only when a node starts."""
     text = facts.domain_id or "0"
     if not re.fullmatch(r"[0-9]+", text) or int(text) > HIGHEST_DOMAIN:
@@ -132,7 +132,7 @@ def domain_id(facts: Facts) -> Verdict:
 
 
 @_check("log folder")
-def log_folder(facts: Facts) -> Verdict:
+def log_folder(facts: DoctorFacts) -> Verdict:
     if facts.log_obstacle is None:
         if not facts.kept_runs:
             return _ok(facts.log_folder)
@@ -148,7 +148,7 @@ def log_folder(facts: Facts) -> Verdict:
 
 
 @_check("open files")
-def open_files(facts: Facts) -> Verdict:
+def open_files(facts: DoctorFacts) -> Verdict:
     """The limit on open files, and so on the processes of one launcher."""
     soft, hard = facts.open_files, facts.open_files_hard
     if soft >= MIN_OPEN_FILES:
@@ -161,7 +161,7 @@ def open_files(facts: Facts) -> Verdict:
 
 
 @_check("/dev/shm")
-def shared_memory_space(facts: Facts) -> Verdict:
+def shared_memory_space(facts: DoctorFacts) -> Verdict:
     space = facts.shared_memory
     if space is None:
         text = "there is no /dev/shm: nodes talk over UDP only, and slower"
@@ -181,7 +181,7 @@ def shared_memory_space(facts: Facts) -> Verdict:
 
 
 @_check("stale shared memory")
-def stale_shared_memory(facts: Facts) -> Verdict:
+def stale_shared_memory(facts: DoctorFacts) -> Verdict:
     if not facts.stale:
         return _ok("killed nodes have left nothing in /dev/shm")
     ports = sum(item.is_port for item in facts.stale)
@@ -193,7 +193,7 @@ def stale_shared_memory(facts: Facts) -> Verdict:
 
 
 @_check("unreachable nodes")
-def unreachable_nodes(facts: Facts) -> Verdict:
+def unreachable_nodes(facts: DoctorFacts) -> Verdict:
     """Running nodes whose shared memory was removed: new nodes discover them, but get no data."""
     if not facts.unreachable:
         return _ok("no running node has lost its files in /dev/shm")
@@ -205,7 +205,7 @@ def unreachable_nodes(facts: Facts) -> Verdict:
 
 
 @_check("leftover processes")
-def leftover_processes(facts: Facts) -> Verdict:
+def leftover_processes(facts: DoctorFacts) -> Verdict:
     if not facts.leftovers:
         return _ok("no process has outlived its launcher")
     runs = {leftover.run_id for leftover in facts.leftovers}
@@ -217,7 +217,7 @@ def leftover_processes(facts: Facts) -> Verdict:
 
 
 @_check("stale control groups")
-def stale_control_groups(facts: Facts) -> Verdict:
+def stale_control_groups(facts: DoctorFacts) -> Verdict:
     if not facts.stale_groups:
         return _ok("no killed run has left its control group")
     text = f"killed runs have left {', '.join(facts.stale_groups)}"

@@ -15,7 +15,7 @@ from pathlib import Path
 import launcher
 from launcher.base import strict_json
 from launcher.base.text import escape
-from launcher.doctor.facts import Facts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
+from launcher.doctor.facts import DoctorFacts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
 from launcher.doctor.network import collect_network
 from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
@@ -49,12 +49,12 @@ print(json.dumps(errors))
 MODULES = ("rclpy", "std_msgs.msg", "yaml", "rich")
 
 
-def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> Facts:
+def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> DoctorFacts:
     """Collect all facts, with `env` as the environment of a run; takes about a second."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     logs = Path(log_root(env))
     kept = kept_runs(logs)
-    return Facts(
+    return DoctorFacts(
         stale=tuple(shared_memory.settled()),
         leftovers=leftovers(),
         stale_groups=tuple(group.path for _, group in abandoned_groups()),

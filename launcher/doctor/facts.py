@@ -69,7 +69,7 @@ class WorkspaceFacts(Record):
     hides: dict[str, str] = {}  # the prefix in the environment that has it as well
 
 
-class Node(Record):
+class ParticipantProcess(Record):
     """A process on this machine that holds the ports of a participant of DDS.
 
     `shares_memory` is whether its /dev/shm is that of this process; None if that is not known.
@@ -104,10 +104,10 @@ class NetworkFacts(Record):
     addresses: tuple[str, ...] = ()  # of this machine, without the loopback interface
     without_multicast: tuple[str, ...] = ()  # of these, where a datagram does not come back
     is_in_step: bool | None = None  # the clock
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[ParticipantProcess, ...] = ()
 
 
-class Facts(Record):
+class DoctorFacts(Record):
     """The input of the checks; None for what does not exist."""
 
     stale: tuple[Stale, ...]

@@ -8,7 +8,7 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 
-from launcher.doctor.facts import NetworkFacts, Node
+from launcher.doctor.facts import NetworkFacts, ParticipantProcess
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
 from launcher.posix import proc
 from launcher.posix.crowd import PROFILES
@@ -101,14 +101,14 @@ def _is_in_step() -> bool | None:
     return None
 
 
-def _nodes() -> Iterator[Node]:
+def _nodes() -> Iterator[ParticipantProcess]:
     """Processes in this network that hold the ports of participants; others need root."""
     own_memory = _device(os.getpid())
     for domain in sorted(participants_by_domain()):
         for pid in sorted(holders(set(announcement_ports(domain)), set())):
             memory = _device(proc.living_thread(pid))
             variables = {name: proc.variable(pid, name) for name in (*SETTINGS, *PROFILES)}
-            yield Node(
+            yield ParticipantProcess(
                 pid=pid,
                 command=os.path.basename(" ".join(proc.command_line(pid)[:1])) or "?",
                 domain=domain,

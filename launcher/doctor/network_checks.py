@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.doctor.facts import Finding, NetworkFacts, Node
+from launcher.doctor.facts import Finding, NetworkFacts, ParticipantProcess
 from launcher.posix.crowd import too_many
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -156,7 +156,7 @@ def _crowds(facts: NetworkFacts) -> Iterator[Finding]:
         yield _finding(name, Level.OK, f"{count(len(facts.nodes), 'process')} with nodes")
 
 
-def _named(nodes: list[Node]) -> str:
+def _named(nodes: list[ParticipantProcess]) -> str:
     names = ", ".join(f"{node.command} [{node.pid}]" for node in nodes[:_MAX_NODES])
     more = len(nodes) - _MAX_NODES
     return f"{names} and {more} more" if more > 0 else names

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.doctor.checks import MB
-from launcher.doctor.facts import Facts
+from launcher.doctor.facts import DoctorFacts
 from launcher.posix import proc
 from launcher.posix.cleanup import cgroup, run_id, sweep
 from launcher.posix.reactor import Reactor
@@ -13,7 +13,7 @@ from launcher.run.ending.leftovers import Leftovers, stop_policy_for
 from launcher.run.monitor import shared_memory
 
 
-def repair(facts: Facts) -> list[str]:
+def repair(facts: DoctorFacts) -> list[str]:
     """Stop leftover processes first, since they may leave shared memory, and free that."""
     lines = stop_runs({leftover.run_id for leftover in facts.leftovers})
     lines += [f"removed {path}" for path in facts.stale_groups if cgroup.Cgroup(path).remove()]

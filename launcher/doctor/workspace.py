@@ -168,7 +168,7 @@ def _newer_source(place: Place, package: Package) -> str | None:
         return None
     hook = os.path.join("share", package.name, "hook", "pythonpath_develop.dsv")
     links = os.path.isfile(os.path.join(build, hook)) or _links_files(build)
-    setting = records.Setting(place, links, "", "", ())
+    setting = records.BuildSetting(place, links, "", "", ())
     files = records.make(package, setting, {}, None)["files"]
     newer = [name for name, (time_ns, *_) in files.items() if time_ns > built_ns]
     return min(newer, default=None)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from launcher.base.model.record import Record
 from launcher.base.model.spec import UNLIMITED, Limits
-from launcher.export.model import FileOf, Interpreter, Part, Process, Scratch
+from launcher.export.model import ExportedProcess, FileOf, LauncherPython, Part, Scratch
 
 PYTHON_IN_IMAGE = "python3"
 FOLDER_IN_IMAGE = "/etc/launcher/files"
@@ -26,7 +26,7 @@ class Where(Record):
         match part:
             case FileOf(name=name):
                 return f"{self.folder}/{name}"
-            case Interpreter():
+            case LauncherPython():
                 return self.python
             case Scratch():
                 return self.scratch
@@ -37,13 +37,13 @@ class Where(Record):
 _IN_IMAGE = Where(python=PYTHON_IN_IMAGE, folder=FOLDER_IN_IMAGE, scratch=_SCRATCH_IN_IMAGE)
 
 
-def words_of(process: Process, where: Where) -> list[str]:
+def words_of(process: ExportedProcess, where: Where) -> list[str]:
     """The command as it is executed."""
     words = ["".join(map(where.text, word)) for word in process.words]
     return ["/bin/sh", "-c", " ".join(words)] if process.shell else words
 
 
-def in_container(process: Process, limits: Limits) -> list[str]:
+def in_container(process: ExportedProcess, limits: Limits) -> list[str]:
     """The command in a container; `limits` are those for which its engine has no setting."""
     return [*_limiting(limits), *words_of(process, _IN_IMAGE)]
 

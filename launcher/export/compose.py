@@ -15,7 +15,7 @@ from launcher.export.command import (
     without_settings,
 )
 from launcher.export.kubernetes import container_variables
-from launcher.export.model import Output, Process, System
+from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document
 from launcher.hosts.unit import seconds
@@ -24,12 +24,12 @@ from launcher.hosts.unit import seconds
 class Compose:
     """Writes a Compose file; with `shared_memory` containers share the host's."""
 
-    def __init__(self, system: System, *, image: str, shared_memory: bool = False) -> None:
+    def __init__(self, system: ExportedSystem, *, image: str, shared_memory: bool = False) -> None:
         self._system = system
         self._image = image
         self._shared_memory = shared_memory
 
-    def output(self) -> Output:
+    def output(self) -> ExportedFiles:
         data = {
             "name": self._system.name,
             "services": {one.name: self._service(one) for one in self._system.processes},
@@ -43,9 +43,9 @@ class Compose:
             if names:
                 files[f"{host}.env.example"] = "".join(f"{name}=\n" for name in names)
         gaps = gaps_of_each(self._system.processes, _gaps)
-        return Output(files=files, gaps=tuple(gaps))
+        return ExportedFiles(files=files, gaps=tuple(gaps))
 
-    def _service(self, process: Process) -> dict[str, Any]:
+    def _service(self, process: ExportedProcess) -> dict[str, Any]:
         words = in_container(process, without_settings(process.limits))
         variables = container_variables(process, self._shared_memory)
         service: dict[str, Any] = {
@@ -78,11 +78,11 @@ def _mount(name: str) -> str:
     return f"./files/{name}:{FOLDER_IN_IMAGE}/{name}:ro"
 
 
-def _ulimits(process: Process) -> dict[str, dict[str, int]]:
+def _ulimits(process: ExportedProcess) -> dict[str, dict[str, int]]:
     return {name: {"soft": soft, "hard": hard} for name, soft, hard in ulimits(process.limits)}
 
 
-def _restart(process: Process) -> str:
+def _restart(process: ExportedProcess) -> str:
     policy = process.restart
     if policy.mode is RestartMode.NEVER or policy.max_restarts == 0:
         return "no"
@@ -91,7 +91,7 @@ def _restart(process: Process) -> str:
     return "on-failure" if policy.max_restarts is None else f"on-failure:{policy.max_restarts}"
 
 
-def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+def _gaps(process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
     restart = process.restart
     if restart.mode is not RestartMode.NEVER:
         is_limited = restart.max_restarts is not None

@@ -6,14 +6,16 @@ import ipaddress
 from collections.abc import Iterator, Sequence
 
 from launcher.base.model.record import replace
-from launcher.export.model import Gap, Process
+from launcher.export.model import ExportedProcess, Unsupported
 from launcher.hosts.discovery import PEERS, RANGE
 from launcher.hosts.file.model import Discovery, DiscoveryMode
 
 _WHAT = "discovery"
 
 
-def with_discovery(processes: Sequence[Process], discovery: Discovery) -> tuple[Process, ...]:
+def with_discovery(
+    processes: Sequence[ExportedProcess], discovery: Discovery
+) -> tuple[ExportedProcess, ...]:
     """The processes with the variables of the mode, which those of their host override."""
     return tuple(
         replace(one, environment=dict(sorted({**one.environment, **variables}.items())))
@@ -23,7 +25,7 @@ def with_discovery(processes: Sequence[Process], discovery: Discovery) -> tuple[
 
 
 def _variables(
-    process: Process, processes: Sequence[Process], mode: DiscoveryMode | None
+    process: ExportedProcess, processes: Sequence[ExportedProcess], mode: DiscoveryMode | None
 ) -> dict[str, str]:
     if mode is DiscoveryMode.MULTICAST:
         found = {RANGE: "SUBNET"}
@@ -38,21 +40,21 @@ def _variables(
     return {name: value for name, value in found.items() if name not in set_there}
 
 
-def gaps(processes: Sequence[Process], discovery: Discovery) -> Iterator[Gap]:
+def gaps(processes: Sequence[ExportedProcess], discovery: Discovery) -> Iterator[Unsupported]:
     """What the variables cannot do."""
     where = _place(discovery)
     if discovery.mode is DiscoveryMode.SERVER:
         text = "no discovery server is started, and no node is told of one"
-        yield Gap(what=f"{_WHAT} server", place=where, text=text)
+        yield Unsupported(what=f"{_WHAT} server", place=where, text=text)
     if discovery.mode is DiscoveryMode.PEERS:
         names = tuple(one.unit for one in processes if one.host is None)
         if names and len(names) < len(processes):
             text = f"the hosts do not find them: add the address of their machine to {PEERS}"
-            yield Gap(what=f"{_WHAT} peers", place=where, text=text, names=names)
+            yield Unsupported(what=f"{_WHAT} peers", place=where, text=text, names=names)
         named = [one for one in processes if one.host and not _is_number(one.host.address)]
         for address in dict.fromkeys(one.host.address for one in named if one.host):
             text = "nodes end where this name cannot be resolved: give the number in the hosts file"
-            yield Gap(what=f"address '{address}'", place=where, text=text)
+            yield Unsupported(what=f"address '{address}'", place=where, text=text)
 
 
 def _is_number(address: str) -> bool:

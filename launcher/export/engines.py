@@ -11,7 +11,7 @@ from launcher.export.compose import Compose
 from launcher.export.image import files as image_files
 from launcher.export.image import image_of
 from launcher.export.kubernetes import Kubernetes
-from launcher.export.model import Gap, Output, Process, System
+from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem, Unsupported
 from launcher.export.quadlet import Quadlet
 from launcher.export.readme import readme
 from launcher.export.system import gaps_of_each, merged
@@ -34,7 +34,7 @@ _IN_CONTAINERS: dict[str, type[Kubernetes | Compose | Quadlet]] = {
 _LOCAL = (("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"), ("ROS_LOCALHOST_ONLY", "1"))
 
 
-class Settings(Record):
+class ExportSettings(Record):
     """What a user may choose; `image` None is `localhost/NAME`, made by the recipe."""
 
     user: str | None = None
@@ -43,7 +43,7 @@ class Settings(Record):
     shared_memory: bool = False
 
 
-def export(engine: str, system: System, settings: Settings) -> Output:
+def export(engine: str, system: ExportedSystem, settings: ExportSettings) -> ExportedFiles:
     """All files of an export, README and image recipe included, and everything that is lost."""
     if engine == "systemd":
         output, image = Systemd(system, user=settings.user, python=settings.python).output(), None
@@ -53,10 +53,12 @@ def export(engine: str, system: System, settings: Settings) -> Output:
     gaps = merged([*system.gaps, *of_image, *output.gaps])
     text = readme(engine, system, image, gaps, python=settings.python)
     recipe = {} if image is None else image_files(image)
-    return Output(files={"README.md": text, **output.files, **recipe}, gaps=gaps)
+    return ExportedFiles(files={"README.md": text, **output.files, **recipe}, gaps=gaps)
 
 
-def _in_containers(engine: str, system: System, settings: Settings) -> tuple[Output, Image | None]:
+def _in_containers(
+    engine: str, system: ExportedSystem, settings: ExportSettings
+) -> tuple[ExportedFiles, Image | None]:
     """The files, and the image for which a recipe is written; None if the user has one."""
     name = settings.image or f"localhost/{system.name}:latest"
     writer = _IN_CONTAINERS[engine]
@@ -66,7 +68,9 @@ def _in_containers(engine: str, system: System, settings: Settings) -> tuple[Out
     return replace(output, gaps=(*found, *output.gaps)), image
 
 
-def _of_containers(process: Process, settings: Settings) -> Iterator[tuple[str, str, bool]]:
+def _of_containers(
+    process: ExportedProcess, settings: ExportSettings
+) -> Iterator[tuple[str, str, bool]]:
     is_local = any(process.environment.get(name) == value for name, value in _LOCAL)
     if is_local and not settings.shared_memory:
         # With this range Fast DDS uses shared memory, whatever its variable says.
@@ -79,9 +83,9 @@ def _of_containers(process: Process, settings: Settings) -> Iterator[tuple[str, 
         yield "files", text, False
 
 
-def _of_image(image: Image) -> list[Gap]:
+def _of_image(image: Image) -> list[Unsupported]:
     return [
-        Gap(
+        Unsupported(
             what=f"package {package}",
             place="image",
             text="it is of an installation of ROS 2: the image lacks it",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.options import RunOptions, matches
 from launcher.base.model.supervision import rule_for
-from launcher.export.model import Gap
+from launcher.export.model import Unsupported
 from launcher.export.places import THE_FILE, Places
 from launcher.language.actions.events import (
     EmitEvent,
@@ -32,7 +32,7 @@ _LOADERS = (ComposableNodeContainer, LoadComposableNodes)
 _NO_HANDLER = "nothing reacts to it; what it starts or stops is left out"
 
 
-def gaps_of(plan: Plan, places: Places, names: Mapping[int, str]) -> Iterator[Gap]:
+def gaps_of(plan: Plan, places: Places, names: Mapping[int, str]) -> Iterator[Unsupported]:
     """In the order of the launch file; the processes that are left out come last.
 
     `names` are those of exported processes, by their number in the plan.
@@ -61,7 +61,7 @@ def _visits(plan: Plan) -> Iterator[Visit]:
 
 def settings_gaps(
     options: RunOptions, named: Iterable[tuple[ProcessSpec, str]], places: Places
-) -> Iterator[Gap]:
+) -> Iterator[Unsupported]:
     """What supervision files say of these processes, each with its unit, besides their policies."""
     of_names = dict(options.file_names)
     for spec, unit in named:
@@ -69,17 +69,17 @@ def settings_gaps(
         where = places.of_text(rule.where)
         if rule.after is not None and rule.after.names:
             text = f"it starts without waiting for {', '.join(rule.after.names)}"
-            yield Gap("after", places.of_text(rule.after_where), text, (unit,))
+            yield Unsupported("after", places.of_text(rule.after_where), text, (unit,))
         if rule.ready_when:
-            yield Gap("ready_when", where, "nothing looks whether it is ready", (unit,))
+            yield Unsupported("ready_when", where, "nothing looks whether it is ready", (unit,))
         if rule.restart_with:
             text = f"it is not restarted with {', '.join(rule.restart_with)}"
-            yield Gap("restart_with", where, text, (unit,))
+            yield Unsupported("restart_with", where, text, (unit,))
         for budget in options.file_budgets:
             if matches(budget.pattern, spec):
                 text = "nothing is done if it needs more than its budget"
                 place = places.of_text(of_names.get(budget.pattern, ""))
-                yield Gap("budget", place, text, (unit,))
+                yield Unsupported("budget", place, text, (unit,))
 
 
 def is_exported(process: PlannedProcess) -> bool:
@@ -95,31 +95,35 @@ def _cause(process: PlannedProcess) -> int | None:
     return process.stamp.cause
 
 
-def _of_visit(plan: Plan, visit: Visit, places: Places, names: Mapping[int, str]) -> Iterator[Gap]:
+def _of_visit(
+    plan: Plan, visit: Visit, places: Places, names: Mapping[int, str]
+) -> Iterator[Unsupported]:
     entity, where = visit.entity, places.of_entity(visit.entity)
     is_first = visit.stamp.phase == "run"
     match entity:
         case RegisterEventHandler():
             yield _handler(plan, entity.event_handler, where, names)
         case Shutdown() if is_first:
-            yield Gap(what="Shutdown", place=where, text="the processes run on")
+            yield Unsupported(what="Shutdown", place=where, text="the processes run on")
         case EmitEvent() if is_first and not _changes_state(entity):
             what = f"EmitEvent {type(entity.event).__name__}"
-            yield Gap(what=what, place=where, text="no such event is sent")
+            yield Unsupported(what=what, place=where, text="no such event is sent")
         case OpaqueFunction() if _is_of_user(entity):
             yield _function(entity, where, is_first=is_first)
         case Log() if is_first:
             text = "the message is not printed"
-            yield Gap(what=type(entity).__name__, place=where, text=text, is_note=True)
+            yield Unsupported(what=type(entity).__name__, place=where, text=text, is_note=True)
         case RosTimer():
             text = "its delay is real time, not that of a simulation"
-            yield Gap(what="RosTimer", place=where, text=text)
+            yield Unsupported(what="RosTimer", place=where, text=text)
         case ExecuteLocal() if getattr(entity, "_ExecuteLocal__on_exit", None) is not None:
             about = tuple(names[number] for number in visit.processes if number in names)
-            yield Gap(what="on_exit", place=where, text="its exit causes nothing", names=about)
+            yield Unsupported(
+                what="on_exit", place=where, text="its exit causes nothing", names=about
+            )
 
 
-def _handler(plan: Plan, handler: Any, where: str, names: Mapping[int, str]) -> Gap:
+def _handler(plan: Plan, handler: Any, where: str, names: Mapping[int, str]) -> Unsupported:
     target, _ = handler_target(handler)
     about = {
         names[number]: None
@@ -128,7 +132,9 @@ def _handler(plan: Plan, handler: Any, where: str, names: Mapping[int, str]) -> 
         for number in visit.processes
         if number in names
     }
-    return Gap(what=type(handler).__name__, place=where, text=_NO_HANDLER, names=tuple(about))
+    return Unsupported(
+        what=type(handler).__name__, place=where, text=_NO_HANDLER, names=tuple(about)
+    )
 
 
 def _changes_state(entity: EmitEvent) -> bool:
@@ -140,23 +146,23 @@ def _is_of_user(entity: OpaqueFunction) -> bool:
     return not module.startswith(("launcher.", "launch.", "launch_ros."))
 
 
-def _function(entity: OpaqueFunction, where: str, *, is_first: bool) -> Gap:
+def _function(entity: OpaqueFunction, where: str, *, is_first: bool) -> Unsupported:
     name = getattr(entity._function_called, "__name__", "function")
     what = f"OpaqueFunction {name}"
     if is_first:
         text = "it was called for the export; what it returned then is exported"
-        return Gap(what=what, place=where, text=text, is_note=True)
-    return Gap(what=what, place=where, text="it is not called when a process exits")
+        return Unsupported(what=what, place=where, text=text, is_note=True)
+    return Unsupported(what=what, place=where, text="it is not called when a process exits")
 
 
-def _components(plan: Plan, places: Places) -> Iterator[Gap]:
+def _components(plan: Plan, places: Places) -> Iterator[Unsupported]:
     """A gap for each load, at the last action that may have asked for it."""
     loaders = [visit for visit in _visits(plan) if isinstance(visit.entity, _LOADERS)]
     for load, _ in plan.loads:
         fitting = [visit for visit in loaders if _loads_into(plan, visit, load.container)]
         where = places.of_entity(fitting[-1].entity) if fitting else THE_FILE
         text = f"the node is not loaded into {load.container}"
-        yield Gap(what=f"ComposableNode {load.name or load.plugin}", place=where, text=text)
+        yield Unsupported(what=f"ComposableNode {load.name or load.plugin}", place=where, text=text)
 
 
 def _loads_into(plan: Plan, visit: Visit, container: str) -> bool:
@@ -172,7 +178,7 @@ def _full_name(process: PlannedProcess) -> str:
     return f"{(ros.namespace or '').rstrip('/')}/{ros.node_name}"
 
 
-def _transitions(plan: Plan, places: Places) -> Iterator[Gap]:
+def _transitions(plan: Plan, places: Places) -> Iterator[Unsupported]:
     causes = [
         visit.entity
         for visit in _visits(plan)
@@ -182,10 +188,10 @@ def _transitions(plan: Plan, places: Places) -> Iterator[Gap]:
     where = places.of_entity(causes[0]) if causes else THE_FILE
     for change, _ in plan.lifecycle:
         what = f"transition '{change.transition}' of {change.node}"
-        yield Gap(what=what, place=where, text="nothing asks the lifecycle node for it")
+        yield Unsupported(what=what, place=where, text="nothing asks the lifecycle node for it")
 
 
-def _left_out(plan: Plan, places: Places) -> Iterator[Gap]:
+def _left_out(plan: Plan, places: Places) -> Iterator[Unsupported]:
     for process in plan.processes:
         if is_exported(process):
             continue
@@ -193,4 +199,4 @@ def _left_out(plan: Plan, places: Places) -> Iterator[Gap]:
         after = "" if cause is None else f" the exit of {plan.processes[cause].spec.label}"
         text = f"it is not exported: it starts only after{after or ' a shutdown'}"
         where = places.of_text(process.spec.place)
-        yield Gap(what=process.spec.label, place=where, text=text)
+        yield Unsupported(what=process.spec.label, place=where, text=text)

@@ -15,7 +15,7 @@ from launcher.export.command import (
     after,
     in_container,
 )
-from launcher.export.model import Output, Process, System
+from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem
 from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document, documents
 
@@ -32,12 +32,12 @@ _READ = re.compile(r"\$\$|\$\(([^)]*)\)")
 class Kubernetes:
     """Writes manifests; with `shared_memory` containers share the host's, instead of UDP only."""
 
-    def __init__(self, system: System, *, image: str, shared_memory: bool = False) -> None:
+    def __init__(self, system: ExportedSystem, *, image: str, shared_memory: bool = False) -> None:
         self._system = system
         self._image = image
         self._shared_memory = shared_memory
 
-    def output(self) -> Output:
+    def output(self) -> ExportedFiles:
         files = {
             f"manifests/{process.name}.yaml": documents(self._objects(process))
             for process in self._system.processes
@@ -49,16 +49,16 @@ class Kubernetes:
         }
         gaps = gaps_of_each(self._system.processes, self._gaps)
         files = {"kustomization.yaml": document(kustomization), **files}
-        return Output(files=files, gaps=tuple(gaps))
+        return ExportedFiles(files=files, gaps=tuple(gaps))
 
-    def _objects(self, process: Process) -> Iterator[Object]:
+    def _objects(self, process: ExportedProcess) -> Iterator[Object]:
         if process.files:
             yield self._config_map(process)
         yield self._deployment(process) if runs_on(process) else self._pod(process)
 
     # ---- objects
 
-    def _config_map(self, process: Process) -> Object:
+    def _config_map(self, process: ExportedProcess) -> Object:
         texts, others = {}, {}
         for name, content in process.files.items():
             try:
@@ -70,7 +70,7 @@ class Kubernetes:
         binary = {"binaryData": others} if others else {}
         return {**head, "metadata": self._metadata(process, f"-{_FILES}"), **data, **binary}
 
-    def _deployment(self, process: Process) -> Object:
+    def _deployment(self, process: ExportedProcess) -> Object:
         return {
             "apiVersion": "apps/v1",
             "kind": "Deployment",
@@ -86,7 +86,7 @@ class Kubernetes:
             },
         }
 
-    def _pod(self, process: Process) -> Object:
+    def _pod(self, process: ExportedProcess) -> Object:
         on_failure = process.restart.mode is RestartMode.ON_FAILURE
         policy = {"restartPolicy": "OnFailure" if on_failure else "Never"}
         return {
@@ -96,10 +96,10 @@ class Kubernetes:
             "spec": {**policy, **self._pod_spec(process)},
         }
 
-    def _metadata(self, process: Process, suffix: str = "") -> Object:
+    def _metadata(self, process: ExportedProcess, suffix: str = "") -> Object:
         return {"name": f"{process.name}{suffix}", "labels": self._labels(process)}
 
-    def _labels(self, process: Process) -> dict[str, str]:
+    def _labels(self, process: ExportedProcess) -> dict[str, str]:
         return {
             _NAME: process.name,
             "app.kubernetes.io/part-of": self._system.name,
@@ -108,7 +108,7 @@ class Kubernetes:
 
     # ---- the pod
 
-    def _pod_spec(self, process: Process) -> Object:
+    def _pod_spec(self, process: ExportedProcess) -> Object:
         spec: Object = {
             "hostNetwork": True,
             "dnsPolicy": "ClusterFirstWithHostNet",
@@ -126,7 +126,7 @@ class Kubernetes:
             spec["volumes"] = [{"name": _FILES, "configMap": source}]
         return spec
 
-    def _container(self, process: Process) -> Object:
+    def _container(self, process: ExportedProcess) -> Object:
         container: Object = {
             "name": process.name,
             "image": self._image,
@@ -146,31 +146,31 @@ class Kubernetes:
             container["startupProbe"] = _probe(process.node)
         return container
 
-    def _variables(self, process: Process) -> Iterator[Object]:
+    def _variables(self, process: ExportedProcess) -> Iterator[Object]:
         for name, value in self._written_values(process).items():
             yield {"name": name, "value": value}
         for name in process.private:
             reference = {"name": secret_of(process), "key": name}
             yield {"name": name, "valueFrom": {"secretKeyRef": reference}}
 
-    def _written_values(self, process: Process) -> dict[str, str]:
+    def _written_values(self, process: ExportedProcess) -> dict[str, str]:
         values = container_variables(process, self._shared_memory)
         names = [*values]  # a value can refer to those before it
         return {name: literal(values[name], names[:i]) for i, name in enumerate(names)}
 
-    def _written_command(self, process: Process) -> list[str]:
+    def _written_command(self, process: ExportedProcess) -> list[str]:
         known = {*container_variables(process, self._shared_memory), *process.private}
         return [literal(word, known) for word in _command(process)]
 
     # ---- what it cannot do
 
-    def _gaps(self, process: Process) -> Iterator[tuple[str, str, bool]]:
+    def _gaps(self, process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
         yield from _gaps(process)
         if self._is_escaped(process):
             text = "`podman kube play` passes on the dollars that Kubernetes removes: two for one"
             yield "dollars", text, True
 
-    def _is_escaped(self, process: Process) -> bool:
+    def _is_escaped(self, process: ExportedProcess) -> bool:
         """Whether a text has other dollars in the manifest than in the launch file."""
         values = container_variables(process, self._shared_memory)
         is_same = self._written_values(process) == values
@@ -180,26 +180,26 @@ class Kubernetes:
 _NAME = "app.kubernetes.io/name"
 
 
-def runs_on(process: Process) -> bool:
+def runs_on(process: ExportedProcess) -> bool:
     """Whether it is a Deployment: a node, or a program that is always restarted."""
     return process.is_node or process.restart.mode is RestartMode.ALWAYS
 
 
-def secret_of(process: Process) -> str:
+def secret_of(process: ExportedProcess) -> str:
     """The name of the Secret with the private variables of a process."""
     return f"{process.name}-environment"
 
 
-def container_variables(process: Process, shared_memory: bool) -> dict[str, str]:
+def container_variables(process: ExportedProcess, shared_memory: bool) -> dict[str, str]:
     """Variables of a container: with a /dev/shm of its own, its node must not use shared memory."""
     return {**({} if shared_memory else UDP_ONLY), **process.environment}
 
 
-def _command(process: Process) -> list[str]:
+def _command(process: ExportedProcess) -> list[str]:
     return after(process.delay_s, in_container(process, process.limits))
 
 
-def _selector(process: Process) -> Object:
+def _selector(process: ExportedProcess) -> Object:
     if process.host is None:
         return {}
     own: Mapping[str, str] = process.host.node_selector
@@ -230,7 +230,7 @@ def _resources(limits: Limits) -> Object:
     return {"resources": {"requests": none, "limits": found}} if found else {}
 
 
-def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+def _gaps(process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
     restart = process.restart
     if process.is_node and restart.mode is not RestartMode.ALWAYS:
         what = "when it ends" if restart.mode is RestartMode.NEVER else "also after success"

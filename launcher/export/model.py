@@ -11,7 +11,7 @@ from launcher.hosts.file.model import LOCAL, Host
 NO_HOST = LOCAL  # the name for processes that no rule places on a host
 
 
-class Interpreter(Record):
+class LauncherPython(Record):
     """The Python interpreter with the launcher."""
 
 
@@ -25,11 +25,11 @@ class Scratch(Record):
     """A folder of its own to which the process may write."""
 
 
-Part = str | Interpreter | FileOf | Scratch
+Part = str | LauncherPython | FileOf | Scratch
 Word = tuple[Part, ...]  # joined without anything in between
 
 
-class Process(Record):
+class ExportedProcess(Record):
     """One process.
 
     `unit` is its name for systemd (`robot_1`), `name` the same as a DNS label (`robot-1`); both are
@@ -65,7 +65,7 @@ class Process(Record):
         return NO_HOST if self.host is None else self.host.name
 
 
-class Gap(Record):
+class Unsupported(Record):
     """Something of the launch file that the exported files do not do.
 
     `what` is its name as in the launch file, `names` the processes that it is about. With `is_note`
@@ -84,14 +84,14 @@ class Gap(Record):
         return f"{self.place}: {self.what}{about}: {self.text}"
 
 
-class System(Record):
+class ExportedSystem(Record):
     """All that a launch file starts at once or by timers, in the order of the starts."""
 
     name: str
     unit: str
-    processes: tuple[Process, ...]
+    processes: tuple[ExportedProcess, ...]
     command: str
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[Unsupported, ...] = ()
 
     @property
     def packages(self) -> list[str]:
@@ -99,9 +99,9 @@ class System(Record):
         return sorted({one.package for one in self.processes if one.package is not None})
 
     @property
-    def hosts(self) -> dict[str, list[Process]]:
+    def hosts(self) -> dict[str, list[ExportedProcess]]:
         """Processes by the name of their host, in order."""
-        found: dict[str, list[Process]] = {}
+        found: dict[str, list[ExportedProcess]] = {}
         for process in self.processes:
             found.setdefault(process.host_name, []).append(process)
         return found
@@ -116,8 +116,8 @@ class System(Record):
         return f"{host}/{name}" if self.has_hosts else name
 
 
-class Output(Record):
+class ExportedFiles(Record):
     """What an exporter returns: texts by path, and what its engine cannot do."""
 
     files: Mapping[str, str]
-    gaps: tuple[Gap, ...] = ()
+    gaps: tuple[Unsupported, ...] = ()

@@ -13,7 +13,7 @@ from launcher.export.command import (
     without_settings,
 )
 from launcher.export.kubernetes import container_variables
-from launcher.export.model import Output, Process, System
+from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem
 from launcher.export.system import gaps_of_each
 from launcher.export.systemd import Systemd, policy_gaps, unit_text
 from launcher.hosts import unit
@@ -24,26 +24,26 @@ FOLDER = "/etc/containers/systemd"
 class Quadlet:
     """Writes `.container` files; with `shared_memory` containers share the host's."""
 
-    def __init__(self, system: System, *, image: str, shared_memory: bool = False) -> None:
+    def __init__(self, system: ExportedSystem, *, image: str, shared_memory: bool = False) -> None:
         self._system = system
         self._image = image
         self._shared_memory = shared_memory
         self._units = Systemd(system)
 
-    def output(self) -> Output:
+    def output(self) -> ExportedFiles:
         files: dict[str, str] = {}
         for host, processes in self._system.hosts.items():
             for name, text in self._of_host(processes):
                 files[self._system.path_of(host, name)] = text
         gaps = gaps_of_each(self._system.processes, _gaps)
-        return Output(files=files, gaps=tuple(gaps))
+        return ExportedFiles(files=files, gaps=tuple(gaps))
 
-    def _of_host(self, processes: Sequence[Process]) -> Iterator[tuple[str, str]]:
+    def _of_host(self, processes: Sequence[ExportedProcess]) -> Iterator[tuple[str, str]]:
         yield from self._units.beside_services(processes)
         for process in processes:
             yield f"{process.unit}.container", self._container(process)
 
-    def _container(self, process: Process) -> str:
+    def _container(self, process: ExportedProcess) -> str:
         known, _ = unit.supported(unit.restart_settings(process.restart), unit.OLDEST)
         of_unit = [(one.key, one.value) for one in known if one.section == "Unit"]
         of_service = [(one.key, one.value) for one in known if one.section == "Service"]
@@ -56,7 +56,7 @@ class Quadlet:
             ("Install", self._units.install_entries(process)),
         )
 
-    def _entries(self, process: Process) -> Iterator[tuple[str, str]]:
+    def _entries(self, process: ExportedProcess) -> Iterator[tuple[str, str]]:
         yield "Image", self._image
         yield "ContainerName", process.unit
         yield "Network", "host"
@@ -71,7 +71,7 @@ class Quadlet:
         yield "PodmanArgs", shlex.join(self._podman_words(process)).replace("%", "%%")
         yield "Exec", unit.exec_line(in_container(process, without_settings(process.limits)))
 
-    def _podman_words(self, process: Process) -> Iterator[str]:
+    def _podman_words(self, process: ExportedProcess) -> Iterator[str]:
         """Options that `.container` files have no key for in every version of Podman."""
         yield f"--stop-signal={process.stop.steps[0][0].name}"
         yield f"--stop-timeout={max(1, round(process.stop.grace_s))}"
@@ -87,5 +87,5 @@ class Quadlet:
             yield f"--ulimit={name}={soft}:{hard}"
 
 
-def _gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+def _gaps(process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
     yield from policy_gaps(process)

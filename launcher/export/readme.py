@@ -13,11 +13,16 @@ from launcher.hosts.ssh import SYNCED_PYTHON
 
 if TYPE_CHECKING:
     from launcher.export.image import Image
-    from launcher.export.model import Gap, Process, System
+    from launcher.export.model import ExportedProcess, ExportedSystem, Unsupported
 
 
 def readme(
-    engine: str, system: System, image: Image | None, gaps: Sequence[Gap], *, python: str
+    engine: str,
+    system: ExportedSystem,
+    image: Image | None,
+    gaps: Sequence[Unsupported],
+    *,
+    python: str,
 ) -> str:
     sections = [
         f"# {system.unit} for {engine}\n\nMade by `{system.command}`.\n",
@@ -60,7 +65,7 @@ the same address and another /dev/shm loses all messages.
 }
 
 
-def _processes(system: System, engine: str) -> str:
+def _processes(system: ExportedSystem, engine: str) -> str:
     is_unit = engine in ("systemd", "podman")
     rows = ["| process | name | host | start |", "|---|---|---|---|"]
     for one in system.processes:
@@ -77,16 +82,16 @@ _LOCAL = f"`{NO_HOST}` is the machine that is none of the hosts of the hosts fil
 _IN_CLUSTER = " In a cluster its processes run on any node."
 
 
-def _on(system: System, host: str) -> str:
+def _on(system: ExportedSystem, host: str) -> str:
     return f"on {host}" if system.has_hosts else "on the machine"
 
 
-def _where(system: System, host: str) -> str:
+def _where(system: ExportedSystem, host: str) -> str:
     folder = system.path_of(host, "")
     return f"As root, in the folder `{folder.rstrip('/')}`:" if folder else "As root:"
 
 
-def _title(system: System, host: str) -> str:
+def _title(system: ExportedSystem, host: str) -> str:
     return f"O{_on(system, host)[1:]}"
 
 
@@ -102,7 +107,7 @@ def _block(title: str, lines: Iterable[str], text: str = "") -> str:
 # ---- engines
 
 
-def _systemd(system: System, python: str) -> Iterator[str]:
+def _systemd(system: ExportedSystem, python: str) -> Iterator[str]:
     yield f"## The launcher\n\n{_needed(system, python)}\n"
     for host, processes in system.hosts.items():
         units = [name for one in processes for name in _units_of(one)]
@@ -122,7 +127,7 @@ def _systemd(system: System, python: str) -> Iterator[str]:
         yield _block(_title(system, host), lines, _where(system, host))
 
 
-def _needed(system: System, python: str) -> str:
+def _needed(system: ExportedSystem, python: str) -> str:
     """What has to be there before the units are started."""
     hosts = {one.host.name: python_of(one.host) for one in system.processes if one.host}
     brought = [name for name, path in hosts.items() if path.endswith(SYNCED_PYTHON)]
@@ -141,11 +146,11 @@ def _needed(system: System, python: str) -> str:
     return " ".join(texts)
 
 
-def _units_of(process: Process) -> list[str]:
+def _units_of(process: ExportedProcess) -> list[str]:
     return [f"{process.unit}.service", *([f"{process.unit}.timer"] if process.delay_s else [])]
 
 
-def _copy_files(system: System, processes: Sequence[Process]) -> Iterator[str]:
+def _copy_files(system: ExportedSystem, processes: Sequence[ExportedProcess]) -> Iterator[str]:
     folder = f"/etc/launcher/{system.unit}"
     if any(process.files for process in processes):
         yield f"install -d {folder}/files"
@@ -154,7 +159,7 @@ def _copy_files(system: System, processes: Sequence[Process]) -> Iterator[str]:
         yield f"install -D -m 600 {system.unit}.env {folder}/{system.unit}.env"
 
 
-def _kubernetes(system: System, python: str) -> Iterator[str]:
+def _kubernetes(system: ExportedSystem, python: str) -> Iterator[str]:
     first = system.processes[0]
     kind = "deploy" if runs_on(first) else "pod"
     lines = ["kubectl apply -k .", f"kubectl logs -f {kind}/{first.name}", "kubectl delete -k ."]
@@ -170,7 +175,7 @@ def _kubernetes(system: System, python: str) -> Iterator[str]:
         yield _block(f"With podman, {_on(system, host)}", play)
 
 
-def _compose(system: System, python: str) -> Iterator[str]:
+def _compose(system: ExportedSystem, python: str) -> Iterator[str]:
     if system.has_hosts:
         yield _PROFILES
     for host, processes in system.hosts.items():
@@ -191,7 +196,7 @@ without a profile nothing is started.
 """
 
 
-def _podman(system: System, python: str) -> Iterator[str]:
+def _podman(system: ExportedSystem, python: str) -> Iterator[str]:
     for host, processes in system.hosts.items():
         target = f"{system.unit}.target"
         timers = [f"{one.unit}.timer" for one in processes if one.delay_s]
@@ -249,7 +254,7 @@ def _recipe(image: Image) -> str:
     return _block("The image", build_commands(image), text)
 
 
-def _private(system: System, engine: str) -> Iterator[str]:
+def _private(system: ExportedSystem, engine: str) -> Iterator[str]:
     """How to set variables whose values are not written."""
     having = [process for process in system.processes if process.private]
     if not having:
@@ -267,7 +272,7 @@ def _private(system: System, engine: str) -> Iterator[str]:
         yield _block("Private variables with podman", play, _OF_PODMAN)
 
 
-def _secret_commands(having: Sequence[Process]) -> Iterator[str]:
+def _secret_commands(having: Sequence[ExportedProcess]) -> Iterator[str]:
     """By files: other users can read the words of a command, and so can the shell's history."""
     for process in having:
         path = f"{secret_of(process)}.env"
@@ -287,18 +292,18 @@ print(json.dumps({name: base64.b64encode(value.encode()).decode() for name, _, v
 }"""
 
 
-def _play_secret(process: Process) -> str:
+def _play_secret(process: ExportedProcess) -> str:
     name = secret_of(process)
     return f"as_json <{name}.env | podman secret create {name} -"
 
 
-def _example_command(process: Process, system: System, engine: str) -> str:
+def _example_command(process: ExportedProcess, system: ExportedSystem, engine: str) -> str:
     path = system.path_of(process.host_name, f"{system.unit}.env")
     path = f"{process.host_name}.env" if engine == "compose" else path
     return f"cp {path}.example {path} && chmod 600 {path} && editor {path}"
 
 
-def _gaps(gaps: Sequence[Gap]) -> Iterator[str]:
+def _gaps(gaps: Sequence[Unsupported]) -> Iterator[str]:
     lost = [f"* {_plain(gap.line)}" for gap in gaps if not gap.is_note]
     notes = [f"* {_plain(gap.line)}" for gap in gaps if gap.is_note]
     if lost:

@@ -16,10 +16,10 @@ from launcher.export.discovery import gaps as discovery_gaps
 from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
 from launcher.export.gaps import gaps_of, is_exported, settings_gaps
-from launcher.export.model import Gap, Process, System
+from launcher.export.model import ExportedProcess, ExportedSystem, Unsupported
 from launcher.export.names import Name, name_of_system, names_of
 from launcher.export.places import Places
-from launcher.export.words import Command
+from launcher.export.words import ExportedCommand
 from launcher.hosts.file.model import Discovery, Host
 from launcher.hosts.file.order import order_for
 from launcher.hosts.unit import stem_of
@@ -38,7 +38,7 @@ def system_of(
     command: str,
     prefix: str = "",
     discovery: Discovery | None = None,
-) -> System:
+) -> ExportedSystem:
     """What the plan starts, on the hosts where it is placed; UsageError of `host_of`.
 
     `options` are those about processes, `command` is the command line, for the README; names of
@@ -62,7 +62,7 @@ def system_of(
         *settings_gaps(options, zip(specs, (name.unit for name in names), strict=True), places),
         *discovery_gaps(processes, discovery or Discovery()),
     ]
-    return System(
+    return ExportedSystem(
         name=own.label,
         unit=own.unit,
         processes=with_discovery(processes, discovery or Discovery()),
@@ -71,16 +71,16 @@ def system_of(
     )
 
 
-def merged(gaps: Iterable[Gap]) -> tuple[Gap, ...]:
+def merged(gaps: Iterable[Unsupported]) -> tuple[Unsupported, ...]:
     """The gaps without repetitions: those that differ only in processes and places become one."""
-    found: dict[tuple[str, str], list[Gap]] = {}
+    found: dict[tuple[str, str], list[Unsupported]] = {}
     for gap in gaps:
         key = (gap.what, gap.text if gap.names else f"{gap.place}: {gap.text}")
         found.setdefault(key, []).append(gap)
     return tuple(map(_together, found.values()))
 
 
-def _together(gaps: Sequence[Gap]) -> Gap:
+def _together(gaps: Sequence[Unsupported]) -> Unsupported:
     places = dict.fromkeys(gap.place for gap in gaps)
     names = dict.fromkeys(name for gap in gaps for name in gap.names)
     return replace(gaps[0], place=", ".join(places), names=tuple(names))
@@ -93,17 +93,17 @@ def _process(
     name: Name,
     host: Host | None,
     places: Places,
-) -> tuple[Process, list[Gap]]:
+) -> tuple[ExportedProcess, list[Unsupported]]:
     warnings: list[str] = []
     with with_generated_files(spec) as complete:
         order = order_for(complete, base=plan.environment, warn=warnings.append)
-    command = Command(order, spec, name.unit)
+    command = ExportedCommand(order, spec, name.unit)
     environment, private = divided(
         order.environment,
         host.environment if host else {},
         {*filter(looks_secret, order.variables), *(host.secrets if host else ())},
     )
-    process = Process(
+    process = ExportedProcess(
         unit=name.unit,
         name=name.label,
         label=spec.label,
@@ -151,26 +151,29 @@ def _node(spec: ProcessSpec) -> str | None:
 
 
 def _process_gaps(
-    process: Process, spec: ProcessSpec, command: Command, warnings: Iterable[str]
-) -> Iterator[Gap]:
+    process: ExportedProcess, spec: ProcessSpec, command: ExportedCommand, warnings: Iterable[str]
+) -> Iterator[Unsupported]:
     names = (process.unit,)
     if command.left_out is not None:
         text = "left out: nobody sees it where the process will run"
-        yield Gap(what=f"prefix '{command.left_out}'", place=process.place, text=text, names=names)
+        yield Unsupported(
+            what=f"prefix '{command.left_out}'", place=process.place, text=text, names=names
+        )
     for path in command.paths:
         text = f"a parameter file has a path of this machine: {path}"
-        yield Gap(what="path", place=process.place, text=text, names=names)
+        yield Unsupported(what="path", place=process.place, text=text, names=names)
     for warning in warnings:
         text = warning.removeprefix(f"{spec.place}: {spec.name}: ")
-        yield Gap(what="path", place=process.place, text=text, names=names)
+        yield Unsupported(what="path", place=process.place, text=text, names=names)
 
 
 def gaps_of_each(
-    processes: Sequence[Process], texts: Callable[[Process], Iterator[tuple[str, str, bool]]]
-) -> Iterator[Gap]:
+    processes: Sequence[ExportedProcess],
+    texts: Callable[[ExportedProcess], Iterator[tuple[str, str, bool]]],
+) -> Iterator[Unsupported]:
     """Gaps of single processes; `texts` gives (what, text, whether it is only a note)."""
     for process in processes:
         for what, text, is_note in texts(process):
-            yield Gap(
+            yield Unsupported(
                 what=what, place=process.place, text=text, names=(process.unit,), is_note=is_note
             )

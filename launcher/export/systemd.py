@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from launcher.base.model.spec import StopPolicy
 from launcher.export.command import Where, words_of
-from launcher.export.model import Output, Process, Scratch, System
+from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem, Scratch
 from launcher.export.system import gaps_of_each
 from launcher.hosts import unit
 from launcher.hosts.file.model import DEFAULT_PYTHON
@@ -34,7 +34,7 @@ class Systemd:
 
     def __init__(
         self,
-        system: System,
+        system: ExportedSystem,
         *,
         user: str | None = None,
         python: str = "python3",
@@ -45,20 +45,20 @@ class Systemd:
         self._user = user
         self._python = python
 
-    def output(self) -> Output:
+    def output(self) -> ExportedFiles:
         files: dict[str, str] = {}
         for host, processes in self._system.hosts.items():
             for name, text in self._of_host(processes):
                 files[self._system.path_of(host, name)] = text
         gaps = gaps_of_each(self._system.processes, self._gaps)
-        return Output(files=files, gaps=tuple(gaps))
+        return ExportedFiles(files=files, gaps=tuple(gaps))
 
-    def _of_host(self, processes: Sequence[Process]) -> Iterator[tuple[str, str]]:
+    def _of_host(self, processes: Sequence[ExportedProcess]) -> Iterator[tuple[str, str]]:
         yield from self.beside_services(processes)
         for process in processes:
             yield f"{process.unit}.service", self._service(process)
 
-    def beside_services(self, processes: Sequence[Process]) -> Iterator[tuple[str, str]]:
+    def beside_services(self, processes: Sequence[ExportedProcess]) -> Iterator[tuple[str, str]]:
         """The target, timers, and the files of processes, which containers need as well."""
         yield f"{self._system.unit}.target", self._target()
         for process in processes:
@@ -90,7 +90,7 @@ class Systemd:
             ("Install", [("WantedBy", boot)]),
         )
 
-    def _timer(self, process: Process) -> str:
+    def _timer(self, process: ExportedProcess) -> str:
         """Elapses once, so many seconds after the target was started."""
         about = f"start of {process.unit} after {process.delay_s:g} s"
         delay = unit.seconds(process.delay_s)
@@ -100,7 +100,7 @@ class Systemd:
             ("Install", [("WantedBy", f"{self._system.unit}.target")]),
         )
 
-    def _service(self, process: Process) -> str:
+    def _service(self, process: ExportedProcess) -> str:
         known, _ = unit.supported(
             unit.process_settings(process.restart, process.stop, process.limits), unit.OLDEST
         )
@@ -112,18 +112,18 @@ class Systemd:
             ("Install", self.install_entries(process)),
         )
 
-    def unit_entries(self, process: Process) -> list[tuple[str, str]]:
+    def unit_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
         about = unit.literal(f"{process.label} of {self._system.unit}")
         return [("Description", about), *self._part_of(), *self._network]
 
-    def install_entries(self, process: Process) -> list[tuple[str, str]]:
+    def install_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
         """Empty for a process that a timer starts."""
         return [] if process.delay_s else [("WantedBy", f"{self._system.unit}.target")]
 
     def _part_of(self) -> list[tuple[str, str]]:
         return [("PartOf", f"{self._system.unit}.target")]
 
-    def _runs(self, process: Process) -> Iterator[tuple[str, str]]:
+    def _runs(self, process: ExportedProcess) -> Iterator[tuple[str, str]]:
         yield "Type", "exec"
         if self._home is None:
             yield "User", unit.literal(self._user_of(process.host))
@@ -143,7 +143,7 @@ class Systemd:
     def _user_of(self, host: Host | None) -> str:
         return (host.user if host else None) or self._user or _ROOT
 
-    def _command(self, process: Process) -> str:
+    def _command(self, process: ExportedProcess) -> str:
         python = _in_home(python_of(process.host) if process.host else self._python)
         runtime = "/run" if self._home is None else _RUN_OF_USER
         where = Where(
@@ -166,7 +166,7 @@ class Systemd:
 
     # ---- what is lost
 
-    def _gaps(self, process: Process) -> Iterator[tuple[str, str, bool]]:
+    def _gaps(self, process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
         if process.tty:
             text = "the process has no terminal; Python's output is unbuffered nevertheless"
             yield "emulate_tty", text, True
@@ -175,7 +175,7 @@ class Systemd:
             yield "user", "it runs as root: no user is named in the hosts file or by --user", True
 
 
-def policy_gaps(process: Process) -> Iterator[tuple[str, str, bool]]:
+def policy_gaps(process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
     """What systemd does otherwise when it restarts and stops the process.
 
     That ROS 2's SIGTERM is left out is told in general, not for each.
@@ -198,7 +198,7 @@ def unit_text(*sections: tuple[str, Sequence[tuple[str, str]]]) -> str:
     return "\n".join(parts)
 
 
-def _runtime_directory(process: Process) -> str:
+def _runtime_directory(process: ExportedProcess) -> str:
     return f"launcher-{process.unit}"
 
 

@@ -10,7 +10,7 @@ from launcher.base.errors import PackageNotFoundError
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec
 from launcher.export.environment import looks_secret
-from launcher.export.model import FileOf, Interpreter, Part, Scratch, Word
+from launcher.export.model import FileOf, LauncherPython, Part, Scratch, Word
 from launcher.export.names import file_name
 from launcher.hosts.file import order_json, references
 from launcher.hosts.file.order import MAX_FILE_BYTES, Order, unused_name
@@ -29,7 +29,7 @@ class _NotSentError(Exception):
     """Only the host knows the path."""
 
 
-class Command:
+class ExportedCommand:
     """The words of an order, and the files that they need beside the exported ones.
 
     What only the host can know makes it a file of its own: `hosts.run_order` finds it out there.
@@ -72,12 +72,12 @@ class Command:
         data = order_json.encode(replace(self._order, environment={}, variables=written))
         self.files = {name: strict_json.packed(data, sort_keys=True, indent=1).encode() + b"\n"}
         run = ("-m",), ("launcher.hosts.file.run_order",)
-        return ((Interpreter(),), *run, (FileOf(name),), (Scratch(),))
+        return ((LauncherPython(),), *run, (FileOf(name),), (Scratch(),))
 
     def _of(self, index: int, word: references.Word) -> Iterator[Word]:
         whole = word[0] if len(word) == 1 else None
-        if isinstance(whole, references.Executable) and index == _program(self._order):
-            yield (Interpreter(),)
+        if isinstance(whole, references.ExecutableReference) and index == _program(self._order):
+            yield (LauncherPython(),)
             yield from (("-m",), ("launcher",), ("run",), (whole.package,), (whole.name,))
         else:
             yield tuple(map(self._part, word))
@@ -86,8 +86,8 @@ class Command:
         match part:
             case str():
                 return part
-            case references.Interpreter():
-                return Interpreter()
+            case references.InterpreterReference():
+                return LauncherPython()
             case references.SentFile(name=name):
                 return self._keep(name, self._order.files[name])
             case references.SharedFile(package=package, path=path):
@@ -114,7 +114,7 @@ class Command:
 def _program(order: Order) -> int | None:
     """The place of the executable of a package that is started, behind the words of a prefix."""
     for index, word in enumerate(order.words):
-        if isinstance(word[0], references.Executable):
+        if isinstance(word[0], references.ExecutableReference):
             return index
     return None
 

@@ -14,15 +14,15 @@ from rclpy.serialization import deserialize_message, serialize_message
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
 from launcher.foxglove import protocol
-from launcher.foxglove.calls import Calls
+from launcher.foxglove.calls import ServiceCalls
 from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.feeds import Feeds, reason
-from launcher.foxglove.look import Choice, Connections, Look, look
+from launcher.foxglove.feeds import TopicFeeds, reason
+from launcher.foxglove.look import Connections, Look, TopicChoice, look
 from launcher.foxglove.parameters import ParameterEvents, Parameters
 from launcher.foxglove.protocol import ProtocolError, ServiceCall
 from launcher.foxglove.publishing import Publication
 from launcher.foxglove.receiver import Receiver
-from launcher.foxglove.session import Session
+from launcher.foxglove.session import ClientSession
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import load
@@ -39,13 +39,13 @@ _LISTS_PARAMETERS = "rcl_interfaces/srv/ListParameters"
 Report = Callable[..., None]  # an event with its fields
 
 
-class Bridge:
+class FoxgloveBridge:
     """Runs in the event loop. What changes endpoints runs in one other thread, in order."""
 
     def __init__(
         self,
         observer: Observer,
-        choice: Choice,
+        choice: TopicChoice,
         report: Report,
         *,
         most_bytes: int,
@@ -58,20 +58,20 @@ class Bridge:
         self._is_read_only = is_read_only
         self._worker = ThreadPoolExecutor(1, "endpoints")
         self._receiver = Receiver(observer)
-        self._feeds = Feeds(observer, self._receiver)
-        self._calls = Calls(observer, self._worker)
+        self._feeds = TopicFeeds(observer, self._receiver)
+        self._calls = ServiceCalls(observer, self._worker)
         self._parameters = Parameters(self._calls)
         self._events = ParameterEvents(self._feeds, self._tell_parameters)
         self._catalogue = Catalogue(schema_text, warn)
         self._connections = Connections()
-        self._sessions: set[Session] = set()
+        self._sessions: set[ClientSession] = set()
         self._numbers = 0
         self._soon = asyncio.Event()
 
     async def serve(self, socket: ServerConnection) -> None:
         """One client, until it has gone."""
         self._numbers += 1
-        session = Session(socket, self, self._numbers, self._most_bytes)
+        session = ClientSession(socket, self, self._numbers, self._most_bytes)
         self._greet(session)
         self._sessions.add(session)
         self._report("connected", client=session.number, address=session.address)
@@ -82,7 +82,7 @@ class Bridge:
             self._forget(session)
             self._report("disconnected", client=session.number, address=session.address)
 
-    def _greet(self, session: Session) -> None:
+    def _greet(self, session: ClientSession) -> None:
         session.send(
             protocol.text(
                 "serverInfo",
@@ -102,7 +102,7 @@ class Bridge:
             offered = [one.to_json() for one in services]
             session.send(protocol.text("advertiseServices", services=offered))
 
-    def _forget(self, session: Session) -> None:
+    def _forget(self, session: ClientSession) -> None:
         for number in list(session.topics):
             self.unsubscribe(session, number)
         for number in list(session.publications):
@@ -158,7 +158,7 @@ class Bridge:
 
     # topics
 
-    def subscribe(self, session: Session, number: int, channel_id: int) -> None:
+    def subscribe(self, session: ClientSession, number: int, channel_id: int) -> None:
         channel = self._catalogue.channel(channel_id)
         if channel is None:
             raise ProtocolError(f"there is no channel {channel_id}")
@@ -178,12 +178,12 @@ class Bridge:
 
         self._submit(session, channel.topic, begin)
 
-    def unsubscribe(self, session: Session, number: int) -> None:
+    def unsubscribe(self, session: ClientSession, number: int) -> None:
         channel = session.forget(number)
         if channel is not None:
             self._worker.submit(self._feeds.unsubscribe, channel.topic, session)
 
-    def _submit(self, session: Session, topic: str, function: Callable[[], None]) -> None:
+    def _submit(self, session: ClientSession, topic: str, function: Callable[[], None]) -> None:
         """Run it in the other thread; tell the client what went wrong."""
         loop = asyncio.get_running_loop()
 
@@ -197,7 +197,7 @@ class Bridge:
 
     # what clients publish
 
-    async def advertise(self, session: Session, item: dict[str, Any]) -> None:
+    async def advertise(self, session: ClientSession, item: dict[str, Any]) -> None:
         self._require_writing("publish")
         if item["id"] in session.publications:
             raise ProtocolError(f"channel {item['id']} is advertised already")
@@ -210,7 +210,7 @@ class Bridge:
         session.publications[item["id"]] = publication
         self._soon.set()
 
-    def unadvertise(self, session: Session, number: int) -> None:
+    def unadvertise(self, session: ClientSession, number: int) -> None:
         publication = session.publications.pop(number, None)
         if publication is not None:
             self._worker.submit(publication.close)
@@ -221,7 +221,7 @@ class Bridge:
 
     # services
 
-    async def call_service(self, session: Session, call: ServiceCall) -> None:
+    async def call_service(self, session: ClientSession, call: ServiceCall) -> None:
         def fail(reason: str) -> None:
             ids = {"serviceId": call.service, "callId": call.call}
             session.send(protocol.text("serviceCallFailure", **ids, message=reason))
@@ -262,12 +262,14 @@ class Bridge:
 
     # parameters
 
-    async def get_parameters(self, session: Session, names: list[str], request: str | None) -> None:
+    async def get_parameters(
+        self, session: ClientSession, names: list[str], request: str | None
+    ) -> None:
         values = await self._parameters.get(names)
         session.send(protocol.text("parameterValues", parameters=values, id=request))
 
     async def set_parameters(
-        self, session: Session, items: list[dict[str, Any]], request: str | None
+        self, session: ClientSession, items: list[dict[str, Any]], request: str | None
     ) -> None:
         self._require_writing("set parameters")
         values, problems = await self._parameters.set(items)
@@ -290,7 +292,7 @@ class Bridge:
 
     # connections
 
-    def show_connections(self, session: Session) -> None:
+    def show_connections(self, session: ClientSession) -> None:
         """What is known now is sent at once, changes later."""
         if session.wants_connections:
             return

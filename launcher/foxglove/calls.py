@@ -23,7 +23,7 @@ _READY_S = 3.0  # from the discovery of a service until its client is connected
 _DISCOVERED_S = 0.2  # a younger participant may not be known to a service, which drops its answer
 
 
-class Calls:
+class ServiceCalls:
     """`worker` runs what changes endpoints; close it before the observer."""
 
     def __init__(self, observer: Observer, worker: Executor) -> None:

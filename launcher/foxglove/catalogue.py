@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.protocol import Channel, Service
+from launcher.foxglove.protocol import AdvertisedService, Channel
 
 
 @dataclass(slots=True)
-class Change:
+class CatalogueChange:
     """What is new and what has gone."""
 
     channels: list[Channel] = field(default_factory=list)
     gone_channels: list[Channel] = field(default_factory=list)
-    services: list[Service] = field(default_factory=list)
-    gone_services: list[Service] = field(default_factory=list)
+    services: list[AdvertisedService] = field(default_factory=list)
+    gone_services: list[AdvertisedService] = field(default_factory=list)
 
 
 class Catalogue:
@@ -33,25 +33,27 @@ class Catalogue:
         self._numbers = count(1)
         self._warned: set[str] = set()
         self._channels: dict[str, Channel] = {}
-        self._services: dict[str, Service] = {}
+        self._services: dict[str, AdvertisedService] = {}
 
     @property
     def channels(self) -> list[Channel]:
         return list(self._channels.values())
 
     @property
-    def services(self) -> list[Service]:
+    def services(self) -> list[AdvertisedService]:
         return list(self._services.values())
 
     def channel(self, number: int) -> Channel | None:
         return next((one for one in self._channels.values() if one.id == number), None)
 
-    def service(self, number: int) -> Service | None:
+    def service(self, number: int) -> AdvertisedService | None:
         return next((one for one in self._services.values() if one.id == number), None)
 
-    def update(self, topics: Mapping[str, tuple[str, ...]], services: Mapping[str, str]) -> Change:
+    def update(
+        self, topics: Mapping[str, tuple[str, ...]], services: Mapping[str, str]
+    ) -> CatalogueChange:
         """Offer these, and no others."""
-        change = Change()
+        change = CatalogueChange()
         for topic, channel in list(self._channels.items()):
             if channel.type not in topics.get(topic, ()):
                 change.gone_channels.append(self._channels.pop(topic))
@@ -77,12 +79,12 @@ class Catalogue:
                 return Channel(next(self._numbers), topic, type_name, schema)
         return None
 
-    def _new_service(self, name: str, type_name: str) -> Service | None:
+    def _new_service(self, name: str, type_name: str) -> AdvertisedService | None:
         request = self._schema(name, f"{type_name}_Request")
         response = self._schema(name, f"{type_name}_Response")
         if request is None or response is None:
             return None
-        return Service(next(self._numbers), name, type_name, request, response)
+        return AdvertisedService(next(self._numbers), name, type_name, request, response)
 
     def _schema(self, name: str, type_name: str) -> str | None:
         try:

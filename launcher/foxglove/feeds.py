@@ -47,7 +47,7 @@ class _Feed:
 
 
 @dataclass(slots=True)
-class _Topic:
+class _TopicFeed:
     """`profile` is None without a subscription; `before`: those replaced, and until when."""
 
     kind: Any
@@ -57,7 +57,7 @@ class _Topic:
     before: list[tuple[_Feed, float]] = field(default_factory=list)
 
 
-class Feeds:
+class TopicFeeds:
     """All methods belong to one thread, that of everything that changes endpoints.
 
     Clients share a subscription, except of publishers that keep messages for those who come late
@@ -67,7 +67,7 @@ class Feeds:
     def __init__(self, observer: Observer, receiver: Receiver) -> None:
         self._observer = observer
         self._receiver = receiver
-        self._topics: dict[str, _Topic] = {}
+        self._topics: dict[str, _TopicFeed] = {}
 
     @property
     def topics(self) -> set[str]:
@@ -76,7 +76,7 @@ class Feeds:
     def subscribe(self, topic: str, type_name: str, client: Client, sink: Deliver) -> None:
         """VerbError if messages of this type cannot be received here, at least not now."""
         if topic not in self._topics:
-            self._topics[topic] = _Topic(with_library(load_message(type_name)))
+            self._topics[topic] = _TopicFeed(with_library(load_message(type_name)))
         self._topics[topic].sinks[client] = _Sink(sink)
         self._fit(topic)
 
@@ -120,14 +120,14 @@ class Feeds:
         if not topic.sinks:
             del self._topics[name]
 
-    def _end_those_before(self, topic: _Topic) -> None:
+    def _end_those_before(self, topic: _TopicFeed) -> None:
         for feed, until_s in list(topic.before):
             feed.sinks = tuple(sink for sink in feed.sinks if sink in topic.sinks.values())
             if time.monotonic() >= until_s or not feed.sinks:
                 topic.before.remove((feed, until_s))
                 self._end(feed)
 
-    def _begin(self, name: str, topic: _Topic, sinks: tuple[_Sink, ...]) -> _Feed:
+    def _begin(self, name: str, topic: _TopicFeed, sinks: tuple[_Sink, ...]) -> _Feed:
         feed = _Feed(sinks=sinks)
         try:
             feed.subscription = self._observer.node.create_subscription(

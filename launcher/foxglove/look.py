@@ -15,7 +15,7 @@ _ALWAYS = "/parameter_events"  # our own node has it as well
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
+class TopicChoice:
     """Which topics are shown."""
 
     topics: str | None = None
@@ -82,7 +82,7 @@ class Look:
 
 
 def look(
-    observer: Observer, choice: Choice, own_topics: Iterable[str], *, with_connections: bool
+    observer: Observer, choice: TopicChoice, own_topics: Iterable[str], *, with_connections: bool
 ) -> Look:
     """`own_topics` are those with subscriptions of ours: they exist only if others have them."""
     own, ghosts = set(own_topics), set(observer.ghosts())

@@ -18,8 +18,8 @@ from rcl_interfaces.srv import (
 from rclpy.serialization import deserialize_message
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.calls import Calls
-from launcher.foxglove.feeds import Feeds
+from launcher.foxglove.calls import ServiceCalls
+from launcher.foxglove.feeds import TopicFeeds
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.verb import to_json_plain
 
@@ -35,7 +35,7 @@ _TOPIC, _TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 class Parameters:
     """Asks the nodes, all at the same time; those that do not answer are left out."""
 
-    def __init__(self, calls: Calls) -> None:
+    def __init__(self, calls: ServiceCalls) -> None:
         self._calls = calls
         self.nodes: set[str] = set()  # those that have parameter services
 
@@ -183,7 +183,7 @@ class ParameterEvents:
     `tell` is called in the event loop with what has changed, as clients get it.
     """
 
-    def __init__(self, feeds: Feeds, tell: Callable[[list[dict[str, Any]]], None]) -> None:
+    def __init__(self, feeds: TopicFeeds, tell: Callable[[list[dict[str, Any]]], None]) -> None:
         self._feeds = feeds
         self._tell = tell
         self._loop = asyncio.get_running_loop()

@@ -47,7 +47,7 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
-class Service:
+class AdvertisedService:
     """A service, as clients know it."""
 
     id: int

@@ -21,8 +21,8 @@ from launcher.posix.dispositions import heeded
 from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
-    from launcher.foxglove.bridge import Bridge
-    from launcher.foxglove.look import Choice
+    from launcher.foxglove.bridge import FoxgloveBridge
+    from launcher.foxglove.look import TopicChoice
     from launcher.ros.discovery.observer import Observer
 
 _MOST_MESSAGE_BYTES = 64 * 1024 * 1024  # of one message of a client
@@ -37,7 +37,7 @@ _KEEP_ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
 class ServerOptions:
     """What `foxglove` was asked for; `most_bytes` may wait for one client."""
 
-    choice: Choice
+    choice: TopicChoice
     host: str
     port: int
     most_bytes: int
@@ -65,7 +65,7 @@ def _require_package() -> None:
 
 
 async def _serve(observer: Observer, options: ServerOptions) -> None:
-    from launcher.foxglove.bridge import Bridge
+    from launcher.foxglove.bridge import FoxgloveBridge
 
     def report(event: str, **fields: object) -> None:
         print(_line(event, fields, as_json=options.json), flush=True)
@@ -73,7 +73,7 @@ async def _serve(observer: Observer, options: ServerOptions) -> None:
     stop = asyncio.Event()
     for signum in heeded((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
-    bridge = Bridge(
+    bridge = FoxgloveBridge(
         observer,
         options.choice,
         report,
@@ -93,7 +93,7 @@ async def _serve(observer: Observer, options: ServerOptions) -> None:
         await bridge.close()
 
 
-async def _until_stopped(bridge: Bridge, stop: asyncio.Event) -> None:
+async def _until_stopped(bridge: FoxgloveBridge, stop: asyncio.Event) -> None:
     tasks = [asyncio.create_task(bridge.watch()), asyncio.create_task(stop.wait())]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -106,7 +106,7 @@ async def _until_stopped(bridge: Bridge, stop: asyncio.Event) -> None:
 
 
 @contextlib.asynccontextmanager
-async def _listening(bridge: Bridge, host: str, port: int) -> AsyncIterator[int]:
+async def _listening(bridge: FoxgloveBridge, host: str, port: int) -> AsyncIterator[int]:
     """The port that clients connect to; VerbError."""
     from websockets.asyncio.server import serve as websocket_server
     from websockets.typing import Subprotocol

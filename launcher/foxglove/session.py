@@ -22,7 +22,7 @@ from launcher.ros.verb import warn
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from launcher.foxglove.bridge import Bridge
+    from launcher.foxglove.bridge import FoxgloveBridge
     from launcher.foxglove.publishing import Publication
 
 
@@ -32,10 +32,12 @@ _TURN = 50  # messages in a row, after which others have a turn
 CONTROL_BYTES = 64 * 1024 * 1024  # of messages that must not be lost; after it the client is lost
 
 
-class Session:
+class ClientSession:
     """Everything here runs in the event loop, except `deliver`."""
 
-    def __init__(self, socket: ServerConnection, bridge: Bridge, number: int, most: int) -> None:
+    def __init__(
+        self, socket: ServerConnection, bridge: FoxgloveBridge, number: int, most: int
+    ) -> None:
         self.number = number
         host, port, *_ = socket.remote_address or ("?", 0)
         self.address = f"{host}:{port}"
@@ -45,7 +47,7 @@ class Session:
         self.topics: dict[int, Channel] = {}  # by the number of the subscription
         self._socket = socket
         self._bridge = bridge
-        self._outbox = Outbox(most)
+        self._outbox = ClientOutbox(most)
         self._loop = asyncio.get_running_loop()
         self._wake = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -219,20 +221,20 @@ class Session:
 
 
 _HANDLERS = {
-    "subscribe": Session._subscribe,
-    "unsubscribe": Session._unsubscribe,
-    "advertise": Session._advertise,
-    "unadvertise": Session._unadvertise,
-    "getParameters": Session._get_parameters,
-    "setParameters": Session._set_parameters,
-    "subscribeParameterUpdates": Session._subscribe_parameters,
-    "unsubscribeParameterUpdates": Session._unsubscribe_parameters,
-    "subscribeConnectionGraph": Session._subscribe_connections,
-    "unsubscribeConnectionGraph": Session._unsubscribe_connections,
+    "subscribe": ClientSession._subscribe,
+    "unsubscribe": ClientSession._unsubscribe,
+    "advertise": ClientSession._advertise,
+    "unadvertise": ClientSession._unadvertise,
+    "getParameters": ClientSession._get_parameters,
+    "setParameters": ClientSession._set_parameters,
+    "subscribeParameterUpdates": ClientSession._subscribe_parameters,
+    "unsubscribeParameterUpdates": ClientSession._unsubscribe_parameters,
+    "subscribeConnectionGraph": ClientSession._subscribe_connections,
+    "unsubscribeConnectionGraph": ClientSession._unsubscribe_connections,
 }
 
 
-class Outbox:
+class ClientOutbox:
     """What waits to be sent, bounded, since a client may read slowly or not at all.
 
     Data of topics is dropped where it does not fit, the oldest first; all else is kept.

@@ -24,10 +24,10 @@ def _megabytes(word: str) -> float:
 
 
 def _foxglove(options: Parsed) -> int:
-    from launcher.foxglove.look import Choice
+    from launcher.foxglove.look import TopicChoice
     from launcher.foxglove.server import ServerOptions, serve
 
-    choice = Choice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
+    choice = TopicChoice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
     return serve(
         GraphAccess.of(options),
         ServerOptions(

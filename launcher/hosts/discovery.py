@@ -41,7 +41,7 @@ _NEUTRAL = {RANGE: "SUBNET", PEERS: "", SERVERS: "", SUPER_CLIENT: "", "ROS_LOCA
 _OF_PEERS = {**_NEUTRAL, RANGE: "LOCALHOST"}
 
 
-class Server(Record):
+class DiscoveryServer(Record):
     """A discovery server that the run starts; `host` is a name of the hosts file, or LOCAL.
 
     `arguments` are those of `launcher.hosts.discovery_server`.
@@ -68,7 +68,7 @@ class Wiring(Record):
     mode: DiscoveryMode | None = None
     addresses: Mapping[str, str] = {}
     own: Mapping[str, str] = {}
-    servers: tuple[Server, ...] = ()
+    servers: tuple[DiscoveryServer, ...] = ()
 
     def environment_of(self, host: str = LOCAL) -> dict[str, str]:
         """The variables for nodes on this host; empty without a mode."""
@@ -156,10 +156,10 @@ def _addresses(
 
 def _servers(
     discovery: Discovery, addresses: Mapping[str, str], known: Collection[str], usual: int
-) -> tuple[Server, ...]:
+) -> tuple[DiscoveryServer, ...]:
     names = {SERVER_NAME: discovery.server, BACKUP_NAME: discovery.backup}
     wanted = [(name, host) for name, host in names.items() if host is not None]
-    found: list[Server] = []
+    found: list[DiscoveryServer] = []
     for index, (name, host) in enumerate(wanted):
         if host != LOCAL and host not in addresses and host in known:
             continue
@@ -173,7 +173,7 @@ def _servers(
         port = _port(discovery, usual, host)
         # Of a run on this machine only, no other machine shall reach it.
         listen = "0.0.0.0" if addresses else _LOOPBACK
-        found.append(Server(name=name, host=host, index=index, port=port, listen=listen))
+        found.append(DiscoveryServer(name=name, host=host, index=index, port=port, listen=listen))
     return tuple(found)
 
 

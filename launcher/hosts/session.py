@@ -7,11 +7,11 @@ import subprocess
 from collections.abc import Sequence
 
 from launcher.hosts.failures import SSH_FAILED, HostError, Problem, failure, no_ssh
-from launcher.hosts.ssh import Connection, quoted, ssh_environment
+from launcher.hosts.ssh import SshConnection, quoted, ssh_environment
 
 
 def run(
-    connection: Connection,
+    connection: SshConnection,
     command: str | Sequence[str],
     *,
     data: bytes = b"",
@@ -39,7 +39,7 @@ def run(
     return subprocess.CompletedProcess(process.args, process.returncode, output, errors)
 
 
-def _start(connection: Connection, script: str) -> subprocess.Popen[bytes]:
+def _start(connection: SshConnection, script: str) -> subprocess.Popen[bytes]:
     try:
         return subprocess.Popen(
             connection.session(script),

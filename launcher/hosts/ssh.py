@@ -48,7 +48,7 @@ _DEFAULTS = (
 )
 
 
-class Connection:
+class SshConnection:
     """The ways to one host. Its sessions share the connection of `leader`, while that runs.
 
     `control_path` is its socket (`new_control_path`); None: the sessions use a connection that the

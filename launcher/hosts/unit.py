@@ -33,7 +33,7 @@ _VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _CLEAN_SIGNALS = "SIGHUP SIGINT SIGTERM SIGPIPE"
 
 
-class Setting(Record):
+class UnitSetting(Record):
     """`key=value` in a section of a unit, and the version of systemd that it needs."""
 
     key: str
@@ -103,82 +103,82 @@ def _shortened(stem: str, suffix: str) -> str:
 
 def process_settings(
     restart: RestartPolicy, stop: StopPolicy, limits: Limits | None
-) -> tuple[Setting, ...]:
+) -> tuple[UnitSetting, ...]:
     """The settings of a process's unit that follow from its policies, in a fixed order."""
     return (
         *restart_settings(restart),
         *stop_settings(stop),
         *limit_settings(limits),
         *output_settings(),
-        Setting("IgnoreSIGPIPE", "no"),  # as without systemd
+        UnitSetting("IgnoreSIGPIPE", "no"),  # as without systemd
     )
 
 
-def restart_settings(policy: RestartPolicy) -> Iterator[Setting]:
+def restart_settings(policy: RestartPolicy) -> Iterator[UnitSetting]:
     """`Restart=` and the limits of restarts.
 
     Systemd has no random delay and no reset of a growing delay after a quiet time; its limit within
     a window counts the first start, too (see `unmet`).
     """
     if policy.mode is RestartMode.NEVER or policy.max_restarts == 0:
-        yield Setting("Restart", "no")
+        yield UnitSetting("Restart", "no")
         return
-    yield Setting("Restart", policy.mode.value)
+    yield UnitSetting("Restart", policy.mode.value)
     if policy.mode is RestartMode.ON_FAILURE:
-        yield Setting("RestartForceExitStatus", _CLEAN_SIGNALS)
-    yield Setting("RestartSec", seconds(policy.delay_s))
+        yield UnitSetting("RestartForceExitStatus", _CLEAN_SIGNALS)
+    yield UnitSetting("RestartSec", seconds(policy.delay_s))
     yield from _growing_delay(policy)
     if policy.max_restarts is None:
-        yield Setting("StartLimitIntervalSec", "0", "Unit")
+        yield UnitSetting("StartLimitIntervalSec", "0", "Unit")
         return
     interval = "infinity" if policy.window_s is None else seconds(max(policy.window_s, 1e-3))
-    yield Setting("StartLimitIntervalSec", interval, "Unit")
-    yield Setting("StartLimitBurst", str(policy.max_restarts + 1), "Unit")
+    yield UnitSetting("StartLimitIntervalSec", interval, "Unit")
+    yield UnitSetting("StartLimitBurst", str(policy.max_restarts + 1), "Unit")
 
 
-def _growing_delay(policy: RestartPolicy) -> Iterator[Setting]:
+def _growing_delay(policy: RestartPolicy) -> Iterator[UnitSetting]:
     most = policy.backoff_max_s
     if most is None or policy.delay_s <= 0 or most <= policy.delay_s:
         return
     steps = max(1, math.ceil(math.log2(most / policy.delay_s) - 1e-9))
-    yield Setting("RestartSteps", str(steps), since=254)
-    yield Setting("RestartMaxDelaySec", seconds(most), since=254)
+    yield UnitSetting("RestartSteps", str(steps), since=254)
+    yield UnitSetting("RestartMaxDelaySec", seconds(most), since=254)
 
 
-def stop_settings(policy: StopPolicy) -> Iterator[Setting]:
+def stop_settings(policy: StopPolicy) -> Iterator[UnitSetting]:
     """The first signal, and SIGKILL after the whole grace; systemd has none in between."""
-    yield Setting("KillMode", "control-group")
-    yield Setting("KillSignal", policy.steps[0][0].name)
-    yield Setting("TimeoutStopSec", seconds(max(policy.grace_s, 1e-3)))  # 0 would mean for ever
-    yield Setting("SendSIGKILL", "yes")
+    yield UnitSetting("KillMode", "control-group")
+    yield UnitSetting("KillSignal", policy.steps[0][0].name)
+    yield UnitSetting("TimeoutStopSec", seconds(max(policy.grace_s, 1e-3)))  # 0 would mean for ever
+    yield UnitSetting("SendSIGKILL", "yes")
 
 
-def limit_settings(limits: Limits | None) -> Iterator[Setting]:
+def limit_settings(limits: Limits | None) -> Iterator[UnitSetting]:
     if limits is None:
         return
     if limits.nice is not None:
-        yield Setting("Nice", str(limits.nice))
+        yield UnitSetting("Nice", str(limits.nice))
     if limits.cpus is not None:
-        yield Setting("CPUAffinity", " ".join(map(str, limits.cpus)))
+        yield UnitSetting("CPUAffinity", " ".join(map(str, limits.cpus)))
     for name, soft, hard in limits.rlimits:
-        yield Setting(f"Limit{name.upper()}", f"{_amount(soft)}:{_amount(hard)}")
+        yield UnitSetting(f"Limit{name.upper()}", f"{_amount(soft)}:{_amount(hard)}")
 
 
 def _amount(amount: int) -> str:
     return "infinity" if amount == UNLIMITED else str(amount)
 
 
-def output_settings() -> Iterator[Setting]:
+def output_settings() -> Iterator[UnitSetting]:
     """Every line goes to the journal as it is, however many there are.
 
     The journal is not told of an interval of 0 by systemd (252 at least), so the limit is one that
     nothing reaches. For units of a user's manager it has no effect.
     """
-    yield Setting("StandardOutput", "journal")
-    yield Setting("StandardError", "journal")
-    yield Setting("SyslogLevelPrefix", "no")
-    yield Setting("LogRateLimitIntervalSec", "1ms")
-    yield Setting("LogRateLimitBurst", "1000000")
+    yield UnitSetting("StandardOutput", "journal")
+    yield UnitSetting("StandardError", "journal")
+    yield UnitSetting("SyslogLevelPrefix", "no")
+    yield UnitSetting("LogRateLimitIntervalSec", "1ms")
+    yield UnitSetting("LogRateLimitBurst", "1000000")
 
 
 def seconds(amount_s: float) -> str:
@@ -190,8 +190,8 @@ def seconds(amount_s: float) -> str:
 
 
 def supported(
-    settings: Iterable[Setting], version: int
-) -> tuple[tuple[Setting, ...], tuple[Setting, ...]]:
+    settings: Iterable[UnitSetting], version: int
+) -> tuple[tuple[UnitSetting, ...], tuple[UnitSetting, ...]]:
     """(the settings that this version of systemd knows, those that it does not)."""
     every = tuple(settings)
     known = tuple(one for one in every if one.since <= version)

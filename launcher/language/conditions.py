@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 
-from launcher.language.diagnostics.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import FileLine, caller_origin
 from launcher.language.naming import public
 from launcher.language.substitution import (
     describe_substitutions,
@@ -30,7 +30,7 @@ VALID_FALSE_EXPRESSIONS = ["false", "0"]
 class Condition:
     """Evaluates a predicate; without one it is False."""
 
-    _origin: Origin | None
+    _origin: FileLine | None
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Any:
         """Remember the place of creation."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
 
-from launcher.language.diagnostics.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import FileLine, caller_origin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,12 +34,12 @@ class Configurations(_Table):
     """
 
     def __init__(
-        self, read: Callable[[str], None], written: Callable[[str, Any, Origin | None], None]
+        self, read: Callable[[str], None], written: Callable[[str, Any, FileLine | None], None]
     ) -> None:
         super().__init__()
         self._read = read
         self._written = written
-        self._origins: dict[str, Origin | None] = {}
+        self._origins: dict[str, FileLine | None] = {}
         self._defaults: set[str] = set()
 
     def snapshot(self) -> Configurations:
@@ -50,14 +50,14 @@ class Configurations(_Table):
         copy._defaults = set(self._defaults)
         return copy
 
-    def assign(self, name: str, value: Any, origin: Origin | None) -> None:
+    def assign(self, name: str, value: Any, origin: FileLine | None) -> None:
         """Set a value, and where it comes from (None: the command line)."""
         super().__setitem__(name, value)
         self._origins[name] = origin
         self._defaults.discard(name)
         self._written(name, value, origin)
 
-    def assign_default(self, name: str, value: Any, origin: Origin | None) -> None:
+    def assign_default(self, name: str, value: Any, origin: FileLine | None) -> None:
         """Set the default of a launch argument."""
         self.assign(name, value, origin)
         self._defaults.add(name)
@@ -66,7 +66,7 @@ class Configurations(_Table):
         """Whether the value is the default of a launch argument."""
         return name in self._defaults
 
-    def origin_of(self, name: str) -> Origin | None:
+    def origin_of(self, name: str) -> FileLine | None:
         """Where the value was set; None for the command line."""
         return self._origins.get(name)
 

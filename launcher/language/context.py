@@ -15,9 +15,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.events.base import BaseEventHandler, Event
-    from launcher.language.host import Host
+    from launcher.language.host import EntityHost
     from launcher.language.substitution import Substitution
 
 
@@ -56,8 +56,8 @@ class LaunchContext:
         self._handler_changes = 0
         self._completion_futures: list[Any] = []
         # The launch files of the run so far, and where each was included last.
-        self._includers: dict[str, Origin | None] = {}
-        self.__host: Host | None = None
+        self._includers: dict[str, FileLine | None] = {}
+        self.__host: EntityHost | None = None
         self.__globals: dict[str, Any] = {}
         self.__locals: dict[str, Any] = {}
         self.__locals_stack: list[dict[str, Any]] = []
@@ -70,7 +70,7 @@ class LaunchContext:
         self.__is_shutdown = False
 
     @property
-    def _host(self) -> Host:
+    def _host(self) -> EntityHost:
         """The host of this run; a NullHost if none was set."""
         if self.__host is None:
             from launcher.language.host import NullHost
@@ -79,7 +79,7 @@ class LaunchContext:
         return self.__host
 
     @_host.setter
-    def _host(self, host: Host) -> None:
+    def _host(self, host: EntityHost) -> None:
         self.__host = host
 
     @property
@@ -165,7 +165,7 @@ class LaunchContext:
     def _configuration_read(self, name: str) -> None:
         self._host.configuration_read(name)
 
-    def _configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+    def _configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
         self._host.configuration_written(name, value, origin)
 
     @property

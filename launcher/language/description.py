@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from launcher.language.action import Action
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 
 # Methods that say which entities there are; the former call the latter.
@@ -104,7 +104,7 @@ class _ArgumentSearch:
     def __init__(self, *, loads: bool) -> None:
         self._loads = loads
         self.found: dict[str, tuple[DeclareLaunchArgument, list[Any] | None]] = {}
-        self._enclosing: list[Origin] = []  # of the descriptions being searched
+        self._enclosing: list[FileLine] = []  # of the descriptions being searched
 
     def search(
         self,

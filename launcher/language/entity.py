@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from launcher.language.diagnostics.origin import Origin, caller_origin
+from launcher.language.diagnostics.origin import FileLine, caller_origin
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class LaunchDescriptionEntity:
     """Base of descriptions and actions; visiting one may yield further entities."""
 
-    _origin: Origin | None
+    _origin: FileLine | None
 
     # Role in the search for launch arguments: "declares" an argument, "includes" a file, or
     # "resets" the configurations, which ends the search.

@@ -8,10 +8,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.events.base import Event
 
-    class Host(Protocol):
+    class EntityHost(Protocol):
         """Requests of entities; none blocks, and none takes effect before the visit ends.
 
         `shutdown_pending` is true from the request of a shutdown to its handling.
@@ -67,13 +67,13 @@ if TYPE_CHECKING:
         def skipped(self, action: Any) -> None:
             """The condition of an action was false."""
 
-        def warn_quirk(self, text: str, origin: Origin | None) -> None:
+        def warn_quirk(self, text: str, origin: FileLine | None) -> None:
             """Warn about surprising behaviour that was copied from ROS 2."""
 
         def configuration_read(self, name: str) -> None:
             """The launch file reads this launch configuration."""
 
-        def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+        def configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
             """A launch configuration was set at `origin` (None: on the command line)."""
 
         def declared(self, argument: Any, value: str) -> None:
@@ -85,14 +85,14 @@ if TYPE_CHECKING:
             `source` is the file of which the substitutions were replaced.
             """
 
-        def uses_parameter_file(self, path: str, node: str | None, origin: Origin | None) -> None:
+        def uses_parameter_file(self, path: str, node: str | None, origin: FileLine | None) -> None:
             """A component with this full name gets a parameter file; None: it is not known."""
 
         def load_component(
             self,
             request: Any,
             done: Callable[[Any], None],
-            origin: Origin | None = None,
+            origin: FileLine | None = None,
             rest: tuple[Any, ...] = (),
         ) -> None:
             """Ask a container to load a node, described at `origin`; `done` gets the answer.

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, Protocol
 
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
-    class Sink(Protocol):
+    class LogSink(Protocol):
         """Takes a message; `sink` is where it goes, both if it is empty; `line` its final form."""
 
         def __call__(
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     Runner = Callable[[Any, bool], ServiceRun]  # of a context, and whether to end when idle
 
 
-class Session:
+class LoggingSession:
     """The log folder, and where messages of loggers go: (logger, level, text).
 
     `environment` is that of the call: launch files change `os.environ` already while they are
@@ -72,10 +72,10 @@ class Session:
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
-        self.sink: Sink | None = None
+        self.sink: LogSink | None = None
         self.pending: list[tuple[tuple[str, str, str], dict[str, Any]]] = []
-        self.warning_sink: Callable[[str, Origin | None], None] | None = None
-        self.pending_warnings: dict[tuple[str, Origin | None], None] = {}
+        self.warning_sink: Callable[[str, FileLine | None], None] | None = None
+        self.pending_warnings: dict[tuple[str, FileLine | None], None] = {}
 
     @property
     def prints(self) -> bool:
@@ -98,7 +98,7 @@ class Session:
         """Make another folder for the next run, unless the script has set one."""
         self._made_log_dir = None
 
-    def warn(self, text: str, origin: Origin | None) -> None:
+    def warn(self, text: str, origin: FileLine | None) -> None:
         """Hand a warning about the launch file to the interpreter, or keep it until one runs."""
         if self.warning_sink is None:
             self.pending_warnings[text, origin] = None
@@ -126,12 +126,12 @@ def default_log_dir() -> str:
     return os.path.normpath(os.path.expanduser(folder))
 
 
-open_sessions: list[Session] = []  # of open vocabularies, the innermost last
+open_sessions: list[LoggingSession] = []  # of open vocabularies, the innermost last
 
 
-def current() -> Session:
+def current() -> LoggingSession:
     """The session of the innermost open vocabulary; a temporary one if none is open."""
-    return open_sessions[-1] if open_sessions else Session(is_script=True)
+    return open_sessions[-1] if open_sessions else LoggingSession(is_script=True)
 
 
 def replace_environment(values: Mapping[str, str]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from launcher.language import frontend_registry
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
-from launcher.language.diagnostics.origin import Origin, caller_origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, caller_origin, is_own_file
 from launcher.language.naming import public
 
 TYPE_CHECKING = False
@@ -25,7 +25,7 @@ _MAX_SHOWN = 120
 class Substitution:
     """Base of every substitution; subclasses override `perform` and may override `describe`."""
 
-    _origin: Origin | None
+    _origin: FileLine | None
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Any:
         """Remember the place of creation."""

@@ -13,8 +13,9 @@ Doors:
 * `checks`, `mistakes`, `known_names`, `programs`, `crowds`: what is judged between the evaluation
   of a launch file and its first process, on the effects of the one evaluation that then runs. A
   run makes no plan. `time_limit` interrupts an evaluation that takes too long.
-* `composing`: which nodes `--compose` puts into one process. `files_read`: files that the evaluation reads, for `--watch`. `reloading`: a fresh
-  evaluation, which takes the place of the first one. `run_plan`: a plan of what a run has done.
+* `composing`: which nodes `--compose` puts into one process. `files_read`: files that the
+  evaluation reads, for `--watch`. `reloading`: a fresh evaluation, which takes the place of the
+  first one. `run_plan`: a plan of what a run has done.
 
 Folders: `plan/` has the driver in virtual time (`planner`) and plans as text and JSON;
 `supervise/` reads supervision files; `analyze/` shows where

@@ -88,7 +88,7 @@ def composition(
     watches_output: Callable[[int], bool] = lambda number: False,
 ) -> Composition:
     """Of the processes that are started at once, as (id, spec with all options applied)."""
-    search = _Search(options, watches_output, [spec.name for _, spec in starts])
+    search = _ComposableSearch(options, watches_output, [spec.name for _, spec in starts])
     left = list(starts)
     for pattern in options.compose:
         search.compose(pattern, [one for one in left if matches(pattern, one[1])])
@@ -96,7 +96,7 @@ def composition(
     return Composition(groups=tuple(search.groups), remarks=tuple(search.remarks))
 
 
-class _Search:
+class _ComposableSearch:
     def __init__(
         self, options: RunOptions, watches_output: Callable[[int], bool], names: Sequence[str]
     ) -> None:

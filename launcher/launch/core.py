@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from launcher.language.interpreter import Interpreter
     from launcher.language.interpreter.later import Later
     from launcher.launch.options import SettingsSource
-    from launcher.launch.reloading import Evaluation
+    from launcher.launch.reloading import Reevaluation
     from launcher.launch.run_plan import RunStep
     from launcher.launch.target import LaunchRequest
     from launcher.posix.reactor import Reactor
@@ -180,7 +180,7 @@ class LaunchCore:
         options: RunOptions,
         adapt: Callable[[ProcessSpec], ProcessSpec],
         elapsed_s: float,
-    ) -> Evaluation:
+    ) -> Reevaluation:
         """Evaluate the launch file as it is now, which changes nothing yet; LauncherError.
 
         `adapt` applies the options. The first timers of the run count for `elapsed_s`.
@@ -198,7 +198,7 @@ class LaunchCore:
             elapsed_s=elapsed_s,
         )
 
-    def adopt(self, evaluation: Evaluation) -> None:
+    def adopt(self, evaluation: Reevaluation) -> None:
         """From now on the launch file is the one that was evaluated; its plan begins here."""
         evaluation.adopt(self.interpreter)
         self.interpreter = evaluation.interpreter

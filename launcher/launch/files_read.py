@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _SYSTEM = ("/proc/", "/sys/", "/dev/", "/usr/", "/etc/", "/lib", "/opt/ros/")
 
 
-class _Recorder:
+class _OpenRecorder:
     """Hears of each file that Python opens; the hook of the interpreter cannot be removed again."""
 
     def __init__(self) -> None:
@@ -31,14 +31,14 @@ class _Recorder:
                 self.paths[os.path.abspath(os.fsdecode(path))] = None
 
 
-_recorders: list[_Recorder] = []
+_recorders: list[_OpenRecorder] = []
 
 
 @contextlib.contextmanager
 def recording() -> Iterator[None]:
     """Within, files that are read are noted."""
     if not _recorders:
-        _recorders.append(_Recorder())
+        _recorders.append(_OpenRecorder())
     (recorder,) = _recorders
     recorder.is_on = True
     try:

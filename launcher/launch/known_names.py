@@ -56,7 +56,7 @@ class KnownNames:
     ) -> None:
         self._reads_arguments = reads_arguments
         self._files = _texts_of_files(context) if reads_arguments else []
-        self._search = _Search(context)
+        self._search = _NameSearch(context)
         if description is not None:
             with vocabulary():  # files that are included under a condition are loaded now
                 self._search.look_at(description)
@@ -97,7 +97,7 @@ def _texts_of_files(context: LaunchContext | None) -> list[str]:
     return texts
 
 
-class _Search:
+class _NameSearch:
     """The objects that a description and event handlers lead to; `look_at` them.
 
     `parts` are texts of functions that were not called, of which a name may be made. `is_open`:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from launcher.language.actions.arguments import DeclareLaunchArgument
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 Arguments = Sequence[tuple[str, str]]
 MAX_MISTAKES = 20  # reported at once
@@ -249,7 +249,7 @@ def _text(parts: Any, context: LaunchContext) -> str | None:
 # ---- places
 
 
-def _at(origin: Origin | None, word: str, message: str, hint: str | None) -> LaunchFileError:
+def _at(origin: FileLine | None, word: str, message: str, hint: str | None) -> LaunchFileError:
     """An error at a place, the caret below `word` if the line has it."""
     if origin is None:
         return LaunchFileError(message, hint=hint)

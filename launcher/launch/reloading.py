@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
-class Evaluation:
+class Reevaluation:
     """What a new evaluation has made: `adopt` it, or `discard` it.
 
     Until then the environment of this process is again that of the run.
@@ -98,7 +98,7 @@ def evaluate(
     rules: Sequence[StartRule],
     adapt: Callable[[ProcessSpec], ProcessSpec],
     elapsed_s: float,
-) -> Evaluation:
+) -> Reevaluation:
     """Evaluate the launch file as it is now, with the same arguments; LauncherError.
 
     `effects` are those of the run so far, `rules` those of the supervision files.
@@ -118,7 +118,7 @@ def evaluate(
         try:
             replay = _replay(new, known, effects, adapt, old.host.numbered)
             reload = replay.run(elapsed_s)
-            evaluation = Evaluation(new, description, reload, known, replay)
+            evaluation = Reevaluation(new, description, reload, known, replay)
             _check(evaluation, request, rules)
         except LaunchFileError as fault:
             new.host.close()
@@ -149,7 +149,7 @@ def _replay(
     )
 
 
-def _check(evaluation: Evaluation, request: LaunchRequest, rules: Sequence[StartRule]) -> None:
+def _check(evaluation: Reevaluation, request: LaunchRequest, rules: Sequence[StartRule]) -> None:
     """LauncherError for arguments that nothing uses, and processes that wait for each other."""
     if evaluation.interpreter.unused_arguments and not request.lenient:
         from launcher.launch import checks

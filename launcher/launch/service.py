@@ -25,20 +25,22 @@ if TYPE_CHECKING:
     import asyncio
 
     from launcher.language.context import LaunchContext
-    from launcher.language.session import Session
+    from launcher.language.session import LoggingSession
     from launcher.posix.reactor import Reactor
     from launcher.run.supervisor import Supervisor
 
 
 @contextlib.contextmanager
-def script_vocabulary(options: RunOptions, words: Sequence[str] | None = None) -> Iterator[Session]:
+def script_vocabulary(
+    options: RunOptions, words: Sequence[str] | None = None
+) -> Iterator[LoggingSession]:
     """Like `vocabulary`, for a script: messages are printed, and a LaunchService runs."""
     provide_log_root(os.environ)
     with vocabulary(words) as session:
         session.is_script = True
         session.make_log_dir = lambda: _new_directory() if options.log_files else None
         session.open_ros_node = open_node
-        session.runner = lambda context, when_idle: ServiceRun(
+        session.runner = lambda context, when_idle: EngineServiceRun(
             context, session, options, shutdown_when_idle=when_idle
         )
         yield session
@@ -50,13 +52,13 @@ def _new_directory() -> str:
     return path
 
 
-class ServiceRun:
+class EngineServiceRun:
     """One run of a LaunchService, which owns the context and calls `close` at the end."""
 
     def __init__(
         self,
         context: LaunchContext,
-        session: Session,
+        session: LoggingSession,
         options: RunOptions,
         *,
         shutdown_when_idle: bool,

@@ -11,7 +11,7 @@ from types import FrameType
 
 from launcher.base.errors import ExitCode, LaunchFileError
 from launcher.base.model.record import Record
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -86,16 +86,16 @@ def _timer(
         signal.signal(signum, before)
 
 
-def _place_in(path: str, frame: FrameType | None) -> Origin | None:
+def _place_in(path: str, frame: FrameType | None) -> FileLine | None:
     """The line of the launch file that is being executed."""
     while frame is not None:
         if frame.f_code.co_filename == path:
-            return Origin(path, frame.f_lineno)
+            return FileLine(path, frame.f_lineno)
         frame = frame.f_back
     return None
 
 
-def _end_at_once(error: _Endless, path: str, place: Origin | None) -> NoReturn:
+def _end_at_once(error: _Endless, path: str, place: FileLine | None) -> NoReturn:
     from launcher.language.diagnostics.error_details import details
 
     details(error).place = place

@@ -50,7 +50,7 @@ _PATTERNS = {
 _OF_NODES_ONLY = ("function_name", "file_name", "line_number")
 
 
-class Message:
+class OutputMessage:
     """A line of a process, or one of the launcher. `at_ns` is since 1970."""
 
     __slots__ = ("at_ns", "name", "severity", "text")
@@ -62,7 +62,7 @@ class Message:
         self.text = text
 
 
-class Source:
+class LineSource:
     """A process whose lines are shown; `label` is its short name, `begin` its colour."""
 
     __slots__ = ("begin", "label", "match", "name")
@@ -87,7 +87,7 @@ class LineFormat:
         self._specs = sources
         self._colour = colour
         self._template = None if name == COMPACT else _template(name)
-        self._sources: dict[bytes, Source] = {}
+        self._sources: dict[bytes, LineSource] = {}
         self._width = 0
         self._heads: dict[tuple[bytes, bytes, bytes], tuple[bytes, int]] = {}
         self._second = -1
@@ -115,7 +115,7 @@ class LineFormat:
                 shown.append(self._indent + self._painted(line))
                 continue
             else:
-                message = Message(_severity(line), now, b"", line)
+                message = OutputMessage(_severity(line), now, b"", line)
             shown.append(self._line(source, message))
             self._last = stream
         return b"\n".join(shown) + b"\n"
@@ -138,7 +138,9 @@ class LineFormat:
         source = self._named(name)
         severity = b"WARN" if level == "WARNING" else level.encode()
         first, newline, rest = text.partition(b"\n")
-        return self._line(source, Message(severity, time.time_ns(), b"", first)) + newline + rest
+        return (
+            self._line(source, OutputMessage(severity, time.time_ns(), b"", first)) + newline + rest
+        )
 
     def interrupt(self) -> None:
         """Another line was written in between."""
@@ -148,11 +150,11 @@ class LineFormat:
         """What precedes an unfinished line."""
         source = self._sources.get(prefix) or self._source(prefix)
         self._last = stream
-        return self._coloured_head(source, Message(b"INFO", time.time_ns(), b"", b""))
+        return self._coloured_head(source, OutputMessage(b"INFO", time.time_ns(), b"", b""))
 
     # ---- lines
 
-    def _line(self, source: Source, message: Message) -> bytes:
+    def _line(self, source: LineSource, message: OutputMessage) -> bytes:
         head = self._coloured_head(source, message)
         self._paint = _COLOURS.get(message.severity, b"") if self._colour else b""
         after = b"" if self._template is None else self._filled(self._template[1], source, message)
@@ -161,14 +163,14 @@ class LineFormat:
     def _painted(self, text: bytes) -> bytes:
         return self._paint + text + _RESET if self._paint else text
 
-    def _coloured_head(self, source: Source, message: Message) -> bytes:
+    def _coloured_head(self, source: LineSource, message: OutputMessage) -> bytes:
         if self._template is None:
             return self._compact(source, message)
         head = self._filled(self._template[0], source, message)
         self._indent = b" " * len(head.decode(errors="replace"))
         return head
 
-    def _compact(self, source: Source, message: Message) -> bytes:
+    def _compact(self, source: LineSource, message: OutputMessage) -> bytes:
         """`03:04:18.902 robot_1 `, with a letter for the level where there are no colours."""
         key = source.name, message.severity, message.name
         known = self._heads.get(key)
@@ -180,7 +182,7 @@ class LineFormat:
         self._indent = b" " * (len(clock) + known[1])
         return clock + known[0]
 
-    def _head_of(self, source: Source, message: Message) -> tuple[bytes, int]:
+    def _head_of(self, source: LineSource, message: OutputMessage) -> tuple[bytes, int]:
         """What stands between time and text, and its columns."""
         name, logger = source.label, message.name
         letter = b"" if self._colour else _LETTERS.get(message.severity, b"?") + b" "
@@ -191,7 +193,7 @@ class LineFormat:
             name = source.begin + name + _RESET
         return b" " + letter + name + rest, columns
 
-    def _filled(self, part: str, source: Source, message: Message) -> bytes:
+    def _filled(self, part: str, source: LineSource, message: OutputMessage) -> bytes:
         """This part of the template."""
 
         def value(found: re.Match[str]) -> str:
@@ -226,7 +228,7 @@ class LineFormat:
 
     # ---- sources
 
-    def _source(self, prefix: bytes) -> Source:
+    def _source(self, prefix: bytes) -> LineSource:
         spec, colour = self._specs[prefix]
         labels = [one.label for one, _ in self._specs.values()]
         for one in labels:
@@ -234,16 +236,16 @@ class LineFormat:
         self._heads.clear()
         label = spec.label if labels.count(spec.label) == 1 else spec.name
         node_format = spec.env.get("RCUTILS_CONSOLE_OUTPUT_FORMAT") or NODE_FORMAT
-        source = Source(_bytes(spec.name), _bytes(label), colour, node_format)
+        source = LineSource(_bytes(spec.name), _bytes(label), colour, node_format)
         self._sources[prefix] = source
         return source
 
-    def _named(self, name: bytes) -> Source:
+    def _named(self, name: bytes) -> LineSource:
         """The process with this name, or the launcher itself."""
         for prefix, (spec, _) in self._specs.items():
             if _bytes(spec.name) == name:
                 return self._sources.get(prefix) or self._source(prefix)
-        return Source(name, name, b"", NODE_FORMAT)
+        return LineSource(name, name, b"", NODE_FORMAT)
 
 
 def _severity(line: bytes) -> bytes:
@@ -306,7 +308,7 @@ def _refuse_broken(text: str) -> None:
             raise ValueError(f"'{{{name}' in a format lacks its '}}'; write {token}")
 
 
-def _parser(node_format: str) -> Callable[[bytes, int], Message | None]:
+def _parser(node_format: str) -> Callable[[bytes, int], OutputMessage | None]:
     """A function that splits a line in this format; None for other lines."""
     pattern, seen = rb"(?:%b)*" % _SGR, set()
     end = 0
@@ -336,7 +338,7 @@ def _split(
     tokens: frozenset[str],
     line: bytes,
     now: int,
-) -> Message | None:
+) -> OutputMessage | None:
     found = match(line)
     if found is None:
         return None
@@ -348,4 +350,4 @@ def _split(
         at_ns = int(found["time_as_nanoseconds"])
     name = found["name"] if "name" in tokens else b""
     text = found["message"].removesuffix(_RESET)
-    return Message(found["severity"], at_ns, name, text)
+    return OutputMessage(found["severity"], at_ns, name, text)

@@ -55,7 +55,7 @@ def imports_of_all(
     programs: Iterable[tuple[str, str]], *, path: Sequence[str] | None = None
 ) -> Imports:
     """The imports of several programs with the same `path`; each is a script or a module."""
-    search = _Search(list(sys.path if path is None else path))
+    search = _ImportSearch(list(sys.path if path is None else path))
     for script, module in programs:
         if module:
             search.follow(module, is_deferred=False)
@@ -66,7 +66,7 @@ def imports_of_all(
     return search.found
 
 
-class _Search:
+class _ImportSearch:
     """Follows imports; `_waiting` has the files to read, with the names of their modules."""
 
     def __init__(self, path: list[str]) -> None:

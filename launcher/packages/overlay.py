@@ -27,7 +27,7 @@ _PRIVATE = 0o700
 _hung: dict[str, list[int]] = {}  # source folder -> stamps of its SETUP_FILES
 
 
-class Contents:
+class PackageContents:
     """What a package would install, as `setup_reader` prints it; `problem` if that failed."""
 
     def __init__(self, lines: Iterable[str], problem: str | None = None) -> None:
@@ -52,7 +52,7 @@ class Overlay:
     `share` is the source folder itself if every file is there where it would be in share.
     """
 
-    def __init__(self, name: str, source: str, contents: Contents, prefix: str) -> None:
+    def __init__(self, name: str, source: str, contents: PackageContents, prefix: str) -> None:
         self.name = name
         self.source = source
         self.prefix = prefix
@@ -130,24 +130,24 @@ def without_overlays(value: str) -> str:
 # ---- what would be installed
 
 
-def _contents(name: str, source: str, folder: str) -> Contents:
+def _contents(name: str, source: str, folder: str) -> PackageContents:
     """What setup.py says, from the last time if nothing that it has looked at has changed."""
     known = f"{folder}/{name}-{_digest(repr((sys.executable, source)))}.txt"
     lines = _still_valid(known)
     if lines is not None:
-        return Contents(lines)
+        return PackageContents(lines)
     if not any(os.path.isfile(os.path.join(source, name)) for name in SETUP_FILES[:3]):
-        return Contents(())  # a package of CMake: only its build knows what it installs
+        return PackageContents(())  # a package of CMake: only its build knows what it installs
     output, problem = _read_setup(name, source)
     if problem is not None:
-        return Contents((), problem)
+        return PackageContents((), problem)
     lines = output.splitlines()
     stamps = [f"stamp\t{_stamp(line[5:])}\t{line[5:]}" for line in lines if line[:5] == "seen\t"]
     temporary = f"{known}.{os.getpid()}"
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape") as file:
         file.write("\n".join([*stamps, *lines]))
     os.replace(temporary, known)
-    return Contents(lines)
+    return PackageContents(lines)
 
 
 def _still_valid(path: str) -> list[str] | None:
@@ -221,7 +221,7 @@ def _last_error(traceback: str) -> str:
     return f"{error} (line {lines[-1]})" if lines else error
 
 
-def _serves(name: str, source: str, contents: Contents) -> bool:
+def _serves(name: str, source: str, contents: PackageContents) -> bool:
     """Whether the source folder has the files of share at the same places."""
     share = f"share/{name}/"
     return all(
@@ -235,7 +235,7 @@ def _serves(name: str, source: str, contents: Contents) -> bool:
 
 
 def _layout(
-    name: str, source: str, contents: Contents, scripts: Mapping[str, str]
+    name: str, source: str, contents: PackageContents, scripts: Mapping[str, str]
 ) -> tuple[dict[str, str], dict[str, str]]:
     """(links, programs): places below the prefix -> what they point at, or their text."""
     share = f"share/{name}"
@@ -255,7 +255,7 @@ def _layout(
     return links, programs
 
 
-def _code_folders(name: str, source: str, contents: Contents) -> list[str]:
+def _code_folders(name: str, source: str, contents: PackageContents) -> list[str]:
     """Where a program that is not installed finds its modules, and those of its dependencies."""
     needed = sources.dependencies(source)
     near = (folder for other, folder in sources.around() if other in needed and other != name)

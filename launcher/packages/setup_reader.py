@@ -45,7 +45,7 @@ class _Anything:
         return iter(())
 
 
-class _Recorder(ModuleType):
+class _SetupModule(ModuleType):
     """A module of setuptools or distutils; `setup` keeps its arguments."""
 
     given: dict[str, Any] = {}
@@ -54,7 +54,7 @@ class _Recorder(ModuleType):
 
     @staticmethod
     def setup(**named: Any) -> _Anything:
-        _Recorder.given = named
+        _SetupModule.given = named
         return _Anything()
 
     def __getattr__(self, name: str) -> Any:
@@ -65,18 +65,18 @@ class _Recorder(ModuleType):
         return lambda *args, **named: []  # find_packages and the like
 
 
-class _Finder:
+class _SetupFinder:
     @staticmethod
     def find_spec(name: str, path: object = None, target: object = None) -> Any:
         from importlib.machinery import ModuleSpec
 
         if name.partition(".")[0] not in _RECORDED:
             return None
-        return ModuleSpec(name, _Finder, is_package=True)  # type: ignore[arg-type]
+        return ModuleSpec(name, _SetupFinder, is_package=True)  # type: ignore[arg-type]
 
     @staticmethod
     def create_module(spec: Any) -> ModuleType:
-        return _Recorder(spec.name)
+        return _SetupModule(spec.name)
 
     @staticmethod
     def exec_module(module: ModuleType) -> None:
@@ -91,10 +91,10 @@ def _arguments_of_setup() -> dict[str, Any]:
 
     for name in [name for name in sys.modules if name.partition(".")[0] in _RECORDED]:
         del sys.modules[name]  # a .pth file may have imported it
-    sys.meta_path.insert(0, _Finder)
+    sys.meta_path.insert(0, _SetupFinder)
     sys.argv = ["setup.py", "egg_info"]
     runpy.run_path("setup.py", run_name="__main__")
-    return _Recorder.given
+    return _SetupModule.given
 
 
 def _configuration() -> Any:

@@ -331,7 +331,7 @@ def _descriptors(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict
     return {name: descriptor for name, descriptor in found.items() if descriptor is not None}
 
 
-class Outcome(NamedTuple):
+class SetOutcome(NamedTuple):
     """Of setting a parameter: its message, None if there can be none, and the node's result."""
 
     message: Any
@@ -344,7 +344,7 @@ def set_values(
     values: Mapping[str, Any],
     make: Callable[[str, Any, int], Any],
     type_for: Callable[[Any], int] = type_for_words,
-) -> dict[str, Outcome]:
+) -> dict[str, SetOutcome]:
     """Set all of them; one that is refused does not keep the others from being set.
 
     `make` gets a name, a value and the type for it by `type_for`, and returns a Parameter message,
@@ -352,16 +352,16 @@ def set_values(
     """
     types = declared_types(caller, node, list(values), type_for)
     messages: dict[str, Any] = {}
-    outcomes: dict[str, Outcome] = {}
+    outcomes: dict[str, SetOutcome] = {}
     for name, value in values.items():
         try:
             messages[name] = make(name, value, types.get(name, NOT_SET))
         except VerbError as error:
             reason = f"{error.message} ({error.hint})" if error.hint else error.message
-            outcomes[name] = Outcome(None, SetParametersResult(reason=reason))
+            outcomes[name] = SetOutcome(None, SetParametersResult(reason=reason))
     results = set_all(caller, node, list(messages.values()))
     for (name, message), result in zip(messages.items(), results, strict=True):
-        outcomes[name] = Outcome(message, result)
+        outcomes[name] = SetOutcome(message, result)
     return {name: outcomes[name] for name in values}
 
 

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.base.model import events
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
     from launcher.base.model.reload import Known, Reload
     from launcher.base.model.spec import ProcessSpec
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.ros_requests import RosRequests
     from launcher.run.run import Run
     from launcher.run.timers import LaunchTimers
@@ -149,7 +149,7 @@ class CoreDriver:
         self.feed(events.ProcessStarted(process_id=process.process_id, pid=pid))
         self._timers.settled(process)
 
-    def ended(self, process: Process, pid: int, end: Ended) -> None:
+    def ended(self, process: Process, pid: int, end: ReportExit) -> None:
         """A process has exited, or could not be started."""
         self._report_end(process, pid, end)
         self._timers.settled(process)
@@ -160,7 +160,7 @@ class CoreDriver:
             self.not_started(process.process_id, errno.ECANCELED)
         self._timers.settled(process)
 
-    def _report_end(self, process: Process, pid: int, end: Ended) -> None:
+    def _report_end(self, process: Process, pid: int, end: ReportExit) -> None:
         if process.is_replaced and end.outcome.returncode is not None:
             return
         process.is_replaced = False
@@ -226,7 +226,7 @@ class CoreDriver:
             case events.SignalProcess(signum=signum):
                 self._run.driver.signal(process, signum)
             case events.StopProcess():
-                self._run.driver.advance(process, Command.STOP)
+                self._run.driver.advance(process, MachineCommand.STOP)
             case events.WriteStdin(data=data):
                 self._run.driver.write_stdin(process, data)
 

@@ -73,7 +73,7 @@ class SignalSent(Record):
     by_user: bool = True
 
 
-class Command(enum.Enum):
+class MachineCommand(enum.Enum):
     """Events without a value."""
 
     START = enum.auto()  # by the launch file
@@ -90,7 +90,7 @@ class Command(enum.Enum):
     TICK = enum.auto()  # time has passed
 
 
-MachineEvent = Command | SpawnError | Exited | SignalSent
+MachineEvent = MachineCommand | SpawnError | Exited | SignalSent
 
 
 # ---- actions
@@ -115,13 +115,13 @@ class Escalate(Record):
     to: signal.Signals
 
 
-class Stuck(Record):
+class ReportStuck(Record):
     """Report that it still exists `waited_s` after SIGKILL."""
 
     waited_s: float
 
 
-class Ended(Record):
+class ReportExit(Record):
     """Report its exit. `asked`: as it was requested. `retry_in_s`: None if it is not restarted.
 
     `sent`: it exited by a signal of a user (`SignalSent`), which implies `asked`. `crashed`: it was
@@ -145,7 +145,7 @@ class Ended(Record):
         return self.crashed or (self.is_final and self.outcome.failed)
 
 
-class Order(enum.Enum):
+class MachineAction(enum.Enum):
     """Actions without a value."""
 
     SPAWN = enum.auto()
@@ -154,7 +154,7 @@ class Order(enum.Enum):
     WAKE = enum.auto()
 
 
-Action = Order | Signal | Escalate | Stuck | Ended
+Action = MachineAction | Signal | Escalate | ReportStuck | ReportExit
 
 
 class ProcessMachine:
@@ -254,49 +254,49 @@ class ProcessMachine:
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
         """The actions for `event`, in order; none if it does not apply in this state."""
         match event, self.state:
-            case Command.START | Command.USER_START, state if not state.is_alive:
+            case MachineCommand.START | MachineCommand.USER_START, state if not state.is_alive:
                 # Held until it runs, or the run might end with an attempt that fails.
-                self.is_held = self.is_held or event is Command.USER_START
+                self.is_held = self.is_held or event is MachineCommand.USER_START
                 return self._start()
-            case Command.STARTED, ProcessState.STARTING:
+            case MachineCommand.STARTED, ProcessState.STARTING:
                 # STARTING -> RUNNING
                 self.running_since = now
                 self.is_held = False
                 self._enter(ProcessState.RUNNING)
-            case Command.STARTED, ProcessState.STOPPING:
+            case MachineCommand.STARTED, ProcessState.STOPPING:
                 self.running_since = now
                 return self._signal(0, now)
             case SpawnError(errno=number, what=what), ProcessState.STARTING | ProcessState.STOPPING:
                 return self._end(Outcome(spawn_errno=number, spawn_what=what), now)
-            case Command.START_CANCELLED, ProcessState.STARTING | ProcessState.STOPPING:
+            case MachineCommand.START_CANCELLED, ProcessState.STARTING | ProcessState.STOPPING:
                 # STARTING, STOPPING -> STOPPED: there is nothing to wait for
                 self._enter(ProcessState.STOPPED)
             case Exited(outcome=outcome), state if state.is_alive:
                 return self._end(outcome, now)
-            case Command.USER_STOP, _ if self.is_pending:
+            case MachineCommand.USER_STOP, _ if self.is_pending:
                 self.is_held = True
                 return self._stop(now)
-            case Command.INTERRUPTED, ProcessState.RUNNING if not self.is_suspended:
+            case MachineCommand.INTERRUPTED, ProcessState.RUNNING if not self.is_suspended:
                 return [one for one in self._stop(now) if one != Signal(signal.SIGINT)]
-            case Command.STOP | Command.INTERRUPTED, _:
+            case MachineCommand.STOP | MachineCommand.INTERRUPTED, _:
                 return self._stop(now)
-            case Command.RESTART, ProcessState.RUNNING:  # a stop that is under way stays one
+            case MachineCommand.RESTART, ProcessState.RUNNING:  # a stop that is under way stays one
                 actions = self._stop(now)
                 self._starts_again = True
                 return actions
-            case Command.SKIP_GRACE, ProcessState.RUNNING:
+            case MachineCommand.SKIP_GRACE, ProcessState.RUNNING:
                 return self._stop(now)
-            case Command.SKIP_GRACE, ProcessState.STOPPING:
+            case MachineCommand.SKIP_GRACE, ProcessState.STOPPING:
                 return self._escalate(now)
             case SignalSent(), state if state.is_alive:
                 return self._sent_to(event, now)
-            case Command.SUSPEND, state if state.is_alive:
+            case MachineCommand.SUSPEND, state if state.is_alive:
                 self.is_suspended = True
                 return [Signal(signal.SIGSTOP)]
-            case Command.RESUME, state if state.is_alive:
+            case MachineCommand.RESUME, state if state.is_alive:
                 self.is_suspended = False
                 return [Signal(signal.SIGCONT)]
-            case Command.TICK, _ if self.deadline is not None and now >= self.deadline:
+            case MachineCommand.TICK, _ if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
 
@@ -321,7 +321,7 @@ class ProcessMachine:
         self._recent.clear()
         self._quick_ends = 0
         self._enter(ProcessState.STARTING)
-        return [Order.SPAWN]
+        return [MachineAction.SPAWN]
 
     def _stop(self, now: float) -> list[Action]:
         self._starts_again = False
@@ -344,7 +344,7 @@ class ProcessMachine:
             self.is_suspended = False
         elif sent.by_user and sent.signum == signal.SIGSTOP:
             self.is_suspended = True
-        return [Order.WAKE] if is_waking else []
+        return [MachineAction.WAKE] if is_waking else []
 
     def _due(self, now: float) -> list[Action]:
         if self.state is ProcessState.BACKOFF:
@@ -353,11 +353,11 @@ class ProcessMachine:
             self._recent.append(now)
             self._forget_old_restarts()
             self._enter(ProcessState.STARTING)
-            return [Order.SPAWN]
+            return [MachineAction.SPAWN]
         if self._step + 1 == len(self.stop.steps):
             self._is_stuck = self.had_to_be_killed = True
             self.deadline = None
-            return [Stuck(self.stop.steps[-1][1])]
+            return [ReportStuck(self.stop.steps[-1][1])]
         return self._escalate(now)
 
     def _forget_old_restarts(self) -> None:
@@ -391,28 +391,28 @@ class ProcessMachine:
             # RUNNING -> STOPPED
             self.is_held = True
             self._enter(ProcessState.STOPPED)
-            return [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
+            return [ReportExit(outcome, asked=True, retry_in_s=None, sent=True)]
         if self._retries(outcome, now):
             # RUNNING, STARTING -> BACKOFF, even without a delay, so that a stop can come in between
             delay_s = self._delay_s(outcome, now)
             self._enter(ProcessState.BACKOFF, now + delay_s)
-            return [Ended(outcome, asked=False, retry_in_s=delay_s)]
+            return [ReportExit(outcome, asked=False, retry_in_s=delay_s)]
         gave_up = outcome.failed and self.restart.mode is not RestartMode.NEVER
         # RUNNING, STARTING -> FATAL or EXITED
         is_fatal = gave_up or outcome.spawn_errno is not None
         self._enter(ProcessState.FATAL if is_fatal else ProcessState.EXITED)
-        return [Ended(outcome, asked=False, retry_in_s=None)]
+        return [ReportExit(outcome, asked=False, retry_in_s=None)]
 
-    def _end_of_stop(self, outcome: Outcome, now: float) -> Ended:
+    def _end_of_stop(self, outcome: Outcome, now: float) -> ReportExit:
         crashed = self._has_crashed(outcome)
         if self._starts_again:
             # STOPPING -> BACKOFF: a requested restart has no delay
             self._starts_again = False
             self._enter(ProcessState.BACKOFF, now)
-            return Ended(outcome, asked=not crashed, retry_in_s=0.0, crashed=crashed)
+            return ReportExit(outcome, asked=not crashed, retry_in_s=0.0, crashed=crashed)
         # STOPPING -> STOPPED
         self._enter(ProcessState.STOPPED)
-        return Ended(outcome, asked=not crashed, retry_in_s=None, crashed=crashed)
+        return ReportExit(outcome, asked=not crashed, retry_in_s=None, crashed=crashed)
 
     def _has_crashed(self, outcome: Outcome) -> bool:
         """Whether a process that is being stopped was ended by a signal that nobody had sent."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.base.model.spec import ProcessSpec
     from launcher.base.run_verb import BadCallError, Call
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.process import Process
     from launcher.run.process_driver import ProcessDriver
     from launcher.run.run import Run
@@ -114,7 +114,7 @@ class Part:
     def started(self, process: Process) -> None:
         """Its program runs."""
 
-    def ended(self, process: Process, end: Ended) -> None:
+    def ended(self, process: Process, end: ReportExit) -> None:
         """It has exited, or could not be started."""
 
     def loaded(self, effect: LoadComponent, full_name: str) -> None:

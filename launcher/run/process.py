@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from launcher.output.filters import LineFilter
     from launcher.run.compose.output import GroupOutput
     from launcher.run.debug.debugger import Debugger
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.monitor.responsiveness import Silence
     from launcher.run.output.reader import Stream
 
@@ -122,7 +122,7 @@ class Process:
         self.filter: LineFilter | None = None
         self.on_lines: Callable[[bytes], None] | None = None
         self.history = History()
-        self.last_end: Ended | None = None
+        self.last_end: ReportExit | None = None
         self.ended_wall_s = 0.0
         self.begun_wall_s = 0.0
         self.timer: Timer | None = None

@@ -17,17 +17,17 @@ from launcher.run.logs import messages
 from launcher.run.machine import (
     OWN_TIMERS,
     Action,
-    Command,
-    Ended,
     Escalate,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
-    Order,
     ProcessState,
+    ReportExit,
+    ReportStuck,
     Signal,
     SignalSent,
     SpawnError,
-    Stuck,
 )
 from launcher.run.process import Process
 
@@ -110,20 +110,20 @@ class ProcessDriver:
 
     def _do(self, process: Process, action: Action) -> None:
         match action:
-            case Order.SPAWN:
+            case MachineAction.SPAWN:
                 self.pass_on(process)
             case Signal(signum=signum):
                 self._signal(process, signum)
                 if action.needs_wake:
                     self._wake(process)
-            case Order.WAKE:
+            case MachineAction.WAKE:
                 self._wake(process)
             case Escalate():
                 by_user = process.machine.is_held
                 self._log.report(process, messages.escalated(process.name, action, by_user=by_user))
-            case Stuck(waited_s=waited_s):
+            case ReportStuck(waited_s=waited_s):
                 self._stuck(process, waited_s)
-            case Ended():
+            case ReportExit():
                 self._ended(process, action)
 
     def _stuck(self, process: Process, waited_s: float) -> None:
@@ -144,7 +144,7 @@ class ProcessDriver:
 
     def _cancelled(self, process: Process) -> None:
         self._report_cancelled(process)
-        self.advance(process, Command.START_CANCELLED)
+        self.advance(process, MachineCommand.START_CANCELLED)
         self._run.cancelled(process)
         self._run.idle()
 
@@ -217,7 +217,7 @@ class ProcessDriver:
             process.timer = self._reactor.call_later(deadline - self._reactor.now(), tick)
 
     def _tick(self, process: Process) -> None:
-        self.advance(process, Command.TICK)
+        self.advance(process, MachineCommand.TICK)
         self._run.idle()
 
     def spawn(self, process: Process) -> None:
@@ -264,7 +264,7 @@ class ProcessDriver:
 
     def _runs(self, process: Process, child: Child) -> None:
         self._report_start(process, child.pid)
-        self.advance(process, Command.STARTED)
+        self.advance(process, MachineCommand.STARTED)
         self._run.started(process, child.pid)
 
     def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
@@ -304,7 +304,7 @@ class ProcessDriver:
             self._run.may_have_left(process, child.pid)
         self._run.idle()
 
-    def _ended(self, process: Process, end: Ended, at_s: float | None = None) -> None:
+    def _ended(self, process: Process, end: ReportExit, at_s: float | None = None) -> None:
         """It exited `at_s`, on the monotonic clock; None: just now."""
         pid = -1 if process.child is None else process.child.pid
         now = self._reactor.now()
@@ -335,7 +335,7 @@ class ProcessDriver:
         stack = "".join(f"\n    {line}" for line in silence.stack)
         self._log.log("WARNING", process.name, f"{text}; its stack:{stack}", sink="log")
 
-    def _report_core(self, process: Process, pid: int, end: Ended) -> None:
+    def _report_core(self, process: Process, pid: int, end: ReportExit) -> None:
         """Name the core file after a death by a signal; how to get one is told once."""
         code = end.outcome.returncode or 0
         if end.asked or process.host is not None or 0 <= code <= SIGNALLED:
@@ -348,7 +348,7 @@ class ProcessDriver:
             self._log.report(process, messages.Line("ERROR" if has_core else "INFO", note))
         process.history.core_note = note
 
-    def _add_to_history(self, process: Process, end: Ended, at_s: float) -> None:
+    def _add_to_history(self, process: Process, end: ReportExit, at_s: float) -> None:
         history = process.history
         began_s = process.machine.running_since
         code = end.outcome.returncode
@@ -369,7 +369,7 @@ class ProcessDriver:
         if not history.first_error:  # its restart does not wait for the search
             self._reactor.when_idle(functools.partial(_find_first_error, process, began_s))
 
-    def _report_restart(self, process: Process, end: Ended) -> None:
+    def _report_restart(self, process: Process, end: ReportExit) -> None:
         machine = process.machine
         if end.retry_in_s:
             line = messages.restarts_in(

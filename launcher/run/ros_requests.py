@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from launcher.base.model import events
 from launcher.posix.reactor import Reactor, Timer
-from launcher.run.helpers.ros_agent import RosAgent, RosTimer
+from launcher.run.helpers.ros_agent import AgentTimer, RosAgent
 from launcher.run.logs.run_log import RunLog
 from launcher.run.process import Process
 
@@ -60,7 +60,7 @@ class RosRequests:
         if self._agent is not None:
             self._agent.use_sim_time(value)
 
-    def call_later(self, timer_id: int, delay_s: float) -> RosTimer:
+    def call_later(self, timer_id: int, delay_s: float) -> AgentTimer:
         """TimerFired(timer_id) after a time on the ROS clock."""
         return self._started().call_later(timer_id, delay_s)
 

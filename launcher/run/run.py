@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from launcher.run.core_driver import Core
     from launcher.run.ending.shutdown import Shutdown
     from launcher.run.logs.run_log import Wishes
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.monitor.housekeeping import Housekeeper
     from launcher.run.part import StartStage
     from launcher.run.process import Process
@@ -170,7 +170,7 @@ class Run:
         self.core_driver.started(process, pid)
         self.changed()
 
-    def ended(self, process: Process, pid: int, end: Ended) -> None:
+    def ended(self, process: Process, pid: int, end: ReportExit) -> None:
         """It has exited, which is logged; `pid` is -1 if it could not be started."""
         for part in self.parts:
             part.ended(process, end)

@@ -17,7 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Protocol
 
-    from launcher.run.helpers.ros_agent import RosTimer
+    from launcher.run.helpers.ros_agent import AgentTimer
 
     class Starts(Protocol):
         """The driver of processes."""
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     class RosClock(Protocol):
         """That of a simulation: its timers count from now."""
 
-        def call_later(self, timer_id: int, delay_s: float) -> RosTimer: ...
+        def call_later(self, timer_id: int, delay_s: float) -> AgentTimer: ...
 
 
 class TimerBatch:
@@ -66,7 +66,7 @@ class LaunchTimers:
         self._starts = starts
         self._fire = fire
         self._simulation = simulation
-        self._timers: dict[int, Timer | RosTimer | TimerBatch] = {}
+        self._timers: dict[int, Timer | AgentTimer | TimerBatch] = {}
         self._on_wall_clock: dict[int, Timer] = {}  # of these, those for the ROS clock, so far
         self._outliving: set[int] = set()
         self._moments: list[TimerBatch] = []

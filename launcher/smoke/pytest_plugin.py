@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.run_events import Ended
     from launcher.smoke.expect.expectation import Verdict
-    from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
+    from launcher.smoke.observe.facts import Ending, Facts, LogLine, ObservedMessage, ProcessEvent
     from launcher.smoke.run.system import System
 
 TIMEOUT_S = 60.0
@@ -99,7 +99,7 @@ class LaunchedSystem:
         timeout_s: float | None = None,
         *,
         since_s: float = 0.0,
-    ) -> Message:
+    ) -> ObservedMessage:
         """The first message, as plain values, for which `where` is true."""
         return self.system.wait_for_message(
             topic, where, within_s=self._limit(timeout_s), since_s=since_s

@@ -201,7 +201,7 @@ def _recording(parsed: Parsed) -> RecordSession:
     from launcher.smoke.record.document import Head
 
     words = _words_for(parsed, LAUNCH.options)
-    wanted = recording.Recording(
+    wanted = recording.RecordingOptions(
         path=parsed.record,
         words=tuple(words),
         head=Head(

@@ -14,7 +14,7 @@ from launcher.base import strict_json
 from launcher.web import layout
 from launcher.web.graph_state import GraphState, Rows
 from launcher.web.hub import Hub, Message
-from launcher.web.probe_client import Answer, ProbeClient
+from launcher.web.probe_client import Answer, PageProbe
 
 MAX_RESTARTS = 3  # in so many seconds:
 RESTARTS_S = 60.0
@@ -49,7 +49,7 @@ class GraphFeed:
         self._layout = layout.Layout()
         self._has_graphviz = True
         self._arranging: asyncio.Task[None] | None = None
-        self._probe: ProbeClient | None = None
+        self._probe: PageProbe | None = None
         self._deaths: deque[float] = deque()  # of the probe, of the last RESTARTS_S
         self._starting: asyncio.Task[None] | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -61,7 +61,7 @@ class GraphFeed:
         """Start the probe, unless it runs already or has failed too often."""
         if self._probe is not None or self._dies_too_often():
             return
-        self._probe = probe = ProbeClient(self._take, self._died, self.environment)
+        self._probe = probe = PageProbe(self._take, self._died, self.environment)
         try:
             await probe.start()
         except OSError as error:

@@ -43,7 +43,7 @@ def _exact(value: Any) -> Any:
     return str(value) if is_big else value
 
 
-class Outbox:
+class PageOutbox:
     """What waits for one page. `skipped_lines` counts log lines that it was not sent."""
 
     def __init__(self) -> None:
@@ -91,7 +91,7 @@ class Hub:
         on_wish: Callable[[], None],
         on_failure: Callable[[BaseException], None] = lambda error: None,
     ) -> None:
-        self._pages: dict[Outbox, set[tuple[str, str]]] = {}
+        self._pages: dict[PageOutbox, set[tuple[str, str]]] = {}
         self._on_wish = on_wish
         self.fail = on_failure  # for what all pages need and that cannot go on
 
@@ -109,15 +109,15 @@ class Hub:
     def __len__(self) -> int:
         return len(self._pages)
 
-    def join(self, outbox: Outbox) -> None:
+    def join(self, outbox: PageOutbox) -> None:
         """Send what follows to this page, too."""
         self._pages.setdefault(outbox, set())
 
-    def leave(self, outbox: Outbox) -> None:
+    def leave(self, outbox: PageOutbox) -> None:
         if self._pages.pop(outbox, None):
             self._on_wish()
 
-    def wish(self, outbox: Outbox, kind: str, what: str, *, on: bool) -> None:
+    def wish(self, outbox: PageOutbox, kind: str, what: str, *, on: bool) -> None:
         wishes = self._pages.get(outbox)
         if wishes is None:
             return

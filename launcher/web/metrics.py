@@ -23,7 +23,7 @@ Document = Mapping[str, Any]
 Value = tuple[Sequence[object], float | None]  # labels, and null where it is not known
 
 
-class Run(Protocol):
+class MeasuredRun(Protocol):
     """What is read of `RunFeed`."""
 
     rows: list[dict[str, Any]]
@@ -44,7 +44,7 @@ class Graph(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Definition:
+class MetricDefinition:
     """A metric; a counter if its name says so."""
 
     name: str
@@ -60,40 +60,50 @@ class Definition:
 
 _PROCESS, _TOPIC = ("process",), ("topic",)
 DEFINITIONS = (
-    Definition(
+    MetricDefinition(
         "launcher_run_info",
         ("run_id", "target", "domain_id", "version"),
         "1, with what the run is in the labels",
     ),
-    Definition("launcher_run_start_time_seconds", (), "Start of the launcher, since 1970"),
-    Definition("launcher_process_up", _PROCESS, "1 if the process runs, else 0"),
-    Definition("launcher_process_state", ("process", "state"), "1 for the state that it is in"),
-    Definition("launcher_process_restarts_total", _PROCESS, "Restarts by its restart policy"),
-    Definition("launcher_process_uptime_seconds", _PROCESS, "Time since its last start"),
-    Definition("launcher_process_cpu_ratio", _PROCESS, "CPU in the last second, 1 for one core"),
-    Definition("launcher_process_memory_bytes", _PROCESS, "Memory of its own (USS)"),
-    Definition("launcher_process_resident_memory_bytes", _PROCESS, "Resident memory (RSS)"),
-    Definition("launcher_process_threads", _PROCESS, "Threads"),
-    Definition("launcher_process_open_fds", _PROCESS, "Open file descriptors"),
-    Definition("launcher_process_lines_total", _PROCESS, "Lines of its output, skipped ones too"),
-    Definition("launcher_log_lines_total", ("process", "level"), "Lines that were read, by level"),
-    Definition("launcher_lines_skipped_total", (), "Lines that came too fast to be read"),
-    Definition("launcher_nodes", ("state",), "Nodes of the ROS graph"),
-    Definition("launcher_topic_publishers", _TOPIC, "Publishers in the ROS graph"),
-    Definition("launcher_topic_subscriptions", _TOPIC, "Subscriptions in the ROS graph"),
-    Definition("launcher_topic_mismatches", _TOPIC, "Endpoints that QoS keeps apart from others"),
-    Definition("launcher_topic_rate_hertz", _TOPIC, "Messages a second"),
-    Definition("launcher_topic_bytes_per_second", _TOPIC, "Size of the messages of a second"),
-    Definition("launcher_topic_age_seconds", _TOPIC, "Time since the last message"),
-    Definition("launcher_topic_messages_total", _TOPIC, "Messages since it is measured"),
-    Definition("launcher_expectations", ("state",), "Expectations of a smoke run"),
+    MetricDefinition("launcher_run_start_time_seconds", (), "Start of the launcher, since 1970"),
+    MetricDefinition("launcher_process_up", _PROCESS, "1 if the process runs, else 0"),
+    MetricDefinition(
+        "launcher_process_state", ("process", "state"), "1 for the state that it is in"
+    ),
+    MetricDefinition("launcher_process_restarts_total", _PROCESS, "Restarts by its restart policy"),
+    MetricDefinition("launcher_process_uptime_seconds", _PROCESS, "Time since its last start"),
+    MetricDefinition(
+        "launcher_process_cpu_ratio", _PROCESS, "CPU in the last second, 1 for one core"
+    ),
+    MetricDefinition("launcher_process_memory_bytes", _PROCESS, "Memory of its own (USS)"),
+    MetricDefinition("launcher_process_resident_memory_bytes", _PROCESS, "Resident memory (RSS)"),
+    MetricDefinition("launcher_process_threads", _PROCESS, "Threads"),
+    MetricDefinition("launcher_process_open_fds", _PROCESS, "Open file descriptors"),
+    MetricDefinition(
+        "launcher_process_lines_total", _PROCESS, "Lines of its output, skipped ones too"
+    ),
+    MetricDefinition(
+        "launcher_log_lines_total", ("process", "level"), "Lines that were read, by level"
+    ),
+    MetricDefinition("launcher_lines_skipped_total", (), "Lines that came too fast to be read"),
+    MetricDefinition("launcher_nodes", ("state",), "Nodes of the ROS graph"),
+    MetricDefinition("launcher_topic_publishers", _TOPIC, "Publishers in the ROS graph"),
+    MetricDefinition("launcher_topic_subscriptions", _TOPIC, "Subscriptions in the ROS graph"),
+    MetricDefinition(
+        "launcher_topic_mismatches", _TOPIC, "Endpoints that QoS keeps apart from others"
+    ),
+    MetricDefinition("launcher_topic_rate_hertz", _TOPIC, "Messages a second"),
+    MetricDefinition("launcher_topic_bytes_per_second", _TOPIC, "Size of the messages of a second"),
+    MetricDefinition("launcher_topic_age_seconds", _TOPIC, "Time since the last message"),
+    MetricDefinition("launcher_topic_messages_total", _TOPIC, "Messages since it is measured"),
+    MetricDefinition("launcher_expectations", ("state",), "Expectations of a smoke run"),
 )
 
 
 class Metrics:
     """The metrics of one run, in a registry of their own."""
 
-    def __init__(self, run: Run, graph: Graph) -> None:
+    def __init__(self, run: MeasuredRun, graph: Graph) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
         self._registry.register(_FeedCollector(run, graph))
 
@@ -104,7 +114,7 @@ class Metrics:
 
 
 class _FeedCollector(Collector):
-    def __init__(self, run: Run, graph: Graph) -> None:
+    def __init__(self, run: MeasuredRun, graph: Graph) -> None:
         self._run = run
         self._graph = graph
 
@@ -136,7 +146,7 @@ def _text(label: object) -> str:
     return "" if label is None else str(label).encode(errors="replace").decode()
 
 
-def _of_run(feed: Run) -> Part:
+def _of_run(feed: MeasuredRun) -> Part:
     run = feed.run
     labels = (run.get("id"), run.get("target"), run.get("domain_id"), feed.launcher)
     yield "launcher_run_info", labels, 1

@@ -16,7 +16,7 @@ from launcher.base.text import typed_error
 from launcher.control.verbs import READ_ONLY
 from launcher.posix.socket_directory import ControlError
 from launcher.web.graph_feed import CHANGING, READING, GraphFeed
-from launcher.web.hub import Hub, Message, Outbox, encode
+from launcher.web.hub import Hub, Message, PageOutbox, encode
 from launcher.web.run_client import RunClient
 from launcher.web.run_feed import RunFeed
 
@@ -90,7 +90,7 @@ class PageSession:
         self._is_trusted = False
         self._code: asyncio.Future[int] = asyncio.get_running_loop().create_future()
         self._socket = socket
-        self._outbox = Outbox()
+        self._outbox = PageOutbox()
         self._answers: set[asyncio.Task[None]] = set()
         self._client: RunClient | None = None
         self._connecting = asyncio.Lock()

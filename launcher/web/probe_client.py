@@ -21,7 +21,7 @@ _ERROR_BYTES = 4096
 Answer = dict[str, Any]
 
 
-class ProbeClient:
+class PageProbe:
     """`on_event` gets each event, `on_end` the reason when the probe has exited by itself.
 
     `environment` overrides ours.

@@ -23,7 +23,7 @@ from launcher.web.graph_feed import GraphFeed
 from launcher.web.hub import Hub
 from launcher.web.page_session import Feeds
 from launcher.web.run_feed import RunFeed
-from launcher.web.settings import DEFAULT_PORT, Settings
+from launcher.web.settings import DEFAULT_PORT, PageSettings
 from launcher.web.site import Site
 
 _REQUEST_S = 10.0  # for a whole request to come
@@ -38,7 +38,7 @@ class ServeError(LauncherError):
 class WebServer:
     """Serves the page of a run until the run ends or `stop` is called."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: PageSettings) -> None:
         self._settings = settings
         self._token = settings.token or new_token()
         if settings.token_file is not None:
@@ -163,7 +163,7 @@ def _domain_of(run: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def risk(settings: Settings) -> str | None:
+def risk(settings: PageSettings) -> str | None:
     """What is risked by these settings, for the terminal."""
     if is_loopback(settings.host) or settings.certificate is not None:
         return None
@@ -173,7 +173,7 @@ def risk(settings: Settings) -> str | None:
     )
 
 
-def _listen(settings: Settings) -> socket.socket:
+def _listen(settings: PageSettings) -> socket.socket:
     """A listening socket; the default port is replaced by a free one if it is taken."""
     port = DEFAULT_PORT if settings.port is None else settings.port
     try:
@@ -205,12 +205,12 @@ def _bound(host: str, port: int) -> socket.socket:
 def main() -> None:
     """`python -m launcher.web.server`, by --web: lines of JSON in both directions.
 
-    The first line of the input is `Settings`; `end` says that the run has ended in order, the end
-    of the input that the launcher has. The output is `{"link": URL, "port": N, "token": TEXT}` when
-    the page works, `{"warning": TEXT}`, or `{"error": TEXT}`.
+    The first line of the input is `PageSettings`; `end` says that the run has ended in order, the
+    end of the input that the launcher has. The output is `{"link": URL, "port": N, "token": TEXT}`
+    when the page works, `{"warning": TEXT}`, or `{"error": TEXT}`.
     """
     dispositions.ignore()  # the run decides when it ends
-    settings = Settings.from_json(sys.stdin.readline())
+    settings = PageSettings.from_json(sys.stdin.readline())
     try:
         asyncio.run(_serve_for_launcher(settings))
     except LauncherError as error:
@@ -218,7 +218,7 @@ def main() -> None:
         sys.exit(error.message)
 
 
-async def _serve_for_launcher(settings: Settings) -> None:
+async def _serve_for_launcher(settings: PageSettings) -> None:
     server = WebServer(settings)
     reader = asyncio.create_task(_watch_input(server))
     if warning := risk(settings):

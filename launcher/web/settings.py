@@ -12,7 +12,7 @@ DEFAULT_PORT = 8770
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class PageSettings:
     """`socket`: of the run. `port` None: the default one, or any if that is taken. The token is
     that of `token_file`, `token`, or a new one. `certificate` and `key` are files in PEM."""
 
@@ -26,6 +26,6 @@ class Settings:
     read_only: bool = False
 
     @classmethod
-    def from_json(cls, text: str) -> Settings:
+    def from_json(cls, text: str) -> PageSettings:
         values: dict[str, Any] = strict_json.unpacked(text)
         return cls(**values)

@@ -42,10 +42,10 @@ def main(words: Sequence[str]) -> int:
 
 async def _serve(options: Parsed, socket: str) -> int:
     from launcher.web.server import WebServer, risk
-    from launcher.web.settings import DEFAULT_HOST, Settings
+    from launcher.web.settings import DEFAULT_HOST, PageSettings
 
     certificate, key = options.tls or (None, None)
-    settings = Settings(
+    settings = PageSettings(
         socket=socket,
         host=options.host or DEFAULT_HOST,
         port=options.port,

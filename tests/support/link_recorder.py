@@ -19,7 +19,7 @@ from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix import proc
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import Command, Exited, MachineEvent
+from launcher.run.machine import Exited, MachineCommand, MachineEvent
 from tests.support.command_transport import CommandTransport
 from tests.support.repository import REPOSITORY
 
@@ -98,7 +98,7 @@ class Recorder:
     def start(self, process_id: int, order: Order) -> None:
         self.replicas[process_id] = Replica(order.restart, order.stop)
         self.link.prepare(process_id, order)
-        self.link.command(process_id, Command.START)
+        self.link.command(process_id, MachineCommand.START)
 
     def finish(self, *, at_once: bool = False) -> tuple[list[str], bool]:
         self.link.finish(at_once=at_once)

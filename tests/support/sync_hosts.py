@@ -15,10 +15,10 @@ import pytest
 from launcher.base.errors import LauncherError
 from launcher.hosts.file.model import Host
 from launcher.hosts.sync.fleet_sync import FleetSync, Result
-from launcher.hosts.sync.host_sync import Options, Outcome
+from launcher.hosts.sync.host_sync import SyncOptions, SyncOutcome
 from launcher.hosts.sync.packages import Brought
 from launcher.hosts.sync.requirements import PinnedList
-from launcher.hosts.sync.tree import Entry
+from launcher.hosts.sync.tree import TreeEntry
 
 WORKSPACE = ".local/share/launcher/workspace"
 # Not that of an environment, so that one is made.
@@ -60,13 +60,15 @@ class Site:
         return [*clean, "sh", "-c", script]
 
     def fleet(self, **options: Any) -> FleetSync:
-        return FleetSync(Options(**options), lambda _, text: self.messages.append(text), self.words)
+        return FleetSync(
+            SyncOptions(**options), lambda _, text: self.messages.append(text), self.words
+        )
 
-    def sync(self, brought: Brought, **options: Any) -> Outcome:
+    def sync(self, brought: Brought, **options: Any) -> SyncOutcome:
         """Synchronize; the error is raised."""
         return self._only(self.fleet(**options).sync([self.host], brought))
 
-    def roll_back(self, **options: Any) -> Outcome:
+    def roll_back(self, **options: Any) -> SyncOutcome:
         return self._only(self.fleet(**options).roll_back([self.host]))
 
     def run(self, *words: str, **variables: str) -> str:
@@ -84,9 +86,9 @@ class Site:
         return done.stdout
 
     @staticmethod
-    def _only(results: list[Result]) -> Outcome:
+    def _only(results: list[Result]) -> SyncOutcome:
         (result,) = results
-        if isinstance(result, Outcome):
+        if isinstance(result, SyncOutcome):
             return result
         raise result
 
@@ -96,7 +98,7 @@ def brought(**files: str | bytes) -> Brought:
     found = Brought()
     for name, text in files.items():
         content = text if isinstance(text, bytes) else text.encode()
-        found.tree.add(Entry(path=name.replace("__", "/"), content=content))
+        found.tree.add(TreeEntry(path=name.replace("__", "/"), content=content))
     return found
 
 

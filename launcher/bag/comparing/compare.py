@@ -19,7 +19,7 @@ ALIGNMENTS = ("start", "none")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Options:
+class CompareOptions:
     """`fields` None: contents are not compared. `align` is one of `ALIGNMENTS`."""
 
     selection: Selection
@@ -52,7 +52,7 @@ class Comparison:
         return not any(topic.differences for topic in self.topics)
 
 
-def compare(a: Bag, b: Bag, options: Options) -> Comparison:
+def compare(a: Bag, b: Bag, options: CompareOptions) -> Comparison:
     """Read both bags once, side by side. BagError."""
     shift_ns = b.extent.start_ns - a.extent.start_ns if a.extent.counts and b.extent.counts else 0
     spans = (Span(), Span()) if options.align == "start" else (_common(a, b),) * 2

@@ -123,7 +123,7 @@ _IGNORED = frozenset(
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _BagOptions:
     """A bag in the file, for messages."""
 
     path: str
@@ -145,15 +145,15 @@ def read(path: str) -> list[Output]:
     entries = document.get(_ROOT) if isinstance(document, dict) else None
     if not isinstance(entries, list) or not entries:
         raise UsageError(f"{path} has no list '{_ROOT}'", hint="it begins with: output_bags:")
-    found = [_output(_Place(path, number), entry) for number, entry in enumerate(entries, 1)]
+    found = [_output(_BagOptions(path, number), entry) for number, entry in enumerate(entries, 1)]
     uris = [output.path for output in found]
     for number, uri in enumerate(uris, 1):
         if uri in uris[: number - 1]:
-            raise _Place(path, number).wrong(f"'{uri}' is another entry's uri, too")
+            raise _BagOptions(path, number).wrong(f"'{uri}' is another entry's uri, too")
     return found
 
 
-def _output(place: _Place, entry: object) -> Output:
+def _output(place: _BagOptions, entry: object) -> Output:
     if not isinstance(entry, dict):
         raise place.wrong("it is not a mapping", "as in - uri: out")
     values = {str(key): _value(place, str(key), value) for key, value in entry.items()}
@@ -176,7 +176,7 @@ def _output(place: _Place, entry: object) -> Output:
     )
 
 
-def _value(place: _Place, key: str, value: object) -> Any:
+def _value(place: _BagOptions, key: str, value: object) -> Any:
     if key in _IGNORED:
         return None
     if key not in _KEYS:

@@ -1,11 +1,11 @@
 """The flight recorder of a run: `python -m launcher.bag.ros.flight SETTINGS`, by `--record`.
 
 It keeps the last messages of all topics in memory, and writes them with logs and events when a
-process has died unasked or when it is told to. SETTINGS is JSON (see `Settings`). It reads lines of
-JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes lines to stdout:
-`{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it answers as `asked`;
-`{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is the death of the
-launcher.
+process has died unasked or when it is told to. SETTINGS is JSON (see `FlightSettings`). It reads
+lines of JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes
+lines to stdout: `{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it
+answers as `asked`; `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is
+the death of the launcher.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from launcher.bag.model import Message, Qos, Topic
 from launcher.bag.ros.recorder import PERIOD_S, REMEMBER_S, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.selection import Selection
-from launcher.bag.snapshot import Contents
+from launcher.bag.snapshot import SnapshotContents
 from launcher.bag.writer import BagWriter
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
@@ -46,7 +46,7 @@ _QUEUE_BYTES = 64 * 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class FlightSettings:
     """`topics` is a regular expression; `everything`: write all messages into `RUN/bag`."""
 
     run_folder: str
@@ -89,7 +89,7 @@ class _Both:
 class FlightRecorder:
     """Records until `end`; `requests` are those of the launcher and of the run's events."""
 
-    def __init__(self, settings: Settings, observer: Observer) -> None:
+    def __init__(self, settings: FlightSettings, observer: Observer) -> None:
         self._settings = settings
         self._ring = Ring(settings.keep_bytes, settings.keep_s)
         self._files: FileSink | None = None
@@ -185,10 +185,10 @@ class FlightRecorder:
         self._writing = threading.Thread(target=self._write, args=(contents, due.asked))
         self._writing.start()
 
-    def _contents(self, reason: str) -> Contents:
+    def _contents(self, reason: str) -> SnapshotContents:
         self._recorder.take()
         self._ring.forget_old()
-        return Contents(
+        return SnapshotContents(
             reason=reason,
             end_ns=time.time_ns(),
             keep_s=self._settings.keep_s,
@@ -199,7 +199,7 @@ class FlightRecorder:
             run_folder=self._settings.run_folder,
         )
 
-    def _write(self, contents: Contents, asked: list[int]) -> None:
+    def _write(self, contents: SnapshotContents, asked: list[int]) -> None:
         parent = os.path.join(self._settings.run_folder, "snapshots")
         kind = "asked" if asked else "death"
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(contents.end_ns // 10**9))
@@ -266,7 +266,7 @@ def say(**values: object) -> None:
 def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # it ends with the launcher
-    settings = Settings(**strict_json.unpacked(sys.argv[1]))
+    settings = FlightSettings(**strict_json.unpacked(sys.argv[1]))
     with Observer() as observer:
         FlightRecorder(settings, observer).run()
 

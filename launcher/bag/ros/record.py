@@ -58,7 +58,7 @@ def record(access: GraphAccess, options: RecordOptions, recorder_options: Record
         except OSError as error:
             raise BagError(f"cannot write {options.folder}: {error.strerror}") from None
         observer = stack.enter_context(observing(access, listens=True))
-        run = _Run(observer, options, recorder_options, writer, stopped)
+        run = _RecordRun(observer, options, recorder_options, writer, stopped)
         return run.run()
 
 
@@ -76,7 +76,7 @@ def _stopping() -> Iterator[Callable[[], bool]]:
         yield lambda: bool(seen)
 
 
-class _Run:
+class _RecordRun:
     """One recording."""
 
     def __init__(

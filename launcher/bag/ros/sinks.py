@@ -15,7 +15,7 @@ from launcher.bag.writer import BagWriter
 FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
 
 
-class Sink(Protocol):
+class MessageSink(Protocol):
     """Takes messages without waiting; `put` is False if there is no room for one."""
 
     def add_topic(self, topic: Topic) -> None: ...

@@ -12,7 +12,7 @@ from launcher.base.text import count
 from launcher.ros.verb import show, warn
 
 if TYPE_CHECKING:
-    from launcher.bag.check import Report
+    from launcher.bag.check import BagReport
 
 
 def _check(options: Parsed) -> int:
@@ -36,7 +36,7 @@ def _check(options: Parsed) -> int:
     return ExitCode.PROCESS_FAILED
 
 
-def _lines(reports: list[Report]) -> Iterator[str]:
+def _lines(reports: list[BagReport]) -> Iterator[str]:
     for report in reports:
         for file in report.files:
             told = count(file.extent.total, "message")
@@ -49,7 +49,7 @@ def _lines(reports: list[Report]) -> Iterator[str]:
         yield from report.problems
 
 
-def _document(report: Report) -> dict[str, Any]:
+def _document(report: BagReport) -> dict[str, Any]:
     return {
         "path": report.path,
         "whole": report.is_whole,

@@ -48,7 +48,7 @@ def _number_or_share(word: str) -> Limit:
 
 
 def _compare(options: Parsed) -> int:
-    from launcher.bag.comparing.compare import Options, compare, document
+    from launcher.bag.comparing.compare import CompareOptions, compare, document
     from launcher.bag.comparing.fields import Rules
     from launcher.bag.comparing.traits import Limit, Tolerances
     from launcher.bag.reader import Bag
@@ -64,7 +64,7 @@ def _compare(options: Parsed) -> int:
     )
     result = compare(
         *bags,
-        Options(
+        CompareOptions(
             selection=selected(options),
             tolerances=Tolerances(
                 count=options.count_tolerance or Limit(),

@@ -21,7 +21,7 @@ INFINITY = float("inf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class NumberRange:
     """Numbers from `low` to `high`, both included; `text` is the source text."""
 
     low: float
@@ -65,33 +65,33 @@ def _plain(value: object) -> str:
     return f"{value:.9f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
 
 
-def _window(match: re.Match[str]) -> Span:
+def _window(match: re.Match[str]) -> NumberRange:
     factor = _TIME_FACTORS[match["unit"] or ""]
     low = float(match["low"] or 0) * factor
     return _ordered(low, float(match["number"]) * factor, match)
 
 
-def _ordered(low: float, high: float, match: re.Match[str]) -> Span:
+def _ordered(low: float, high: float, match: re.Match[str]) -> NumberRange:
     if low > high:
         raise ValueError(f"'{match[0]}' ends before it begins")
-    return Span(low=low, high=high, text=match[0])
+    return NumberRange(low=low, high=high, text=match[0])
 
 
-def _count(match: re.Match[str]) -> Span:
+def _count(match: re.Match[str]) -> NumberRange:
     if match["exact"]:
-        return Span(low=int(match["exact"]), high=int(match["exact"]), text=match[0])
+        return NumberRange(low=int(match["exact"]), high=int(match["exact"]), text=match[0])
     if match["limit"]:
         return _limited(match["limit"], int(match["bound"]), 1, match[0])
     return _ordered(int(match["low"]), int(match["high"]), match)
 
 
-def _limited(sign: str, bound: float, step: float, text: str) -> Span:
+def _limited(sign: str, bound: float, step: float, text: str) -> NumberRange:
     if sign.startswith("<"):
-        return Span(low=0, high=bound - step * (sign == "<"), text=text)
-    return Span(low=bound + step * (sign == ">"), high=INFINITY, text=text)
+        return NumberRange(low=0, high=bound - step * (sign == "<"), text=text)
+    return NumberRange(low=bound + step * (sign == ">"), high=INFINITY, text=text)
 
 
-def _rate(match: re.Match[str]) -> Span:
+def _rate(match: re.Match[str]) -> NumberRange:
     if match["limit"]:
         return _limited(match["limit"], float(match["bound"]), 0.0, match[0])
     if match["low"]:
@@ -102,7 +102,7 @@ def _rate(match: re.Match[str]) -> Span:
         tolerance = float(match["tolerance"])
         if match["percent"]:
             tolerance *= middle / 100
-    return Span(low=max(0.0, middle - tolerance), high=middle + tolerance, text=match[0])
+    return NumberRange(low=max(0.0, middle - tolerance), high=middle + tolerance, text=match[0])
 
 
 def _exit(match: re.Match[str]) -> int:

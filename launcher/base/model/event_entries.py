@@ -74,7 +74,7 @@ def annotations_of(cls: type[Record]) -> dict[str, str]:
 # ---- values of fields
 
 
-class FieldType(Record):
+class EventFieldType(Record):
     """How a value of a field is read from JSON (ValueError) and shown in a line.
 
     `json` and `unit` are for the documents.
@@ -142,17 +142,17 @@ def _usage(sample: Sample) -> str:
 SAMPLES = "Mapping[str, Sample]"
 # By the names of the types in `run_events`.
 FIELD_TYPES = {
-    "str": FieldType("string", "", _exactly(str)),
-    "bool": FieldType("boolean", "", _exactly(bool)),
-    "Count": FieldType("integer", "", _integer),
-    "Names": FieldType("list of strings", "", _names, ",".join),
-    "Percent": FieldType("number", "%", _number),
-    "Pid": FieldType("integer", "", _integer),
-    "ReturnCode": FieldType("integer", "", _integer, _exit),
-    "Seconds": FieldType("number", "s", _number),
-    "SignalNumber": FieldType("integer", "", _integer, signal_name),
-    "Size": FieldType("integer", "bytes", _integer),
-    SAMPLES: FieldType("object of objects", "", _samples, _used),
+    "str": EventFieldType("string", "", _exactly(str)),
+    "bool": EventFieldType("boolean", "", _exactly(bool)),
+    "Count": EventFieldType("integer", "", _integer),
+    "Names": EventFieldType("list of strings", "", _names, ",".join),
+    "Percent": EventFieldType("number", "%", _number),
+    "Pid": EventFieldType("integer", "", _integer),
+    "ReturnCode": EventFieldType("integer", "", _integer, _exit),
+    "Seconds": EventFieldType("number", "s", _number),
+    "SignalNumber": EventFieldType("integer", "", _integer, signal_name),
+    "Size": EventFieldType("integer", "bytes", _integer),
+    SAMPLES: EventFieldType("object of objects", "", _samples, _used),
 }
 
 

@@ -135,7 +135,7 @@ def _double(word: str) -> float | str:
 def _dumper(*, quotes_all: bool) -> Any:
     from launcher.base import yaml_dumper
 
-    class Dumper(yaml_dumper.Dumper):
+    class ParameterDumper(yaml_dumper.Dumper):
         def represent_mapping(self, *words: Any, **named: Any) -> Any:
             node = super().represent_mapping(*words, **named)
             for key, _ in node.value:
@@ -147,15 +147,19 @@ def _dumper(*, quotes_all: bool) -> Any:
         style = '"' if quotes_all else "'" if needs_quotes else None
         return dumper.represent_scalar(_STRING, str.__str__(text), style=style)
 
-    Dumper.add_representer(str, represent_text)
-    Dumper.add_representer(
+    ParameterDumper.add_representer(str, represent_text)
+    ParameterDumper.add_representer(
         ExponentText, lambda dumper, text: dumper.represent_scalar(_STRING, str.__str__(text))
     )
     # Of subclasses, such as enumerations and the numbers of numpy.
-    Dumper.add_multi_representer(str, represent_text)
-    Dumper.add_multi_representer(int, lambda dumper, value: dumper.represent_int(int(value)))
-    Dumper.add_multi_representer(float, lambda dumper, value: dumper.represent_float(float(value)))
-    return Dumper
+    ParameterDumper.add_multi_representer(str, represent_text)
+    ParameterDumper.add_multi_representer(
+        int, lambda dumper, value: dumper.represent_int(int(value))
+    )
+    ParameterDumper.add_multi_representer(
+        float, lambda dumper, value: dumper.represent_float(float(value))
+    )
+    return ParameterDumper
 
 
 @functools.cache

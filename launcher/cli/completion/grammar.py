@@ -63,7 +63,7 @@ def candidates(words: Sequence[str]) -> Iterable[Candidate]:
     command, rest = command_of(before)
     if command.commands and not rest:
         return [(each.name.rpartition(" ")[2], each.help) for each in command.commands]
-    return _Place(command, rest).candidates(current)
+    return _CursorPlace(command, rest).candidates(current)
 
 
 def _in_workspace(words: Sequence[str]) -> list[str]:
@@ -92,7 +92,7 @@ def _first(current: str) -> Iterator[Candidate]:
     yield from sources.targets(current)
 
 
-class _Place:
+class _CursorPlace:
     """What the words before the cursor say about the one at the cursor."""
 
     def __init__(self, command: Command, words: Sequence[str]) -> None:

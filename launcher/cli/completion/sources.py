@@ -134,16 +134,16 @@ def _arguments(words: Sequence[str], given: set[str], current: str) -> Iterator[
 
 
 def runs(current: str) -> Candidates:
-    from launcher.control.runs import Run, all_runs
+    from launcher.control.runs import ListedRun, all_runs
 
-    return [(run.run_id, run.target) for run in all_runs() if isinstance(run, Run)]
+    return [(run.run_id, run.target) for run in all_runs() if isinstance(run, ListedRun)]
 
 
 def processes(run: str | None) -> Candidates:
     """Those of a run, or of all runs."""
-    from launcher.control.runs import Run, all_runs
+    from launcher.control.runs import ListedRun, all_runs
 
-    found = [each for each in all_runs() if isinstance(each, Run)]
+    found = [each for each in all_runs() if isinstance(each, ListedRun)]
     wanted = [each for each in found if run is None or each.run_id.startswith(run)]
     return [(name, each.short_target) for each in wanted for name in each.processes]
 

@@ -17,7 +17,7 @@ from launcher.control.console.requests import answer, problem, read_call
 from launcher.control.console.tables import state
 from launcher.control.console.terminal import Terminal
 from launcher.control.format import log_line
-from launcher.control.runs import Run
+from launcher.control.runs import ListedRun
 from launcher.posix.socket_directory import ControlError
 
 HISTORY_LINES = 1000  # of a log, when it is opened
@@ -31,7 +31,7 @@ _ACTS = ("s", "k", "r", "m", "o", "i", "w")
 Processes = Callable[[], Sequence[Mapping[str, Any]]]
 
 
-class View:
+class ProcessView:
     """The text of one process, read in a thread of its own; `changed` is called on the loop.
 
     The thread waits while PENDING_LINES have not been taken. Then the run drops lines, and says so.
@@ -50,7 +50,7 @@ class View:
 
     # ---- in the thread
 
-    def read(self, run: Run, columns: int, *, colour: bool) -> None:
+    def read(self, run: ListedRun, columns: int, *, colour: bool) -> None:
         """Read until it is closed or the run ends."""
         try:
             if self.verb == "info":
@@ -61,7 +61,7 @@ class View:
         except ControlError as error:
             self._add(*problem(error, columns, colour=colour).split("\n"))
 
-    def _follow(self, run: Run) -> None:
+    def _follow(self, run: ListedRun) -> None:
         with run.connect() as self._connection:
             if self.is_closed:  # by a key before it was connected
                 return
@@ -104,7 +104,7 @@ class Panel:
 
     def __init__(
         self,
-        run: Run,
+        run: ListedRun,
         display: Display,
         terminal: Terminal,
         processes: Processes,
@@ -116,7 +116,7 @@ class Panel:
         self._processes = processes
         self._enter = enter
         self._picker: Picker | None = None
-        self._view: View | None = None
+        self._view: ProcessView | None = None
         self._is_delayed = False
 
     @property
@@ -166,7 +166,7 @@ class Panel:
 
     def _show(self, verb: str, name: str) -> None:
         self._close_view()
-        view = self._view = View(verb, name, self._redraw)
+        view = self._view = ProcessView(verb, name, self._redraw)
         columns, colour = self._terminal.size().columns, self._display.colour
         threading.Thread(
             target=view.read, args=(self._run, columns), kwargs={"colour": colour}, daemon=True
@@ -202,7 +202,7 @@ class Panel:
         """Whether a text is being typed."""
         return self._picker is not None and self._view is None and self._picker.is_searching
 
-    def _title(self, view: View) -> Line:
+    def _title(self, view: ProcessView) -> Line:
         process = self._of(view.name)
         pager = view.pager
         what = "following" if pager.is_following and view.verb == "logs" else f"line {pager.place}"

@@ -49,7 +49,7 @@ COLOURS = Style.from_dict(
 PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "reverse"})
 
 
-class Host(Protocol):
+class PromptHost(Protocol):
     """Supplies the text around the prompt, and handles keys."""
 
     def above(self) -> str:
@@ -93,7 +93,7 @@ class Host(Protocol):
 
 
 def make_application(
-    host: Host,
+    host: PromptHost,
     *,
     output: FooterOutput,
     completer: Completer,
@@ -126,7 +126,7 @@ def make_application(
     )
 
 
-def _rows(buffer: Buffer, host: Host, output: FooterOutput, panel: Window) -> HSplit:
+def _rows(buffer: Buffer, host: PromptHost, output: FooterOutput, panel: Window) -> HSplit:
     search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(host.above()))
@@ -171,7 +171,7 @@ def _below_each_other(lines: Sequence[Line]) -> StyleAndTextTuples:
     return pieces
 
 
-def _panel(host: Host, output: FooterOutput) -> Window:
+def _panel(host: PromptHost, output: FooterOutput) -> Window:
     shown: list[Line] = []
 
     def text() -> StyleAndTextTuples:
@@ -225,7 +225,7 @@ def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
     return pieces
 
 
-def _keys(host: Host, buffer: Buffer) -> KeyBindings:
+def _keys(host: PromptHost, buffer: Buffer) -> KeyBindings:
     keys = KeyBindings()
 
     def insert(text: str) -> None:

@@ -14,7 +14,7 @@ from launcher.base.text import did_you_mean
 from launcher.control.client import Reply
 from launcher.control.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.format import event_line, notes, without_colour
-from launcher.control.runs import Run
+from launcher.control.runs import ListedRun
 from launcher.control.verbs import VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
 
@@ -117,7 +117,7 @@ def follows(call: Call) -> bool:
     return call.verb.streams and (call.verb.name == "top" or bool(call.options.get("follow")))
 
 
-def answer(run: Run, call: Call, columns: int, *, colour: bool) -> str:
+def answer(run: ListedRun, call: Call, columns: int, *, colour: bool) -> str:
     """Send the request, wait for the answer and return it, or the error, as text.
 
     Empty if the run itself writes it here, too.

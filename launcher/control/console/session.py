@@ -36,8 +36,8 @@ from launcher.control.console.requests import (
 )
 from launcher.control.console.shell_verbs import ShellVerbs
 from launcher.control.console.terminal import Terminal
-from launcher.control.console.watch import Watch
-from launcher.control.runs import Run
+from launcher.control.console.watch import StreamView
+from launcher.control.runs import ListedRun
 from launcher.control.verbs import find, parse
 from launcher.posix.socket_directory import ControlError
 
@@ -71,7 +71,7 @@ def _below_home(path: str) -> str:
 class ConsoleSession:
     """The console of `run`; `feed_fd` is the output of the launcher, `link` the handover."""
 
-    def __init__(self, run: Run, feed_fd: int, link: socket.socket, *, colour: bool) -> None:
+    def __init__(self, run: ListedRun, feed_fd: int, link: socket.socket, *, colour: bool) -> None:
         self._run = run
         self._feed_fd = feed_fd
         self._link = link
@@ -86,7 +86,7 @@ class ConsoleSession:
         self._tasks: set[asyncio.Future[Any]] = set()
         self._lines: deque[str] = deque()
         self._is_answering = False
-        self._watch: Watch | None = None
+        self._watch: StreamView | None = None
         self._fault: BaseException | None = None
         self._has_goodbye = False
         self._continue: asyncio.Event | None = None
@@ -280,7 +280,7 @@ class ConsoleSession:
 
     async def _follow(self, call: Call) -> None:
         self._panel.close()
-        watch = self._watch = Watch(self._run, call, self._display, self._terminal.size)
+        watch = self._watch = StreamView(self._run, call, self._display, self._terminal.size)
         try:
             await in_thread(lambda: watch.run(self._loop))
         finally:

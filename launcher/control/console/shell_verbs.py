@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
 from launcher.control.console.terminal import Terminal
-from launcher.control.runs import Run
+from launcher.control.runs import ListedRun
 
 GUARD = os.path.join(os.path.dirname(__file__), "guard.py")
 COMPLETION_S = 5.0  # for the answer to a Tab
@@ -30,7 +30,7 @@ class ShellVerbs:
     runs, and leaves out those that wait for it.
     """
 
-    def __init__(self, run: Run, display: Display, terminal: Terminal) -> None:
+    def __init__(self, run: ListedRun, display: Display, terminal: Terminal) -> None:
         self._run = run
         self._display = display
         self._terminal = terminal

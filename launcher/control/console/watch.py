@@ -14,7 +14,7 @@ from launcher.control.console.display import GUTTER, SHORT_ROWS, Display
 from launcher.control.console.requests import problem
 from launcher.control.console.top import KEYS_HINT, Top
 from launcher.control.format import event_line, log_line, without_colour
-from launcher.control.runs import Run
+from launcher.control.runs import ListedRun
 from launcher.posix.socket_directory import ControlError
 
 
@@ -25,10 +25,12 @@ def table_rows(rows: int) -> int:
     return rows - 3 - min(3, (rows - SHORT_ROWS) // 4)
 
 
-class Watch:
+class StreamView:
     """Shows a stream until `close`, or until the run ends; `hint` explains the keys."""
 
-    def __init__(self, run: Run, call: Call, display: Display, size: Callable[[], Size]) -> None:
+    def __init__(
+        self, run: ListedRun, call: Call, display: Display, size: Callable[[], Size]
+    ) -> None:
         self._run = run
         self._call = call
         self._display = display

@@ -8,7 +8,7 @@ import sys
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
-from launcher.export.model import NO_HOST, Process, System
+from launcher.export.model import NO_HOST, ExportedProcess, ExportedSystem
 from launcher.export.system import system_of
 from launcher.export.systemd import Systemd
 from launcher.hosts import unit
@@ -75,7 +75,7 @@ def _name(request: LaunchRequest) -> str:
     return unit.installed_name(request.path)
 
 
-def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> System:
+def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> ExportedSystem:
     made = plans.evaluate(request, with_scopes=True)
     findings = place(made, file).findings
     errors = [*plans.mistakes_of(made, request), *findings.errors]
@@ -96,7 +96,7 @@ def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> Sys
     return replace(system, unit=_name(request))
 
 
-def _install(system: System, host: Host, processes: list[Process]) -> None:
+def _install(system: ExportedSystem, host: Host, processes: list[ExportedProcess]) -> None:
     installer = Installer(host)
     facts = installer.facts
     placed = replace(host, python=facts.python, user=facts.user)
@@ -113,7 +113,7 @@ def _install(system: System, host: Host, processes: list[Process]) -> None:
     installer.install(mine.unit, files, secrets, [*started, f"{mine.unit}.target"])
 
 
-def _secrets(host: Host, processes: list[Process]) -> bytes:
+def _secrets(host: Host, processes: list[ExportedProcess]) -> bytes:
     """The environment file with the values that are in no unit; LauncherError without a value."""
     names = dict.fromkeys(name for one in processes for name in one.private)
     values = {**os.environ, **host.environment}

@@ -26,7 +26,7 @@ from launcher.launch.verbs import plan
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
-    from launcher.export.model import Gap, Output, System
+    from launcher.export.model import ExportedFiles, ExportedSystem, Unsupported
     from launcher.export.system import HostOf
     from launcher.hosts.file.model import HostsFile
     from launcher.launch.plan.planner import Plan
@@ -112,7 +112,7 @@ def _check_prefix(prefix: str) -> None:
         )
 
 
-def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> System:
+def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> ExportedSystem:
     """What the launch file starts; LauncherError for its mistakes and those of the hosts file."""
     file = _hosts_file(parsed.hosts)
     made = plan.evaluate(request, with_scopes=file is not None)
@@ -174,10 +174,10 @@ def _placement(file: HostsFile | None) -> HostOf:
     return Placement(file).host_of
 
 
-def _output(parsed: Parsed, system: System) -> Output:
-    from launcher.export.engines import Settings, export
+def _output(parsed: Parsed, system: ExportedSystem) -> ExportedFiles:
+    from launcher.export.engines import ExportSettings, export
 
-    settings = Settings(
+    settings = ExportSettings(
         user=parsed.user,
         python=parsed.python,
         image=parsed.image,
@@ -186,7 +186,7 @@ def _output(parsed: Parsed, system: System) -> Output:
     return export(parsed.engine, system, settings)
 
 
-def _write(path: str, output: Output) -> None:
+def _write(path: str, output: ExportedFiles) -> None:
     from launcher.export.folder import Folder
 
     folder = Folder(path)
@@ -206,7 +206,7 @@ def _command_line(parsed: Parsed, request: LaunchRequest) -> str:
     return f"launcher export {shlex.join(words)}"
 
 
-def _strict(lost: Sequence[Gap]) -> LaunchFileError:
+def _strict(lost: Sequence[Unsupported]) -> LaunchFileError:
     return LaunchFileError(
         f"{count(len(lost), 'thing')} of the launch file cannot be exported, nothing is written",
         hint="without --strict the rest is exported",

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import launcher
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.agent.workload import Workload
-from launcher.hosts.engine.channel import Channel
+from launcher.hosts.engine.channel import FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
@@ -21,12 +21,12 @@ from launcher.hosts.engine.frames import (
     PROTOCOL,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     pack,
 )
 from launcher.hosts.engine.reports import encode_event
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import Command, MachineEvent
+from launcher.run.machine import MachineCommand, MachineEvent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -46,14 +46,14 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT)
 # What an operator may ask for.
 _COMMANDS = frozenset(
     [
-        Command.START,
-        Command.USER_START,
-        Command.STOP,
-        Command.USER_STOP,
-        Command.RESTART,
-        Command.SKIP_GRACE,
-        Command.SUSPEND,
-        Command.RESUME,
+        MachineCommand.START,
+        MachineCommand.USER_START,
+        MachineCommand.STOP,
+        MachineCommand.USER_STOP,
+        MachineCommand.RESTART,
+        MachineCommand.SKIP_GRACE,
+        MachineCommand.SUSPEND,
+        MachineCommand.RESUME,
     ]
 )
 
@@ -63,7 +63,7 @@ class Agent:
 
     def __init__(self, reactor: Reactor) -> None:
         self._reactor = reactor
-        self._channel = Channel(reactor, self)
+        self._channel = FrameChannel(reactor, self)
         self._workload: Workload | None = None
         self._takeover: TakeoverServer | None = None
         self._session = -1  # to the process that holds our session
@@ -106,7 +106,9 @@ class Agent:
 
     def _greet(self) -> None:
         self._channel.raw(PREAMBLE)
-        self._channel.tell(Kind.HELLO, pack({**_about_us(), "received": self._channel.received}))
+        self._channel.tell(
+            FrameKind.HELLO, pack({**_about_us(), "received": self._channel.received})
+        )
 
     def taken(self, streams: list[int], session: int) -> None:
         """Another process has passed us its standard streams, and waits as in `serve`."""
@@ -196,7 +198,7 @@ class Agent:
 
     def _leave(self) -> None:
         if self._end_reason:
-            self._channel.tell(Kind.REFUSAL, pack({"reason": self._end_reason}))
+            self._channel.tell(FrameKind.REFUSAL, pack({"reason": self._end_reason}))
         self._is_finished = True
         self._reactor.call_later(GOODBYE_S, self._reactor.stop)
         self.relieved()
@@ -214,12 +216,14 @@ class Agent:
     def received(self, frame: Frame) -> None:
         if self._is_lost:
             self._is_lost = self._has_stopped = False
-        if frame.kind == Kind.BEAT:
+        if frame.kind == FrameKind.BEAT:
             self._beats += 1
-            self._channel.tell(Kind.ECHO, ECHO.pack(frame.time_s, self._channel.outbox.sequence))
+            self._channel.tell(
+                FrameKind.ECHO, ECHO.pack(frame.time_s, self._channel.outbox.sequence)
+            )
             return
         handler = _HANDLERS.get(frame.kind)
-        if handler is None or (self._workload is None and frame.kind != Kind.OPEN):
+        if handler is None or (self._workload is None and frame.kind != FrameKind.OPEN):
             self._refuse(f"a frame of kind {frame.kind} was not expected")
             return
         try:
@@ -274,7 +278,7 @@ class Agent:
 
     def _command(self, frame: Frame) -> None:
         content = frame.content()
-        command = Command[content["command"]]
+        command = MachineCommand[content["command"]]
         if command not in _COMMANDS:
             raise FrameError(f"{command.name} is no request")
         self._work.command(int(content["id"]), command)
@@ -304,21 +308,21 @@ class Agent:
         self, process_id: int, event: MachineEvent, at_s: float, pid: int, left_s: float | None
     ) -> None:
         content = {"id": process_id, "event": encode_event(event), "pid": pid, "left_s": left_s}
-        self._channel.send(Kind.EVENT, pack(content), at_s)
+        self._channel.send(FrameKind.EVENT, pack(content), at_s)
 
     def output(self, process_id: int, stream: int, data: bytes) -> None:
-        self._channel.send(Kind.OUTPUT, OUTPUT_HEADER.pack(process_id, stream) + data)
+        self._channel.send(FrameKind.OUTPUT, OUTPUT_HEADER.pack(process_id, stream) + data)
         if self._is_lost:
             self._channel.outbox.limit(BACKLOG, time.monotonic())
         elif self._channel.outbox.bytes > WINDOW:
             self._work.reader.pause(True)
 
     def warn(self, text: str) -> None:
-        self._channel.send(Kind.WARNING, pack({"text": text}))
+        self._channel.send(FrameKind.WARNING, pack({"text": text}))
 
     def samples(self, samples: Mapping[int, Mapping[str, Any]]) -> None:
         self._channel.tell(
-            Kind.SAMPLES, pack({str(key): dict(one) for key, one in samples.items()})
+            FrameKind.SAMPLES, pack({str(key): dict(one) for key, one in samples.items()})
         )
 
     def ended(self, leftovers: Sequence[str], *, killed: bool) -> None:
@@ -327,7 +331,7 @@ class Agent:
             self._leave()
         elif self._is_asked_to_finish:
             content = {"leftovers": list(leftovers), "killed": killed}
-            self._channel.send(Kind.FINISHED, pack(content))
+            self._channel.send(FrameKind.FINISHED, pack(content))
             self._leave()
 
     def _say(self, text: str) -> None:
@@ -339,13 +343,13 @@ class Agent:
 
 
 _HANDLERS: Mapping[int, Callable[[Agent, Frame], None]] = {
-    Kind.OPEN: Agent._open,
-    Kind.ACK: lambda agent, frame: None,
-    Kind.PREPARE: Agent._prepare,
-    Kind.COMMAND: Agent._command,
-    Kind.SIGNAL: Agent._signal,
-    Kind.STDIN: Agent._stdin,
-    Kind.FINISH: Agent._finish,
+    FrameKind.OPEN: Agent._open,
+    FrameKind.ACK: lambda agent, frame: None,
+    FrameKind.PREPARE: Agent._prepare,
+    FrameKind.COMMAND: Agent._command,
+    FrameKind.SIGNAL: Agent._signal,
+    FrameKind.STDIN: Agent._stdin,
+    FrameKind.FINISH: Agent._finish,
 }
 
 

@@ -23,7 +23,7 @@ from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
 from launcher.run.ending.session_end import stop_session
 from launcher.run.logs.run_log import RunLog
-from launcher.run.machine import Command, Ended, MachineEvent, SignalSent
+from launcher.run.machine import MachineCommand, MachineEvent, ReportExit, SignalSent
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
 
@@ -114,11 +114,11 @@ class Workload:
     def _report(
         self, process: Process, event: MachineEvent, at_s: float, left_s: float | None
     ) -> None:
-        is_start = event is Command.STARTED and process.child is not None
+        is_start = event is MachineCommand.STARTED and process.child is not None
         pid = process.child.pid if is_start and process.child is not None else -1
         self._reporter.event(process.process_id, event, at_s, pid, left_s)
 
-    def command(self, process_id: int, command: Command) -> None:
+    def command(self, process_id: int, command: MachineCommand) -> None:
         """KeyError if the process was not prepared."""
         self._driver.advance(self._processes[process_id], command)
 
@@ -148,9 +148,9 @@ class Workload:
         self._is_ending = True
         self._watchdog.prepare_end()
         for process in reversed(list(self._processes.values())):
-            self._driver.advance(process, Command.STOP)
+            self._driver.advance(process, MachineCommand.STOP)
             if at_once:
-                self._driver.advance(process, Command.SKIP_GRACE)
+                self._driver.advance(process, MachineCommand.SKIP_GRACE)
         if at_once and self._leftovers is not None:
             self._leftovers.skip_grace()
         self.reactor.call_later(0, self.idle)
@@ -245,7 +245,7 @@ class Workload:
         ids = {process.name: process.process_id for process in self._processes.values()}
         self._reporter.samples({ids[name]: as_dict(sample) for name, sample in by_name.items()})
 
-    def ended(self, process: Process, pid: int, end: Ended) -> None:
+    def ended(self, process: Process, pid: int, end: ReportExit) -> None:
         code = end.outcome.returncode
         if code:
             self._monitor()

@@ -11,13 +11,13 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.level import Level
 from launcher.base.model.record import Record
 from launcher.hosts import discovery
-from launcher.hosts.check.facts import Finding, Member, Needs, Survey
+from launcher.hosts.check.facts import CheckedHost, HostFinding, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.check.probe import SETTINGS
 from launcher.hosts.check.probe_session import ProbeSession
-from launcher.hosts.check.survey import TIMEOUT_S, Question, survey
+from launcher.hosts.check.survey import TIMEOUT_S, ProbeQuestion, survey
 from launcher.hosts.discovery import Wiring
 from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile, Secret
 
@@ -27,7 +27,7 @@ _WITH_ADDRESSES = (DiscoveryMode.PEERS, DiscoveryMode.SERVER)
 
 class Examination(Record):
     survey: Survey
-    findings: tuple[Finding, ...]
+    findings: tuple[HostFinding, ...]
     mode: DiscoveryMode | None
 
     @property
@@ -98,7 +98,7 @@ def _late(host: Host, timeout_s: float) -> LauncherError:
 
 def _unresolved(
     result: Survey, mistakes: Mapping[str, LauncherError], mode: DiscoveryMode | None
-) -> list[Finding]:
+) -> list[HostFinding]:
     """Hosts that ssh reaches, but of which nodes would not know the address."""
     if mode not in _WITH_ADDRESSES:
         return []
@@ -109,14 +109,14 @@ def _unresolved(
     ]
 
 
-def _question(file: HostsFile, wiring: Wiring, domain: int) -> Question:
+def _question(file: HostsFile, wiring: Wiring, domain: int) -> ProbeQuestion:
     passed_on = environment_of(SETTINGS, os.environ)
     environments = {LOCAL: _wired(wiring, LOCAL)}
     folders: dict[str, Sequence[str]] = {LOCAL: [log_folder(os.environ)]}
     for host in file.hosts.values():
         environments[host.name] = {**passed_on, **_wired(wiring, host.name), **_plain(host)}
         folders[host.name] = [host.workspace, log_folder({}), SHM]
-    return Question(
+    return ProbeQuestion(
         domain=domain,
         environments=environments,
         folders=folders,
@@ -135,7 +135,9 @@ def _plain(host: Host) -> dict[str, str]:
     return {k: v for k, v in host.environment.items() if k not in host.secrets}
 
 
-def missing_secrets(members: Iterable[Member], environ: Mapping[str, str]) -> Iterator[Finding]:
+def missing_secrets(
+    members: Iterable[CheckedHost], environ: Mapping[str, str]
+) -> Iterator[HostFinding]:
     """Secrets that a run would not find on this machine, each with the hosts that need it.
 
     No value is read.
@@ -148,7 +150,7 @@ def missing_secrets(members: Iterable[Member], environ: Mapping[str, str]) -> It
         if not _is_there(secret, environ):
             text = f"{secret}, for {name}, is missing here, so that no run can start"
             repair = "create it" if secret.file else f"{secret.variable}=... launcher ..."
-            yield Finding(
+            yield HostFinding(
                 check="secrets",
                 hosts=(LOCAL, *hosts),
                 level=Level.PROBLEM,

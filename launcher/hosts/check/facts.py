@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-class Finding(Record):
+class HostFinding(Record):
     """What is wrong, or worth knowing; `advice` is the repair. `hosts` has one name or two."""
 
     check: str
@@ -44,7 +44,7 @@ class Needs(Record):
         return len(self.packages) + len(self.executables) + len(self.interfaces)
 
 
-class Member(Record):
+class CheckedHost(Record):
     """A host, or this machine (`host` None), and what it has told.
 
     `reached_s` is how long the login took. `facts` are those of `probe.facts`; None with an
@@ -78,16 +78,16 @@ class Arrival(Record):
 class Survey(Record):
     """All members by name, LOCAL among them, and which datagrams arrived."""
 
-    members: Mapping[str, Member]
+    members: Mapping[str, CheckedHost]
     arrived: frozenset[Arrival] = frozenset()
 
     @property
-    def reached(self) -> Sequence[Member]:
+    def reached(self) -> Sequence[CheckedHost]:
         """Those that have answered, this machine first."""
         return [one for one in self.members.values() if one.facts is not None]
 
     @property
-    def hosts(self) -> Iterable[Member]:
+    def hosts(self) -> Iterable[CheckedHost]:
         return [one for name, one in self.members.items() if name != LOCAL]
 
     def lost(self, kind: str, receivers: Iterable[str] | None = None) -> list[tuple[str, str]]:

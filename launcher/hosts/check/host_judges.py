@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.hosts.check.facts import Finding, Member
+from launcher.hosts.check.facts import CheckedHost, HostFinding
 from launcher.hosts.file.model import LOCAL, HostEngine
 
 MB = 1024**2
@@ -20,10 +20,10 @@ NOTED_CLOCK_S = 0.01
 WRONG_CLOCK_S = 1.0
 SHM = "/dev/shm"
 
-Judge = Callable[[Member], Iterator[Finding]]
+Judge = Callable[[CheckedHost], Iterator[HostFinding]]
 
 
-def check_member(member: Member) -> list[Finding]:
+def check_member(member: CheckedHost) -> list[HostFinding]:
     """All findings about one host, or about this machine."""
     if member.error is not None:
         text = member.error.message.removeprefix(f"host '{member.name}': ")
@@ -32,21 +32,23 @@ def check_member(member: Member) -> list[Finding]:
     return [finding for judge in judges for finding in judge(member)]
 
 
-def problem(check: str, member: Member, text: str, advice: str) -> Finding:
+def problem(check: str, member: CheckedHost, text: str, advice: str) -> HostFinding:
     names = (member.name,)
-    return Finding(check=check, hosts=names, level=Level.PROBLEM, text=text, advice=advice)
+    return HostFinding(check=check, hosts=names, level=Level.PROBLEM, text=text, advice=advice)
 
 
-def note(check: str, member: Member, text: str, advice: str) -> Finding:
-    return Finding(check=check, hosts=(member.name,), level=Level.NOTE, text=text, advice=advice)
+def note(check: str, member: CheckedHost, text: str, advice: str) -> HostFinding:
+    return HostFinding(
+        check=check, hosts=(member.name,), level=Level.NOTE, text=text, advice=advice
+    )
 
 
-def sync_command(member: Member) -> str:
+def sync_command(member: CheckedHost) -> str:
     path = member.host.where.rpartition(":")[0] if member.host else ""
     return f"{program()} hosts sync" + (f" --hosts {path}" if path else "")
 
 
-def engine_of(member: Member) -> HostEngine:
+def engine_of(member: CheckedHost) -> HostEngine:
     """The engine that a run would use."""
     assert member.host is not None and member.facts is not None
     if member.host.engine is not HostEngine.AUTO:
@@ -55,7 +57,7 @@ def engine_of(member: Member) -> HostEngine:
     return HostEngine.SYSTEMD if has_systemd else HostEngine.SSH
 
 
-def _engine(member: Member) -> Iterator[Finding]:
+def _engine(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     if engine_of(member) is not HostEngine.SYSTEMD:
         return
@@ -83,7 +85,7 @@ def _engine(member: Member) -> Iterator[Finding]:
         )
 
 
-def _python(member: Member) -> Iterator[Finding]:
+def _python(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     version = tuple(member.facts["python"])
     if version[:2] < MIN_PYTHON:
@@ -96,14 +98,14 @@ def _python(member: Member) -> Iterator[Finding]:
         )
 
 
-def _launcher(member: Member) -> Iterator[Finding]:
+def _launcher(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     if member.facts["version"] is None:
         text = f"{member.facts['executable']} has no launcher"
         yield problem("launcher", member, text, f"{sync_command(member)} installs it")
 
 
-def _packages(member: Member) -> Iterator[Finding]:
+def _packages(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     missing = member.facts["missing"]
     gone = missing["packages"]
@@ -117,7 +119,7 @@ def _packages(member: Member) -> Iterator[Finding]:
         yield problem("packages", member, f"not found: {', '.join(texts)}", sync_command(member))
 
 
-def _clock(member: Member) -> Iterator[Finding]:
+def _clock(member: CheckedHost) -> Iterator[HostFinding]:
     clock = member.clock
     if clock is None:
         return
@@ -144,7 +146,7 @@ def duration(seconds: float) -> str:
     return f"{seconds:.1f} s" if seconds >= 1 else f"{seconds * 1000:.1f} ms"
 
 
-def _folders(member: Member) -> Iterator[Finding]:
+def _folders(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     for folder in member.facts["folders"]:
         path = folder["path"]
@@ -166,7 +168,7 @@ def _folders(member: Member) -> Iterator[Finding]:
             yield problem("disk", member, text, "change its owner, or mount it for writing")
 
 
-def _sessions(member: Member) -> Iterator[Finding]:
+def _sessions(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     found = member.facts["max_sessions"]
     if found < MIN_SESSIONS:
@@ -175,7 +177,7 @@ def _sessions(member: Member) -> Iterator[Finding]:
         yield problem("sessions", member, text, advice)
 
 
-def _ports(member: Member) -> Iterator[Finding]:
+def _ports(member: CheckedHost) -> Iterator[HostFinding]:
     assert member.facts is not None
     for kind, error in member.facts["port_errors"].items():
         if kind == "unicast":
@@ -188,7 +190,7 @@ def _ports(member: Member) -> Iterator[Finding]:
             yield note("discovery", member, text, "end it, or set another `port` of `discovery`")
 
 
-def _range(member: Member) -> Iterator[Finding]:
+def _range(member: CheckedHost) -> Iterator[HostFinding]:
     """Settings with which no node of another host is ever found."""
     settings = member.settings
     reach = settings.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")

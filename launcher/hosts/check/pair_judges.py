@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.model.level import Level
 from launcher.base.text import count
-from launcher.hosts.check.facts import Finding, Member, Survey
+from launcher.hosts.check.facts import CheckedHost, HostFinding, Survey
 from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.file.model import LOCAL, DiscoveryMode
 from launcher.packages.workspace import DISTRIBUTIONS
@@ -16,7 +16,7 @@ DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"
 
 
-def check_pairs(survey: Survey, mode: DiscoveryMode | None) -> list[Finding]:
+def check_pairs(survey: Survey, mode: DiscoveryMode | None) -> list[HostFinding]:
     """All findings about two hosts or more."""
     return [
         *_versions(survey),
@@ -27,18 +27,18 @@ def check_pairs(survey: Survey, mode: DiscoveryMode | None) -> list[Finding]:
     ]
 
 
-def domain_of(member: Member) -> str:
+def domain_of(member: CheckedHost) -> str:
     return member.settings.get("ROS_DOMAIN_ID", "0")
 
 
-def middleware_of(member: Member) -> str:
+def middleware_of(member: CheckedHost) -> str:
     assert member.facts is not None
     installed = member.facts["middlewares"]
     usual = DEFAULT_MIDDLEWARE if DEFAULT_MIDDLEWARE in installed or not installed else installed[0]
     return member.settings.get("RMW_IMPLEMENTATION", usual)
 
 
-def distro_of(member: Member) -> str | None:
+def distro_of(member: CheckedHost) -> str | None:
     """The ROS distribution; None if there is no ROS."""
     assert member.facts is not None
     version = member.facts["rclpy"]
@@ -50,7 +50,7 @@ def distro_of(member: Member) -> str | None:
 # ---- software and settings
 
 
-def _versions(survey: Survey) -> Iterator[Finding]:
+def _versions(survey: Survey) -> Iterator[HostFinding]:
     """The agent must speak the protocol of the launcher here."""
     ours = survey.members[LOCAL].facts or {}
     for member in survey.reached:
@@ -70,7 +70,7 @@ def _versions(survey: Survey) -> Iterator[Finding]:
         yield _finding("launcher", [member.name], text, advice, level)
 
 
-def _differences(survey: Survey) -> Iterator[Finding]:
+def _differences(survey: Survey) -> Iterator[HostFinding]:
     for member in survey.reached:
         assert member.facts is not None
         wanted = middleware_of(member)
@@ -112,7 +112,7 @@ def _differences(survey: Survey) -> Iterator[Finding]:
 
 def _different(
     survey: Survey, check: str, values: Mapping[str, str], text: str, advice: str
-) -> Iterator[Finding]:
+) -> Iterator[HostFinding]:
     """One finding if not all are the same."""
     groups: dict[str, list[str]] = {}
     for name, value in values.items():
@@ -126,7 +126,7 @@ def _different(
 # ---- shared memory
 
 
-def _shared_memory(survey: Survey) -> Iterator[Finding]:
+def _shared_memory(survey: Survey) -> Iterator[HostFinding]:
     """Fast DDS takes hosts with the same addresses for one, and uses shared memory between them."""
     for one, other in itertools.combinations(survey.reached, 2):
         if not looks_like(one, other) or _shares_memory(one, other):
@@ -143,19 +143,19 @@ def _shared_memory(survey: Survey) -> Iterator[Finding]:
         yield _finding("shared memory", [one.name, other.name], text, advice)
 
 
-def looks_like(one: Member, other: Member) -> bool:
+def looks_like(one: CheckedHost, other: CheckedHost) -> bool:
     """Whether Fast DDS takes the two for one machine."""
     assert one.facts is not None and other.facts is not None
     return bool(one.facts["addresses"]) and one.facts["addresses"] == other.facts["addresses"]
 
 
-def _shares_memory(one: Member, other: Member) -> bool:
+def _shares_memory(one: CheckedHost, other: CheckedHost) -> bool:
     assert one.facts is not None and other.facts is not None
     names = ("boot_id", "shared_memory")
     return all(one.facts[name] == other.facts[name] for name in names)
 
 
-def _avoids_memory(member: Member) -> bool:
+def _avoids_memory(member: CheckedHost) -> bool:
     is_fast_dds = middleware_of(member).startswith("rmw_fastrtps")
     return not is_fast_dds or member.settings.get(_UDP) in ("UDPv4", "UDPv6")
 
@@ -163,7 +163,7 @@ def _avoids_memory(member: Member) -> bool:
 # ---- the network
 
 
-def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[Finding]:
+def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[HostFinding]:
     no_unicast = survey.lost("unicast")
     if no_unicast:
         first = next(one for one in survey.reached if one.name == no_unicast[0][1])
@@ -188,7 +188,7 @@ def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[Finding]:
 
 def _without_multicast(
     survey: Survey, mode: DiscoveryMode | None, no_unicast: Sequence[tuple[str, str]]
-) -> Iterator[Finding]:
+) -> Iterator[HostFinding]:
     """What unicast does not reach is told once."""
     lost = [pair for pair in survey.lost("multicast") if pair not in no_unicast]
     needs = [pair for pair in lost if not all(_has_substitute(survey, name) for name in pair)]
@@ -207,7 +207,7 @@ def _has_substitute(survey: Survey, name: str) -> bool:
     return any(settings.get(one) for one in ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER"))
 
 
-def _translated(survey: Survey) -> Iterator[Finding]:
+def _translated(survey: Survey) -> Iterator[HostFinding]:
     """Behind a jump host or a translating router, a host sees another address than ours."""
     operator = survey.members[LOCAL]
     own = (operator.facts or {}).get("addresses", ())
@@ -242,5 +242,5 @@ def _arrows(pairs: Sequence[tuple[str, str]]) -> str:
 
 def _finding(
     check: str, names: Iterable[str], text: str, advice: str, level: Level = Level.PROBLEM
-) -> Finding:
-    return Finding(check=check, hosts=tuple(names), level=level, text=text, advice=advice)
+) -> HostFinding:
+    return HostFinding(check=check, hosts=tuple(names), level=level, text=text, advice=advice)

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from importlib import resources
 
 from launcher.base import strict_json
-from launcher.hosts.check.facts import Clock, Member, Needs
+from launcher.hosts.check.facts import CheckedHost, Clock, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
 from launcher.hosts.file.model import Host
-from launcher.hosts.ssh import Connection, quoted, set_python, setup_script, ssh_environment
+from launcher.hosts.ssh import SshConnection, quoted, set_python, setup_script, ssh_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def program() -> bytes:
 def remote_command(host: Host) -> list[str]:
     """Log in, tell the user's name, and start the probe if there is a Python."""
     script = f'echo "{_SHELL}$(id -un)"; {setup_script(host)}{set_python(host)}'
-    return Connection(host, None).session(f'{script}exec "$python" -c {quoted([_BOOT])}')
+    return SshConnection(host, None).session(f'{script}exec "$python" -c {quoted([_BOOT])}')
 
 
 class ProbeSession:
@@ -175,8 +175,8 @@ class ProbeSession:
         self._process.stdout.close()
         os.close(self._errors)
 
-    def member(self) -> Member:
-        return Member(
+    def member(self) -> CheckedHost:
+        return CheckedHost(
             name=self.name,
             host=self.host,
             address=self.address,

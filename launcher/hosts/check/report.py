@@ -8,7 +8,7 @@ from typing import Any
 from launcher.base.model.level import Level
 from launcher.base.text import count, escape
 from launcher.hosts.check.examine import Examination
-from launcher.hosts.check.facts import Finding, Member
+from launcher.hosts.check.facts import CheckedHost, HostFinding
 from launcher.hosts.check.host_judges import MB, duration, engine_of
 from launcher.hosts.check.pair_judges import distro_of, domain_of, middleware_of
 from launcher.hosts.file.model import HostEngine
@@ -54,7 +54,7 @@ def _last_line(result: Examination) -> str:
     return f"{count(len(hosts), 'host')}: {count(problems, 'problem')}"
 
 
-def _row(result: Examination, member: Member) -> tuple[str, ...]:
+def _row(result: Examination, member: CheckedHost) -> tuple[str, ...]:
     if member.facts is None:
         login = "no" if member.reached_s is None else duration(member.reached_s)
         return (member.name, login, member.user or _NOTHING, *[_NOTHING] * (len(_HEAD) - 3))
@@ -75,7 +75,7 @@ def _row(result: Examination, member: Member) -> tuple[str, ...]:
     )
 
 
-def _engine(member: Member) -> str:
+def _engine(member: CheckedHost) -> str:
     assert member.facts is not None
     engine = engine_of(member)
     if engine is not HostEngine.SYSTEMD:
@@ -84,7 +84,7 @@ def _engine(member: Member) -> str:
     return f"systemd {version}" if version else "no systemd"
 
 
-def _plan(member: Member) -> str:
+def _plan(member: CheckedHost) -> str:
     assert member.facts is not None
     if not member.needs.count or member.facts["version"] is None:
         return _NOTHING
@@ -92,7 +92,7 @@ def _plan(member: Member) -> str:
     return "all found" if not missing else f"{missing} missing"
 
 
-def _clock(member: Member) -> str:
+def _clock(member: CheckedHost) -> str:
     clock = member.clock
     if clock is None or member.host is None:
         return _NOTHING
@@ -100,12 +100,12 @@ def _clock(member: Member) -> str:
     return f"{sign}{duration(abs(clock.offset_s))} ± {duration(clock.uncertainty_s)}"
 
 
-def _ros(member: Member) -> str:
+def _ros(member: CheckedHost) -> str:
     middleware = middleware_of(member).removeprefix("rmw_").removesuffix("_cpp")
     return f"{distro_of(member) or 'none'}, {middleware}, domain {domain_of(member)}"
 
 
-def _free(member: Member) -> str:
+def _free(member: CheckedHost) -> str:
     """The least of the folders; memory is not space on a disk."""
     assert member.facts is not None
     found = [one for one in member.facts["folders"] if "free" in one]
@@ -117,7 +117,7 @@ def _size(found: int) -> str:
     return f"{found / MB / 1024:.0f} GiB" if found >= 10240 * MB else f"{found / MB:.0f} MiB"
 
 
-def _discovery(result: Examination, member: Member) -> str:
+def _discovery(result: Examination, member: CheckedHost) -> str:
     """With how many of the others something gets through in both directions."""
     others = len(result.survey.reached) - 1
     words = []
@@ -145,7 +145,7 @@ def as_document(result: Examination) -> dict[str, Any]:
     }
 
 
-def _findings(findings: Sequence[Finding]) -> list[dict[str, Any]]:
+def _findings(findings: Sequence[HostFinding]) -> list[dict[str, Any]]:
     return [
         {
             "check": one.check,
@@ -158,7 +158,7 @@ def _findings(findings: Sequence[Finding]) -> list[dict[str, Any]]:
     ]
 
 
-def _member(member: Member) -> dict[str, Any]:
+def _member(member: CheckedHost) -> dict[str, Any]:
     found: dict[str, Any] = {
         "address": member.address,
         "reached": member.facts is not None,

@@ -24,7 +24,7 @@ TIMEOUT_S = 5.0
 SETTLE_S = 1.0  # after which a datagram that was sent ten times is lost
 
 
-class Question(Record):
+class ProbeQuestion(Record):
     """What every probe is told; `environments` are by name, as is `server_ports`."""
 
     domain: int
@@ -35,7 +35,7 @@ class Question(Record):
 
 def survey(
     sessions: Sequence[ProbeSession],
-    question: Question,
+    question: ProbeQuestion,
     own_addresses: Mapping[str, str],
     timeout_s: float = TIMEOUT_S,
     spent_s: float = 0.0,
@@ -58,7 +58,7 @@ class _Surveyor:
     def __init__(
         self,
         sessions: Sequence[ProbeSession],
-        question: Question,
+        question: ProbeQuestion,
         own_addresses: Mapping[str, str],
         timeout_s: float,
         spent_s: float,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import launcher
 from launcher.base.text import typed_error
 from launcher.hosts.engine import order_frames
-from launcher.hosts.engine.channel import Channel
+from launcher.hosts.engine.channel import FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
@@ -15,13 +15,13 @@ from launcher.hosts.engine.frames import (
     STREAMS,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     pack,
 )
 from launcher.hosts.engine.link import LinkContext, LinkState, beat_s
 from launcher.hosts.engine.reports import decode_event
 from launcher.hosts.engine.session_process import SessionProcess
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class AgentLink:
         self._reactor = context.reactor
         self._transport = transport
         self._key = order_frames.key_of(context.run_id, context.host.name)
-        self._channel = Channel(context.reactor, self)
+        self._channel = FrameChannel(context.reactor, self)
         self._process: SessionProcess | None = None
         self._state = LinkState.CONNECTING
         self._reported = LinkState.CONNECTING
@@ -84,17 +84,17 @@ class AgentLink:
         self._later("start", 0, self._start)
 
     def prepare(self, process_id: int, order: Order) -> None:
-        self._channel.send(Kind.PREPARE, order_frames.prepare(process_id, order))
+        self._channel.send(FrameKind.PREPARE, order_frames.prepare(process_id, order))
 
-    def command(self, process_id: int, command: Command) -> None:
-        self._channel.send(Kind.COMMAND, pack({"id": process_id, "command": command.name}))
+    def command(self, process_id: int, command: MachineCommand) -> None:
+        self._channel.send(FrameKind.COMMAND, pack({"id": process_id, "command": command.name}))
 
     def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:
         content = {"id": process_id, "signal": int(signum), "by_user": by_user}
-        self._channel.send(Kind.SIGNAL, pack(content))
+        self._channel.send(FrameKind.SIGNAL, pack(content))
 
     def write_stdin(self, process_id: int, data: bytes) -> None:
-        self._channel.send(Kind.STDIN, order_frames.stdin(process_id, data))
+        self._channel.send(FrameKind.STDIN, order_frames.stdin(process_id, data))
 
     def pause(self, paused: bool) -> None:
         """What is held here is not acknowledged, so that the host stops reading, too."""
@@ -104,7 +104,7 @@ class AgentLink:
             self._later("release", 0, self._channel.release)
 
     def finish(self, *, at_once: bool) -> None:
-        self._channel.send(Kind.FINISH, pack({"at_once": at_once}))
+        self._channel.send(FrameKind.FINISH, pack({"at_once": at_once}))
 
     def detach(self) -> None:
         raise OSError(
@@ -155,7 +155,7 @@ class AgentLink:
             self._failed(self._transport.absence(error).cause, may_pass=False)
             return
         self._channel.attach(process.stdout, process.stdin, skips_noise=True)
-        self._channel.tell(Kind.OPEN, pack(self._opening()))
+        self._channel.tell(FrameKind.OPEN, pack(self._opening()))
 
     def _opening(self) -> dict[str, Any]:
         return {
@@ -227,7 +227,7 @@ class AgentLink:
     # ---- the heartbeat
 
     def _beat(self) -> None:
-        self._channel.tell(Kind.BEAT)
+        self._channel.tell(FrameKind.BEAT)
         silent_s = self.silent_s
         if silent_s > UNREACHABLE_S and self._state is LinkState.READY:
             self._change(LinkState.UNREACHABLE, f"silent for {silent_s:.0f} s")
@@ -245,7 +245,7 @@ class AgentLink:
         if self._state is LinkState.CONNECTING:
             self._round_trips.append((now - sent_s, frame.time_s - (now + sent_s) / 2))
             if len(self._round_trips) < CLOCK_SAMPLES:
-                self._channel.tell(Kind.BEAT)
+                self._channel.tell(FrameKind.BEAT)
                 return
             self._offset_s = min(self._round_trips)[1]
             self._cancel("connect")
@@ -274,26 +274,26 @@ class AgentLink:
 
     def _handle(self, frame: Frame) -> None:
         match frame.kind:
-            case Kind.OUTPUT:
+            case FrameKind.OUTPUT:
                 process_id, stream, data = frame.data()
                 self._listener.output(process_id, STREAMS[stream], data, self._local(frame))
-            case Kind.EVENT:
+            case FrameKind.EVENT:
                 self._event(frame)
-            case Kind.ECHO:
+            case FrameKind.ECHO:
                 self._echo(frame)
-            case Kind.HELLO:
+            case FrameKind.HELLO:
                 self._greeted(frame.content())
-            case Kind.SAMPLES:
+            case FrameKind.SAMPLES:
                 content: Mapping[str, Any] = frame.content()
                 samples = {int(process_id): one for process_id, one in content.items()}
                 self._listener.samples(self._host.name, samples)
-            case Kind.WARNING:
+            case FrameKind.WARNING:
                 self._listener.warn(self._host.name, str(frame.content()["text"]))
-            case Kind.DROPPED:
+            case FrameKind.DROPPED:
                 self._listener.dropped(self._host.name, int(frame.content()["lines"]))
-            case Kind.REFUSAL:
+            case FrameKind.REFUSAL:
                 self._refused(str(frame.content()["reason"]))
-            case Kind.FINISHED:
+            case FrameKind.FINISHED:
                 self._finished(frame.content())
 
     def _local(self, frame: Frame) -> float:
@@ -322,7 +322,7 @@ class AgentLink:
             return
         self._has_greeted = True
         self._channel.resume(int(content["received"]))
-        self._channel.tell(Kind.BEAT)
+        self._channel.tell(FrameKind.BEAT)
 
     def _refused(self, reason: str) -> None:
         """The agent has ended, or cannot serve."""
@@ -342,7 +342,7 @@ class AgentLink:
 
     def _leave(self) -> None:
         """Nothing more will come: let the agent know that we have all, and end the connection."""
-        self._channel.tell(Kind.ACK)
+        self._channel.tell(FrameKind.ACK)
         self._channel.detach()
 
     # ---- the channel
@@ -363,7 +363,7 @@ class AgentLink:
                 self._later("leave", LEAVE_S, self._process.kill)
             return
         # What it reports is not known any more, so what it runs has to end.
-        self._channel.send(Kind.FINISH, pack({"at_once": False}))
+        self._channel.send(FrameKind.FINISH, pack({"at_once": False}))
         is_told = self._channel.is_flushed
         fate = "it was told to stop its processes" if is_told else "its processes may live on there"
         self._refused(f"its agent was not understood: {reason}; {fate}")

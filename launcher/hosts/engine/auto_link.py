@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from launcher.hosts.file.order import Order
-    from launcher.run.machine import Command
+    from launcher.run.machine import MachineCommand
 
     MakeAgent = Callable[[LinkContext], Link]
 
@@ -59,7 +59,7 @@ class AutoLink:
     def prepare(self, process_id: int, order: Order) -> None:
         self._ask(lambda link: link.prepare(process_id, order))
 
-    def command(self, process_id: int, command: Command) -> None:
+    def command(self, process_id: int, command: MachineCommand) -> None:
         self._ask(lambda link: link.command(process_id, command))
 
     def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:

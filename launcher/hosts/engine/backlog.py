@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 WAIT_S = 3.0  # for hosts that are slow to tell theirs
 
 
-class Backlog:
+class HostsBacklog:
     """Holds what is past until all hosts have told theirs; then `show` gets the last `lines` of the
     run, in order of time, and all that is new.
 

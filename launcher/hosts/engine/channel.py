@@ -14,7 +14,7 @@ from launcher.hosts.engine.frames import (
     Decoder,
     Frame,
     FrameError,
-    Kind,
+    FrameKind,
     encode,
 )
 from launcher.hosts.engine.outbox import Outbox
@@ -48,7 +48,7 @@ WRITE_FRAMES = 512  # at once; the kernel takes at most 1024 (IOV_MAX)
 MOST_CONTROL = 256  # frames without a number that wait for the transport
 
 
-class Channel:
+class FrameChannel:
     """`heard_s` is when something was received last.
 
     `received` is the number of the last frame that the listener has. With `holds_output` it gets
@@ -118,13 +118,13 @@ class Channel:
 
     # ---- sending
 
-    def send(self, kind: Kind, payload: bytes, at_s: float | None = None) -> None:
+    def send(self, kind: FrameKind, payload: bytes, at_s: float | None = None) -> None:
         """A frame with a number, now or later; `at_s` is its time, by default now."""
         self.outbox.add(kind, time.monotonic() if at_s is None else at_s, payload)
         if not self._is_writing:
             self._write()
 
-    def tell(self, kind: Kind, payload: bytes = b"") -> None:
+    def tell(self, kind: FrameKind, payload: bytes = b"") -> None:
         """A frame without a number: now, or never. It acknowledges what was received."""
         if self._read_fd < 0:
             return
@@ -215,26 +215,26 @@ class Channel:
             return False
         self._unacknowledged += len(block)
         if self._unacknowledged >= ACK_BYTES:
-            self.tell(Kind.ACK)
+            self.tell(FrameKind.ACK)
         return True
 
     def _accept(self, frame: Frame) -> None:
         if frame.kind < FIRST_SEQUENCED:
-            if frame.kind not in (Kind.OPEN, Kind.HELLO):
+            if frame.kind not in (FrameKind.OPEN, FrameKind.HELLO):
                 self.outbox.acknowledge(frame.sequence)
                 self._listener.relieved()
             self._listener.received(frame)
         elif frame.sequence > self._seen:
             self._seen = frame.sequence
             self._held.append(frame)
-            if not (self.holds_output and frame.kind == Kind.OUTPUT):
+            if not (self.holds_output and frame.kind == FrameKind.OUTPUT):
                 self._deliver()
 
     def release(self) -> None:
         """Pass on the output that is held."""
         self.holds_output = False
         self._deliver()
-        self.tell(Kind.ACK)
+        self.tell(FrameKind.ACK)
 
     def _deliver(self) -> None:
         while self._held:

@@ -10,7 +10,7 @@ from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
 from launcher.base.model.run_events import Adopted, Sample, known
 from launcher.base.text import escape
-from launcher.hosts.engine.backlog import Backlog
+from launcher.hosts.engine.backlog import HostsBacklog
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost, host_of
 from launcher.hosts.engine.replica import STARTS, Replica
@@ -18,17 +18,17 @@ from launcher.hosts.file.order_words import folder_there, words_there
 from launcher.run.logs import messages
 from launcher.run.machine import (
     Action,
-    Command,
-    Ended,
     Escalate,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
-    Order,
     ProcessState,
+    ReportExit,
+    ReportStuck,
     Signal,
     SignalSent,
     SpawnError,
-    Stuck,
 )
 from launcher.run.process_driver import ProcessDriver
 
@@ -54,8 +54,8 @@ class HostsDriver(ProcessDriver):
         self._fleet = fleet
         self._remote: dict[int, Process] = {}
         self._replicas: dict[int, Replica] = {}
-        self._queued: dict[int, Command] = {}  # starts that are held back
-        self._backlog: Backlog | None = None
+        self._queued: dict[int, MachineCommand] = {}  # starts that are held back
+        self._backlog: HostsBacklog | None = None
         run.reader.on_pause = fleet.pause
 
     # ---- commands
@@ -83,12 +83,12 @@ class HostsDriver(ProcessDriver):
     def advance(self, process: Process, event: MachineEvent) -> None:
         if process.host is None:
             super().advance(process, event)
-        elif isinstance(event, Command):
+        elif isinstance(event, MachineCommand):
             # The terminal's Ctrl-C has reached nobody there.
-            event = Command.STOP if event is Command.INTERRUPTED else event
+            event = MachineCommand.STOP if event is MachineCommand.INTERRUPTED else event
             self._command(process, host_of(process), event)
 
-    def _command(self, process: Process, host: RemoteHost, command: Command) -> None:
+    def _command(self, process: Process, host: RemoteHost, command: MachineCommand) -> None:
         if process.is_abandoned:
             return
         replica = self._replicas[process.process_id]
@@ -114,7 +114,7 @@ class HostsDriver(ProcessDriver):
         self._refuse(process, replica, command, (number, what))
 
     def _refuse(
-        self, process: Process, replica: Replica, command: Command, refusal: tuple[int, str]
+        self, process: Process, replica: Replica, command: MachineCommand, refusal: tuple[int, str]
     ) -> None:
         """A start fails here: the host will never hear of it."""
         now = self._reactor.now()
@@ -123,13 +123,17 @@ class HostsDriver(ProcessDriver):
         self._carry_out(process, replica.handle(SpawnError(*refusal), now), now)
         self._reactor.call_later(0, self._run.idle)
 
-    def _withdraws(self, process: Process, replica: Replica, command: Command) -> bool:
+    def _withdraws(self, process: Process, replica: Replica, command: MachineCommand) -> bool:
         """Whether the command stops a process whose start is queued; then it is not started."""
-        is_stop = command in (Command.STOP, Command.USER_STOP, Command.SKIP_GRACE)
+        is_stop = command in (
+            MachineCommand.STOP,
+            MachineCommand.USER_STOP,
+            MachineCommand.SKIP_GRACE,
+        )
         if not is_stop or not self._withdraw(process):
             return False
         replica.withdraw()
-        replica.is_held = replica.is_held or command is Command.USER_STOP
+        replica.is_held = replica.is_held or command is MachineCommand.USER_STOP
         self._report_cancelled(process)
         self._run.cancelled(process)
         self._run.idle()
@@ -163,9 +167,9 @@ class HostsDriver(ProcessDriver):
             self._backlog.flush()
         self._announce(process, host, event, at_s, pid)
         self._carry_out(process, replica.follow(event, at_s, left_s), at_s)
-        if event is Command.STARTED:
+        if event is MachineCommand.STARTED:
             self._run.started(process, pid)
-        elif event is Command.START_CANCELLED:
+        elif event is MachineCommand.START_CANCELLED:
             self._run.cancelled(process)
         self._run.idle()
 
@@ -174,10 +178,10 @@ class HostsDriver(ProcessDriver):
     ) -> None:
         """What is reported before the state machine is asked."""
         match event:
-            case Command.STARTED:
+            case MachineCommand.STARTED:
                 process.child = RemoteChild(pid, process.process_id, host)
                 self._report_start(process, pid, at_s)
-            case Command.START_CANCELLED:
+            case MachineCommand.START_CANCELLED:
                 self._report_cancelled(process, at_s)
             case SpawnError(errno=number, what=what):
                 self._report_refusal(process, number, what, at_s)
@@ -196,12 +200,12 @@ class HostsDriver(ProcessDriver):
                     by_user = process.machine.is_held
                     line = messages.escalated(process.name, action, by_user=by_user)
                     self._log.report(process, line)
-                case Stuck(waited_s=waited_s):
+                case ReportStuck(waited_s=waited_s):
                     how = f"on {process.host_name}"
                     self._report_stuck(process, _pid_of(process), waited_s, how, at_s)
-                case Ended():
+                case ReportExit():
                     self._ended(process, action, at_s)
-                case Order():
+                case MachineAction():
                     pass
 
     def adopted(
@@ -232,7 +236,7 @@ class HostsDriver(ProcessDriver):
 
     def begin_with(self, lines: int, hosts: Iterable[str]) -> None:
         """The run goes on: begin with so many of its last lines on these hosts."""
-        self._backlog = Backlog(lines, hosts, self._reactor, self._show)
+        self._backlog = HostsBacklog(lines, hosts, self._reactor, self._show)
 
     def past_told(self, host: str) -> None:
         if self._backlog is not None:
@@ -277,7 +281,7 @@ class HostsDriver(ProcessDriver):
             self._reader.drain(process)
             if replica.is_only_wanted:
                 replica.withdraw()
-                self._refuse(process, replica, Command.START, (errno.EHOSTDOWN, host.name))
+                self._refuse(process, replica, MachineCommand.START, (errno.EHOSTDOWN, host.name))
                 continue
             outcome = Outcome(returncode=_KILLED, lost_with=host.name)
             self._carry_out(process, replica.lose(outcome, at_s), at_s)

@@ -31,7 +31,7 @@ ECHO = struct.Struct("!dQ")  # the time of the BEAT, the number of the last fram
 STREAMS = ("stdout", "stderr", "both")
 
 
-class Kind(enum.IntEnum):
+class FrameKind(enum.IntEnum):
     """Kinds of frames; from the operator if not said otherwise. Most payloads are JSON objects."""
 
     # not sequenced
@@ -55,8 +55,8 @@ class Kind(enum.IntEnum):
     FINISHED = 36
 
 
-FIRST_SEQUENCED = Kind.PREPARE
-_KINDS = frozenset(map(int, Kind))
+FIRST_SEQUENCED = FrameKind.PREPARE
+_KINDS = frozenset(map(int, FrameKind))
 
 
 class FrameError(ValueError):
@@ -64,7 +64,7 @@ class FrameError(ValueError):
 
 
 class Frame:
-    """One frame; `kind` is one of `Kind`."""
+    """One frame; `kind` is one of `FrameKind`."""
 
     __slots__ = ("kind", "payload", "sequence", "time_s")
 

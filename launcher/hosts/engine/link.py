@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from launcher.hosts.file.model import Host
     from launcher.hosts.file.order import Order
     from launcher.posix.reactor import Reactor
-    from launcher.run.machine import Command, MachineEvent, ProcessState
+    from launcher.run.machine import MachineCommand, MachineEvent, ProcessState
 
 
 BEAT_S = 1.0
@@ -68,7 +68,7 @@ class Link(Protocol):
 
     # The order comes before the first command, and is kept for restarts.
     def prepare(self, process_id: int, order: Order) -> None: ...
-    def command(self, process_id: int, command: Command) -> None: ...
+    def command(self, process_id: int, command: MachineCommand) -> None: ...
     def signal(self, process_id: int, signum: int, *, by_user: bool) -> None: ...
     def write_stdin(self, process_id: int, data: bytes) -> None: ...
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 
-from launcher.hosts.engine.frames import HEADER, OUTPUT_HEADER, Kind, encode, pack
+from launcher.hosts.engine.frames import HEADER, OUTPUT_HEADER, FrameKind, encode, pack
 
 _OVERHEAD = 150  # bytes of memory for an entry besides its data
 _TEXT_AT = HEADER.size + OUTPUT_HEADER.size  # where the bytes of an output frame begin
 
 
-class Entry:
+class QueuedFrame:
     """A frame. `lines` is how many lines of output were dropped with it; None: it is no output."""
 
     __slots__ = ("data", "lines", "sequence")
@@ -33,20 +33,20 @@ class _Shelf:
     """
 
     def __init__(self) -> None:
-        self.old: deque[Entry] = deque()
-        self.new: deque[Entry] = deque()
+        self.old: deque[QueuedFrame] = deque()
+        self.new: deque[QueuedFrame] = deque()
 
     def __bool__(self) -> bool:
         return bool(self.old or self.new)
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[QueuedFrame]:
         yield from self.old
         yield from self.new
 
-    def first(self) -> Entry:
+    def first(self) -> QueuedFrame:
         return self.old[0] if self.old else self.new[0]
 
-    def pop(self) -> Entry:
+    def pop(self) -> QueuedFrame:
         return self.old.popleft() if self.old else self.new.popleft()
 
     def drop(self, now: float) -> int | None:
@@ -64,8 +64,8 @@ class _Shelf:
                 lines += last.lines
                 freed += self.old.pop().size
             payload = pack({"lines": lines})
-            data = encode(Kind.DROPPED, entry.sequence, now, payload)
-            marker = Entry(entry.sequence, data, lines)
+            data = encode(FrameKind.DROPPED, entry.sequence, now, payload)
+            marker = QueuedFrame(entry.sequence, data, lines)
             self.old.append(marker)
             return freed - marker.size
         return None
@@ -94,8 +94,8 @@ class Outbox:
     def add(self, kind: int, time_s: float, payload: bytes) -> None:
         """Keep a frame."""
         self.sequence += 1
-        lines = 0 if kind == Kind.OUTPUT else None
-        entry = Entry(self.sequence, encode(kind, self.sequence, time_s, payload), lines)
+        lines = 0 if kind == FrameKind.OUTPUT else None
+        entry = QueuedFrame(self.sequence, encode(kind, self.sequence, time_s, payload), lines)
         self._unsent.new.append(entry)
         self.bytes += entry.size
 

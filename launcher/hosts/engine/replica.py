@@ -7,12 +7,12 @@ from launcher.base.model.record import replace
 from launcher.base.model.spec import RestartPolicy, StopPolicy
 from launcher.run.machine import (
     Action,
-    Command,
-    Ended,
     Exited,
+    MachineCommand,
     MachineEvent,
     ProcessMachine,
     ProcessState,
+    ReportExit,
 )
 
 TYPE_CHECKING = False
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     # event, time, seconds from then to the deadline
     Report = Callable[[MachineEvent, float, float | None], None]
 
-STARTS = (Command.START, Command.USER_START)
+STARTS = (MachineCommand.START, MachineCommand.USER_START)
 
 
 class ReportingMachine(ProcessMachine):
@@ -36,7 +36,7 @@ class ReportingMachine(ProcessMachine):
         self._report = report
 
     def handle(self, event: MachineEvent, now: float) -> list[Action]:
-        is_early = event is Command.TICK and (self.deadline is None or now < self.deadline)
+        is_early = event is MachineCommand.TICK and (self.deadline is None or now < self.deadline)
         actions = super().handle(event, now)
         if not is_early:
             self._report(event, now, None if self.deadline is None else self.deadline - now)
@@ -83,7 +83,7 @@ class Replica(ProcessMachine):
         """As `handle`, for an event that the host has handled; `left_s` as in its report."""
         if event in STARTS:
             self._wanted_starts = max(0, self._wanted_starts - 1)
-        if event is Command.TICK and self.deadline is not None:
+        if event is MachineCommand.TICK and self.deadline is not None:
             self.deadline = min(self.deadline, at_s)  # it was due there
         actions = self.handle(event, at_s)
         self.deadline = None if left_s is None else at_s + left_s
@@ -111,7 +111,7 @@ class Replica(ProcessMachine):
 
 
 def _delayed(action: Action, left_s: float) -> Action:
-    """An `Ended` with the delay that the host has chosen, which may be random."""
-    if isinstance(action, Ended) and action.retry_in_s is not None:
+    """An `ReportExit` with the delay that the host has chosen, which may be random."""
+    if isinstance(action, ReportExit) and action.retry_in_s is not None:
         return replace(action, retry_in_s=left_s)
     return action

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from launcher.base.model.events import Outcome
-from launcher.run.machine import Command, Exited, MachineEvent, SignalSent, SpawnError
+from launcher.run.machine import Exited, MachineCommand, MachineEvent, SignalSent, SpawnError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ _OF_OUTCOME = ("returncode", "core_dumped", "out_of_memory")
 
 def encode_event(event: MachineEvent) -> dict[str, Any]:
     match event:
-        case Command():
+        case MachineCommand():
             return {"command": event.name}
         case SpawnError(errno=number, what=what):
             return {"errno": number, "what": what}
@@ -29,7 +29,7 @@ def encode_event(event: MachineEvent) -> dict[str, Any]:
 def decode_event(content: Mapping[str, Any]) -> MachineEvent:
     """ValueError or KeyError for what is no event."""
     if "command" in content:
-        return Command[content["command"]]
+        return MachineCommand[content["command"]]
     if "errno" in content:
         return SpawnError(int(content["errno"]), str(content["what"]))
     if "signal" in content:

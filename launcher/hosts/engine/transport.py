@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from launcher.hosts.failures import HostError, failure, no_ssh
 from launcher.hosts.file.model import Host
-from launcher.hosts.ssh import Connection, python_script, ssh_environment
+from launcher.hosts.ssh import SshConnection, python_script, ssh_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class SshTransport:
 
     def __init__(self, host: Host, environment: Mapping[str, str]) -> None:
         self._host = host
-        self._connection = Connection(host, None)
+        self._connection = SshConnection(host, None)
         self.environment = ssh_environment(environment)
 
     def words(self, arguments: Sequence[str], *, is_again: bool) -> Sequence[str]:

@@ -31,7 +31,7 @@ from launcher.hosts.file.model import (
     Rule,
     Secret,
 )
-from launcher.hosts.file.pattern import Pattern
+from launcher.hosts.file.pattern import ProcessPattern
 from launcher.hosts.file.ssh_options import trusts_each_time
 
 TOP_KEYS = ("defaults", "hosts", "place", "discovery")
@@ -58,10 +58,10 @@ def parse(
 ) -> HostsFile:
     """As `read`, of a text; `path` is for places and for relative paths in it."""
     environment = os.environ if environ is None else environ
-    return _Reader(text, path, environment if with_secrets else None).hosts_file()
+    return _HostsReader(text, path, environment if with_secrets else None).hosts_file()
 
 
-class _Reader(DocumentReader):
+class _HostsReader(DocumentReader):
     """`environ` None: values of secrets are not looked up."""
 
     def __init__(self, text: str, path: str, environ: Mapping[str, str] | None) -> None:
@@ -267,7 +267,7 @@ class _Reader(DocumentReader):
         for pattern, host in value.items():
             path = ("place", pattern)
             try:
-                Pattern.parse(pattern)
+                ProcessPattern.parse(pattern)
             except ValueError as error:
                 self.wrong(path, str(error), getattr(error, "hint", None))
             if not isinstance(host, str) or not host:

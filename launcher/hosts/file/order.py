@@ -16,9 +16,9 @@ from launcher.base.model.parameter_text import file_text
 from launcher.base.model.record import Record
 from launcher.base.model.spec import Limits, ProcessSpec, RestartPolicy, StopPolicy
 from launcher.hosts.file import references
-from launcher.hosts.file.references import Executable as Executable
+from launcher.hosts.file.references import ExecutableReference as ExecutableReference
 from launcher.hosts.file.references import Inherited as Inherited
-from launcher.hosts.file.references import Interpreter as Interpreter
+from launcher.hosts.file.references import InterpreterReference as InterpreterReference
 from launcher.hosts.file.references import Part as Part
 from launcher.hosts.file.references import SentFile as SentFile
 from launcher.hosts.file.references import SharedFile as SharedFile
@@ -82,8 +82,8 @@ class Order(Record):
         return tuple(part for word in words for part in word)
 
     @property
-    def executables(self) -> tuple[Executable, ...]:
-        return tuple(part for part in self.parts if isinstance(part, Executable))
+    def executables(self) -> tuple[ExecutableReference, ...]:
+        return tuple(part for part in self.parts if isinstance(part, ExecutableReference))
 
     @property
     def shared_files(self) -> tuple[SharedFile, ...]:
@@ -111,7 +111,7 @@ def order_for(
 
     LaunchFileError names what cannot be sent; `warn` is told what may not work there.
     """
-    writer = _Writer(spec, warn)
+    writer = _OrderWriter(spec, warn)
     words = writer.words()
     variables = {**writer.variables(base), **{k: (v,) for k, v in (environment or {}).items()}}
     cwd = writer.folder()
@@ -139,7 +139,7 @@ def order_for(
     )
 
 
-class _Writer:
+class _OrderWriter:
     """Makes words, and collects the files that they need."""
 
     def __init__(self, spec: ProcessSpec, warn: Warn) -> None:
@@ -188,9 +188,9 @@ class _Writer:
     def _program(self, text: str) -> list[Word]:
         ros = self._spec.ros
         if ros is not None and ros.package and ros.executable:
-            return [(Executable(ros.package, ros.executable),)]
+            return [(ExecutableReference(ros.package, ros.executable),)]
         if references.is_interpreter(text):
-            return [(Interpreter(),)]
+            return [(InterpreterReference(),)]
         path = self._absolute(text)
         if "/" not in text or references.is_of_system(path) or not os.path.isfile(path):
             return [(text,)]
@@ -211,7 +211,7 @@ class _Writer:
             return None
         words = [word.strip() for word in words]
         if any(os.path.basename(word).startswith("python") for word in words):
-            return [(Interpreter(),), (self._send(path),)]
+            return [(InterpreterReference(),), (self._send(path),)]
         return [*((word,) for word in words), (self._send(path),)]
 
     def _stays(self, text: str) -> list[Word]:
@@ -235,7 +235,7 @@ class _Writer:
 
     def _reference(self, path: str) -> Part | None:
         if references.is_interpreter(path):
-            return Interpreter()
+            return InterpreterReference()
         if path in self._generated:
             text = file_text(self._generated[path])
             return self._send_content("params.yaml", text.encode(errors="surrogateescape"))

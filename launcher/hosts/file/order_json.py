@@ -11,9 +11,9 @@ from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPol
 from launcher.base.text import typed_error
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import (
-    Executable,
+    ExecutableReference,
     Inherited,
-    Interpreter,
+    InterpreterReference,
     Part,
     SentFile,
     SharedFile,
@@ -21,10 +21,10 @@ from launcher.hosts.file.references import (
 )
 
 _KINDS: Mapping[str, type] = {
-    "executable": Executable,
+    "executable": ExecutableReference,
     "share": SharedFile,
     "sent": SentFile,
-    "python": Interpreter,
+    "python": InterpreterReference,
     "inherited": Inherited,
 }
 _NAMES = {kind: name for name, kind in _KINDS.items()}

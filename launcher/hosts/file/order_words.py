@@ -9,9 +9,9 @@ from launcher.hosts.file import order_json
 from launcher.hosts.file.model import DEFAULT_PYTHON
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import (
-    Executable,
+    ExecutableReference,
     Inherited,
-    Interpreter,
+    InterpreterReference,
     Part,
     SentFile,
     SharedFile,
@@ -33,7 +33,7 @@ def is_simple(order: Order) -> bool:
     """
     parts = [part for part in order.parts[1:] if not isinstance(part, str | SentFile)]
     first = order.words[0] if order.words else ()
-    is_executable = len(first) == 1 and isinstance(first[0], Executable)
+    is_executable = len(first) == 1 and isinstance(first[0], ExecutableReference)
     rest = (order.shell, order.marks, order.variables, order.cwd_in_share, parts)
     return is_executable and not any(rest)
 
@@ -41,9 +41,11 @@ def is_simple(order: Order) -> bool:
 def is_plain(order: Order) -> bool:
     """Whether its words are the same on every host, but for the folder of the files."""
     first = order.words[0][0] if order.words else ""
-    is_found = isinstance(first, Interpreter) or (isinstance(first, str) and first[:1] == "/")
+    is_found = isinstance(first, InterpreterReference) or (
+        isinstance(first, str) and first[:1] == "/"
+    )
     rest = (order.shell, order.marks, order.variables, order.cwd_in_share)
-    kinds = str | SentFile | Interpreter
+    kinds = str | SentFile | InterpreterReference
     return is_found and not any(rest) and all(isinstance(part, kinds) for part in order.parts)
 
 
@@ -53,7 +55,7 @@ def as_words(order: Order, *, python: str, folder: str) -> tuple[str, ...]:
         return tuple(_text(word, python, folder) for word in order.words)
     if is_simple(order):
         (program,) = order.words[0]
-        assert isinstance(program, Executable)
+        assert isinstance(program, ExecutableReference)
         words = (_text(word, python, folder) for word in order.words[1:])
         return (python, "-m", "launcher", "run", program.package, program.name, *words)
     return (python, "-m", "launcher.hosts.file.run_order", f"{folder}/{ORDER_FILE}")
@@ -96,13 +98,13 @@ def text_there(part: Part, host: Host) -> str:
     match part:
         case str():
             return part
-        case Executable():
+        case ExecutableReference():
             return f"<{part.package}/{part.name}>"
         case SharedFile():
             return f"<share of {part.package}>" + (f"/{part.path}" if part.path else "")
         case SentFile():
             return f"{FILES}/{part.name}"
-        case Interpreter():
+        case InterpreterReference():
             return _python_there(host)
         case Inherited():
             return f"<{part.variable}>"

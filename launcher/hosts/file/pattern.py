@@ -16,7 +16,7 @@ from launcher.base.model.spec import ProcessSpec, Scope
 _WILDCARDS = re.compile(r"[*?\[]")
 
 
-class Kind(enum.Enum):
+class PatternKind(enum.Enum):
     """What a pattern is compared with; see docs/hosts.md."""
 
     WORD = "word"  # without a prefix: name of the process or of its node
@@ -27,7 +27,9 @@ class Kind(enum.Enum):
     GROUP = "group"
 
 
-PREFIXES = tuple(kind.value for kind in Kind if kind not in (Kind.WORD, Kind.PATH))
+PREFIXES = tuple(
+    kind.value for kind in PatternKind if kind not in (PatternKind.WORD, PatternKind.PATH)
+)
 
 
 class Rank(enum.IntEnum):
@@ -40,15 +42,15 @@ class Rank(enum.IntEnum):
     ALL = 4  # `**`
 
 
-class Pattern(Record):
+class ProcessPattern(Record):
     """A pattern that was parsed; `body` is without its prefix."""
 
     text: str
-    kind: Kind
+    kind: PatternKind
     body: str
 
     @classmethod
-    def parse(cls, value: object) -> Pattern:
+    def parse(cls, value: object) -> ProcessPattern:
         """FieldError (a ValueError) with a hint, if it is not a pattern."""
         if not isinstance(value, str) or not value.strip():
             raise FieldError("expected a pattern of processes", hint="as in robot_1 or /robot_1/**")
@@ -57,11 +59,11 @@ class Pattern(Record):
             return cls(value, *_with_prefix(prefix, body))
         if value.startswith("/"):
             _check_path(value)
-            return cls(value, Kind.PATH, value)
+            return cls(value, PatternKind.PATH, value)
         if "/" in value:
             hint = f"names of nodes and namespaces begin with '/': /{value}"
             raise FieldError(f"'{value}' is neither a name nor a full name", hint=hint)
-        return cls(value, Kind.WORD, value)
+        return cls(value, PatternKind.WORD, value)
 
     @property
     def has_wildcards(self) -> bool:
@@ -71,27 +73,31 @@ class Pattern(Record):
         """How it matches a process; None if it does not."""
         if not self._matches(spec):
             return None
-        if self.kind is Kind.WORD and self.body in ("*", "**"):
+        if self.kind is PatternKind.WORD and self.body in ("*", "**"):
             return Rank.ALL
-        if self.kind is Kind.PATH and self.body == "/**":
+        if self.kind is PatternKind.PATH and self.body == "/**":
             return Rank.ALL_NODES
-        if self.has_wildcards or self.kind in (Kind.PACKAGE, Kind.INCLUDE, Kind.GROUP):
+        if self.has_wildcards or self.kind in (
+            PatternKind.PACKAGE,
+            PatternKind.INCLUDE,
+            PatternKind.GROUP,
+        ):
             return Rank.PATTERN
-        if self.kind is Kind.PATH or self.body == spec.name != spec.label:
+        if self.kind is PatternKind.PATH or self.body == spec.name != spec.label:
             return Rank.EXACT
         return Rank.NAME
 
     def _matches(self, spec: ProcessSpec) -> bool:
-        if self.kind is Kind.PATH:
+        if self.kind is PatternKind.PATH:
             name = node_name(spec)
             return name is not None and path_matches(name.split("/")[1:], self._segments)
-        if self.kind is Kind.PACKAGE:
+        if self.kind is PatternKind.PACKAGE:
             package = spec.ros and spec.ros.package
             return bool(package) and fnmatchcase(str(package), self.body)
-        if self.kind in (Kind.INCLUDE, Kind.GROUP):
+        if self.kind in (PatternKind.INCLUDE, PatternKind.GROUP):
             return self.scope_of(spec) is not None
         words = [spec.name, spec.label]
-        if self.kind is Kind.WORD:
+        if self.kind is PatternKind.WORD:
             words.append((node_name(spec) or "").rpartition("/")[2])
         return self.body == "**" or any(fnmatchcase(word, self.body) for word in words if word)
 
@@ -101,7 +107,7 @@ class Pattern(Record):
 
     def scope_of(self, spec: ProcessSpec) -> int | None:
         """The depth of the innermost include or group that it names, around the process."""
-        names = self._names_include if self.kind is Kind.INCLUDE else self._names_group
+        names = self._names_include if self.kind is PatternKind.INCLUDE else self._names_group
         return max((n for n, scope in enumerate(spec.scopes) if names(scope)), default=None)
 
     def _names_include(self, scope: Scope) -> bool:
@@ -116,12 +122,12 @@ class Pattern(Record):
         file, _, line = self.body.rpartition(":")
         return scope.line == int(line) and is_file(scope.path, file)
 
-    def is_wider_than(self, other: Pattern, spec: ProcessSpec) -> bool:
+    def is_wider_than(self, other: ProcessPattern, spec: ProcessSpec) -> bool:
         """Whether the other is an exception from this one, for a process that both match.
 
         `/a/**` is wider than `/a/b/**`, an include or a group than one inside of it.
         """
-        scoped = (Kind.INCLUDE, Kind.GROUP)
+        scoped = (PatternKind.INCLUDE, PatternKind.GROUP)
         if self.kind in scoped and other.kind in scoped:
             mine, its = self.scope_of(spec), other.scope_of(spec)
             return mine is not None and its is not None and mine < its
@@ -131,28 +137,28 @@ class Pattern(Record):
         return its_under != mine_under and its_under.startswith(mine_under)
 
 
-def _namespace(pattern: Pattern) -> str | None:
+def _namespace(pattern: ProcessPattern) -> str | None:
     """`/a/` of `/a/**`; None for other patterns."""
     before = pattern.body.removesuffix("**")
-    if pattern.kind is not Kind.PATH or before == pattern.body or _WILDCARDS.search(before):
+    if pattern.kind is not PatternKind.PATH or before == pattern.body or _WILDCARDS.search(before):
         return None
     return before
 
 
-def _with_prefix(prefix: str, body: str) -> tuple[Kind, str]:
+def _with_prefix(prefix: str, body: str) -> tuple[PatternKind, str]:
     if prefix not in PREFIXES:
         known = [f"{one}:" for one in PREFIXES]
         raise FieldError(f"unknown kind of pattern '{prefix}:'", hint=near(f"{prefix}:", known))
-    kind = Kind(prefix)
+    kind = PatternKind(prefix)
     if not body.strip() or body != body.strip():
         example = {
-            Kind.PROCESS: "process:rviz2",
-            Kind.PACKAGE: "package:nav2_*",
-            Kind.INCLUDE: "include:robot.launch.py",
-            Kind.GROUP: "group:/robot_1 or group:robot.launch.py:42",
+            PatternKind.PROCESS: "process:rviz2",
+            PatternKind.PACKAGE: "package:nav2_*",
+            PatternKind.INCLUDE: "include:robot.launch.py",
+            PatternKind.GROUP: "group:/robot_1 or group:robot.launch.py:42",
         }[kind]
         raise FieldError(f"'{prefix}:' needs a name directly behind it", hint=f"as in {example}")
-    if kind is Kind.GROUP:
+    if kind is PatternKind.GROUP:
         _check_group(body)
     return kind, body
 

@@ -9,10 +9,10 @@ from launcher.base.model.record import Record
 from launcher.base.model.spec import ProcessSpec, RosIdentity
 from launcher.base.text import suggest
 from launcher.hosts.file.model import LOCAL, Host, HostsFile, Rule
-from launcher.hosts.file.pattern import Kind, Pattern, Rank, node_name
+from launcher.hosts.file.pattern import PatternKind, ProcessPattern, Rank, node_name
 
 _MAX_LISTED = 3  # processes in a remark
-_Match = tuple[Rule, Pattern]
+_Match = tuple[Rule, ProcessPattern]
 
 
 class Component(Record):
@@ -37,7 +37,7 @@ class Candidates(Record):
     is_complete: bool = True
 
 
-class Findings(Record):
+class PlacementFindings(Record):
     """`errors` with the exit code 2; `warnings` and `remarks` are sentences."""
 
     errors: tuple[LauncherError, ...] = ()
@@ -50,7 +50,9 @@ class Placement:
 
     def __init__(self, file: HostsFile) -> None:
         self.file = file
-        self._rules: list[_Match] = [(rule, Pattern.parse(rule.pattern)) for rule in file.rules]
+        self._rules: list[_Match] = [
+            (rule, ProcessPattern.parse(rule.pattern)) for rule in file.rules
+        ]
 
     def host_of(self, spec: ProcessSpec) -> Host | None:
         """The host; None for this machine. UsageError if rules of equal rank disagree."""
@@ -77,7 +79,7 @@ class Placement:
 
     # ---- mistakes
 
-    def check(self, candidates: Candidates) -> Findings:
+    def check(self, candidates: Candidates) -> PlacementFindings:
         """What is wrong with the rules, for what a launch file would start."""
         errors = list(self._conflicts((*candidates.specs, *candidates.later)))
         warnings: list[str] = []
@@ -98,7 +100,7 @@ class Placement:
             else:
                 errors.append(_no_match(rule, pattern, candidates))
         warnings += self._unused()
-        return Findings(tuple(errors), tuple(warnings), tuple(remarks))
+        return PlacementFindings(tuple(errors), tuple(warnings), tuple(remarks))
 
     def _conflicts(self, specs: Iterable[ProcessSpec]) -> Iterator[LauncherError]:
         """The first process for each set of rules that disagree."""
@@ -149,13 +151,15 @@ def _two_hosts(spec: ProcessSpec, rules: Sequence[Rule]) -> UsageError:
 # ---- patterns without a match
 
 
-def _may_match(pattern: Pattern, spec: ProcessSpec) -> bool:
+def _may_match(pattern: ProcessPattern, spec: ProcessSpec) -> bool:
     """Whether it matches a process that was not evaluated as far as a started one."""
     if pattern.rank(spec) is not None:
         return True
     # The number is given when the process is started.
     stem, dash, number = pattern.body.rpartition("-")
-    return pattern.kind is Kind.WORD and bool(dash) and number.isdigit() and stem == spec.label
+    return (
+        pattern.kind is PatternKind.WORD and bool(dash) and number.isdigit() and stem == spec.label
+    )
 
 
 def _switched_off(rule: Rule, off: Sequence[ProcessSpec]) -> str:
@@ -170,7 +174,7 @@ def _shown(spec: ProcessSpec) -> str:
     return name if name and not name.endswith("/") else spec.label
 
 
-def _no_match(rule: Rule, pattern: Pattern, candidates: Candidates) -> UsageError:
+def _no_match(rule: Rule, pattern: ProcessPattern, candidates: Candidates) -> UsageError:
     for component in candidates.components:
         if pattern.rank(_as_node(component)) is not None:
             message = f"'{rule.pattern}' is a component, which runs where its container does"
@@ -186,9 +190,9 @@ def _as_node(component: Component) -> ProcessSpec:
     return ProcessSpec(name=name, label=name, argv=(), env={}, ros=ros)
 
 
-def _hint(pattern: Pattern, specs: Sequence[ProcessSpec]) -> str | None:
+def _hint(pattern: ProcessPattern, specs: Sequence[ProcessSpec]) -> str | None:
     known = _known(pattern.kind, specs)
-    if pattern.kind is Kind.WORD and f"/{pattern.body}" in _namespaces(specs):
+    if pattern.kind is PatternKind.WORD and f"/{pattern.body}" in _namespaces(specs):
         return f"'/{pattern.body}' is a namespace: write '/{pattern.body}/**'"
     similar = suggest(pattern.text, known)
     if similar is not None:
@@ -196,25 +200,25 @@ def _hint(pattern: Pattern, specs: Sequence[ProcessSpec]) -> str | None:
     return f"known: {', '.join(known[:12])}{' ...' * (len(known) > 12)}" if known else None
 
 
-def _known(kind: Kind, specs: Sequence[ProcessSpec]) -> list[str]:
+def _known(kind: PatternKind, specs: Sequence[ProcessSpec]) -> list[str]:
     """Patterns of this kind that match something."""
     found: list[str] = []
     for spec in specs:
         match kind:
-            case Kind.PATH:
+            case PatternKind.PATH:
                 found += [name for name in _nodes([spec]) if not name.endswith("/")]
                 found += [f"{namespace}/**" for namespace in _namespaces([spec])]
-            case Kind.PACKAGE:
+            case PatternKind.PACKAGE:
                 found += [f"package:{spec.ros.package}"] if spec.ros and spec.ros.package else []
-            case Kind.INCLUDE:
+            case PatternKind.INCLUDE:
                 found += [f"include:{_base(s.path)}" for s in spec.scopes if not s.line]
-            case Kind.GROUP:
+            case PatternKind.GROUP:
                 groups = [scope for scope in spec.scopes if scope.line]
                 found += [f"group:{scope.namespace}" for scope in groups if scope.namespace]
                 found += [f"group:{_base(scope.path)}:{scope.line}" for scope in groups]
-            case Kind.PROCESS:
+            case PatternKind.PROCESS:
                 found += [f"process:{spec.label}", f"process:{spec.name}"]
-            case Kind.WORD:
+            case PatternKind.WORD:
                 names = [name.rpartition("/")[2] for name in _nodes([spec])]
                 found += [*filter(None, names), spec.label]
     return list(dict.fromkeys(found))

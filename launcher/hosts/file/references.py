@@ -15,7 +15,7 @@ from launcher.packages.finder import own_package, share_directory
 from launcher.packages.sources import MARKERS
 
 
-class Executable(Record):
+class ExecutableReference(Record):
     """The executable of a package."""
 
     package: str
@@ -35,7 +35,7 @@ class SentFile(Record):
     name: str
 
 
-class Interpreter(Record):
+class InterpreterReference(Record):
     """The Python interpreter of the launcher there."""
 
 
@@ -45,7 +45,7 @@ class Inherited(Record):
     variable: str
 
 
-Part = str | Executable | SharedFile | SentFile | Interpreter | Inherited
+Part = str | ExecutableReference | SharedFile | SentFile | InterpreterReference | Inherited
 Word = tuple[Part, ...]  # joined without anything in between
 
 # Folders of the operating system, which has the same files on every host.
@@ -65,13 +65,13 @@ def is_interpreter(path: str) -> bool:
     )
 
 
-def executable_at(path: str) -> Executable | None:
+def executable_at(path: str) -> ExecutableReference | None:
     """The executable of a package, by its path in `lib`."""
     folder, _, name = path.rpartition("/")
     head, lib, package = folder.rpartition("/lib/")
     is_of_package = bool(lib) and "/" not in package and os.path.isfile(path)
     if is_of_package and os.path.isfile(f"{head}/{MARKERS}/{package}"):
-        return Executable(package, name)
+        return ExecutableReference(package, name)
     return None
 
 

@@ -9,9 +9,9 @@ from collections.abc import Mapping, MutableMapping
 from launcher.base.model.record import Record
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import (
-    Executable,
+    ExecutableReference,
     Inherited,
-    Interpreter,
+    InterpreterReference,
     Part,
     SentFile,
     SharedFile,
@@ -72,14 +72,14 @@ class _Resolver:
         match part:
             case str():
                 return part
-            case Executable():
+            case ExecutableReference():
                 return str(find_executable(part.package, part.name, self._environ))
             case SharedFile():
                 share = str(share_directory(part.package, self._environ))
                 return os.path.join(share, part.path) if part.path else share
             case SentFile():
                 return os.path.join(self._folder, part.name)
-            case Interpreter():
+            case InterpreterReference():
                 return sys.executable
             case Inherited():
                 return self._environ.get(part.variable, "")

@@ -9,7 +9,7 @@ from launcher.base.model.events import LoadRequest
 from launcher.base.model.record import Record, replace
 from launcher.hosts.file.model import HostsFile
 from launcher.hosts.file.order import order_for
-from launcher.hosts.file.placement import Candidates, Component, Findings, Placement
+from launcher.hosts.file.placement import Candidates, Component, Placement, PlacementFindings
 from launcher.hosts.launching.shown import HERE, PlacedThere
 from launcher.launch.plan.certainty import is_certain
 from launcher.launch.plan.planner import Plan
@@ -27,7 +27,7 @@ class Placing(Record):
     """
 
     placed: tuple[PlacedThere, ...]
-    findings: Findings
+    findings: PlacementFindings
     warnings: tuple[str, ...] = ()
 
 
@@ -66,7 +66,7 @@ def _placing(
     found: Candidates, file: HostsFile, environment: Mapping[str, str], *, with_rules: bool = True
 ) -> Placing:
     placement = Placement(file)
-    findings = placement.check(found) if with_rules else Findings()
+    findings = placement.check(found) if with_rules else PlacementFindings()
     errors: list[LauncherError] = list(findings.errors)
     warnings: list[str] = []
     placed: list[PlacedThere] = []

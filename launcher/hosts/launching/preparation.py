@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from launcher.launch.core import LaunchCore
 
 
-class Preparation:
+class HostsPreparation:
     """What a run does about discovery and other hosts.
 
     `services` are processes of ours that it starts first.
@@ -159,7 +159,7 @@ def _services(wiring: discovery.Wiring) -> tuple[ProcessSpec, ...]:
     return tuple(map(_service, wiring.servers))
 
 
-def _service(server: discovery.Server) -> ProcessSpec:
+def _service(server: discovery.DiscoveryServer) -> ProcessSpec:
     words = (sys.executable, "-m", "launcher.hosts.discovery_server", *server.arguments)
     restart = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=discovery.RESTART_DELAY_S)
     return ProcessSpec(

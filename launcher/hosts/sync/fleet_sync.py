@@ -13,8 +13,8 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from launcher.base.errors import LauncherError
 from launcher.hosts.failures import no_ssh
 from launcher.hosts.file.model import Host
-from launcher.hosts.ssh import Connection, ssh_environment
-from launcher.hosts.sync.host_sync import HostSync, Options, Outcome
+from launcher.hosts.ssh import SshConnection, ssh_environment
+from launcher.hosts.sync.host_sync import HostSync, SyncOptions, SyncOutcome
 from launcher.hosts.sync.natives import natives
 from launcher.hosts.sync.packages import Brought
 from launcher.hosts.sync.sync_session import SyncSession, script
@@ -22,7 +22,7 @@ from launcher.hosts.sync.tree import Release
 
 _MOST_AT_ONCE = 32
 
-Result = Outcome | LauncherError
+Result = SyncOutcome | LauncherError
 
 
 class FleetSync:
@@ -35,7 +35,7 @@ class FleetSync:
 
     def __init__(
         self,
-        options: Options,
+        options: SyncOptions,
         say: Callable[[str, str], None],
         words: Callable[[Host, str], Sequence[str]] | None = None,
         done: Callable[[Host, Result], None] = lambda *_: None,
@@ -58,7 +58,9 @@ class FleetSync:
         """Have the hosts use the releases that they used before."""
         return self._for_all(hosts, lambda sync: sync.roll_back())
 
-    def _for_all(self, hosts: Sequence[Host], do: Callable[[HostSync], Outcome]) -> list[Result]:
+    def _for_all(
+        self, hosts: Sequence[Host], do: Callable[[HostSync], SyncOutcome]
+    ) -> list[Result]:
         with ThreadPoolExecutor(min(len(hosts), _MOST_AT_ONCE) or 1) as pool:
             futures = {pool.submit(self._for_one, host, do): host for host in hosts}
             open_ones = dict(futures)
@@ -69,7 +71,9 @@ class FleetSync:
                 self._stop()
                 pool.shutdown()
                 ended = [one for one in open_ones if one.exception() is None]
-                done = [one for one in ended if one in over or isinstance(one.result(), Outcome)]
+                done = [
+                    one for one in ended if one in over or isinstance(one.result(), SyncOutcome)
+                ]
                 self._tell(done, open_ones)
                 raise
             if errors:
@@ -89,7 +93,7 @@ class FleetSync:
                 errors.append(error)
         return errors
 
-    def _for_one(self, host: Host, do: Callable[[HostSync], Outcome]) -> Result:
+    def _for_one(self, host: Host, do: Callable[[HostSync], SyncOutcome]) -> Result:
         begin = time.monotonic()
         try:
             session = self._opened(host)
@@ -130,4 +134,4 @@ class FleetSync:
 
 
 def _by_ssh(host: Host, text: str) -> Sequence[str]:
-    return Connection(host, None).session(text)
+    return SshConnection(host, None).session(text)

@@ -23,7 +23,7 @@ from launcher.hosts.sync.sync_session import SyncSession, blocks_of
 from launcher.hosts.sync.tree import Release
 
 
-class Options(Record):
+class SyncOptions(Record):
     """`requirements` None: no environment is made. `wheelhouse` None: pip downloads there."""
 
     requirements: PinnedList | None = None
@@ -42,7 +42,7 @@ class EnvironmentPlan(Record):
     missing: str = ""
 
 
-class Outcome(Record):
+class SyncOutcome(Record):
     """What became of one host; bytes are those that went over the network.
 
     Of a dry run, `changes` are lines `+ PATH`, `~ PATH`, `- PATH`, and `environment` tells of the
@@ -70,7 +70,7 @@ class HostSync:
         self,
         host: Host,
         session: SyncSession,
-        options: Options,
+        options: SyncOptions,
         say: Callable[[str], None],
         begin: float,
     ) -> None:
@@ -85,7 +85,7 @@ class HostSync:
         self._environment_s: float | None = None
         self._files: list[str] | None = None  # the wheels, once they were chosen
 
-    def run(self, release: Release, compiled: Sequence[Native]) -> Outcome:
+    def run(self, release: Release, compiled: Sequence[Native]) -> SyncOutcome:
         self._ask_facts()
         self._tell_unused()
         with self._naming_the_host():
@@ -112,13 +112,13 @@ class HostSync:
             done["name"], whole, sent, is_changed=True, removed=tuple(done["removed"])
         )
 
-    def roll_back(self) -> Outcome:
+    def roll_back(self) -> SyncOutcome:
         """Use the release that was used before."""
         self._ask_facts()
         if not self._options.dry_run:
             self._ask("lock", who=_who(), say=True)
         done = self._ask("rollback", dry_run=self._options.dry_run)
-        return Outcome(
+        return SyncOutcome(
             host=self._host.name,
             release=done["to"],
             before=done["from"],
@@ -138,7 +138,7 @@ class HostSync:
         return hashlib.sha256("\n".join(words).encode()).hexdigest()[:12]
 
     @property
-    def _target(self) -> wheels.Target:
+    def _target(self) -> wheels.PythonTarget:
         return wheels.target_of(self._facts)
 
     def _pins(self) -> list[Pin]:
@@ -257,7 +257,7 @@ class HostSync:
             text = error.message if error.where is None else f"{error.where}: {error.message}"
             raise HostError(self._host, Problem.OTHER, text, hint=error.hint) from None
 
-    def _compared(self, release: Release, environment: EnvironmentPlan | None) -> Outcome:
+    def _compared(self, release: Release, environment: EnvironmentPlan | None) -> SyncOutcome:
         found = self._ask("compare", entries=release.rows, sizes=release.sizes)
         changes = [
             f"{sign} {path}"
@@ -270,11 +270,11 @@ class HostSync:
         name = self._facts["current"] or ""
         return self._outcome(name, release, len(missing), is_changed=True, **more)
 
-    def _unchanged(self, release: Release) -> Outcome:
+    def _unchanged(self, release: Release) -> SyncOutcome:
         return self._outcome(self._facts["current"] or "", release, 0)
 
-    def _outcome(self, name: str, release: Release, sent: int, **more: Any) -> Outcome:
-        return Outcome(
+    def _outcome(self, name: str, release: Release, sent: int, **more: Any) -> SyncOutcome:
+        return SyncOutcome(
             host=self._host.name,
             release=name,
             files=len(release.rows),

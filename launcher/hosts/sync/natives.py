@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.base.program import program
-from launcher.hosts.sync.tree import Entry
-from launcher.hosts.sync.wheels import Target
+from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.wheels import PythonTarget
 
 _MACHINES = {3: "i686", 40: "armv7l", 62: "x86_64", 183: "aarch64", 243: "riscv64"}
 _GLIBC = re.compile(rb"\0GLIBC_2\.(\d+)(?=[\0.])")
@@ -26,12 +26,12 @@ class Native(Record):
     python: int | None
 
 
-def natives(entries: Iterable[Entry]) -> list[Native]:
+def natives(entries: Iterable[TreeEntry]) -> list[Native]:
     """The ELF files among those; OSError."""
     return [found for entry in entries if (found := _native(entry)) is not None]
 
 
-def check(found: Iterable[Native], target: Target) -> None:
+def check(found: Iterable[Native], target: PythonTarget) -> None:
     """LauncherError if a host cannot load one of the files."""
     for one in found:
         problem, hint = _problem(one, target)
@@ -40,7 +40,7 @@ def check(found: Iterable[Native], target: Target) -> None:
             raise LauncherError(f"{name} cannot be used there: {problem}", hint=hint)
 
 
-def _problem(one: Native, target: Target) -> tuple[str, str]:
+def _problem(one: Native, target: PythonTarget) -> tuple[str, str]:
     build = f"{program()} build"
     version = target.version[1]
     if one.machine != target.machine:
@@ -62,7 +62,7 @@ def _problem(one: Native, target: Target) -> tuple[str, str]:
     return "", ""
 
 
-def _native(entry: Entry) -> Native | None:
+def _native(entry: TreeEntry) -> Native | None:
     if entry.source is None:
         return None
     with open(entry.source, "rb") as file:

@@ -11,7 +11,7 @@ from launcher.base.errors import UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.hosts.sync import installed
-from launcher.hosts.sync.tree import Entry, Tree
+from launcher.hosts.sync.tree import Tree, TreeEntry
 from launcher.packages import overlay, sources
 from launcher.packages.environment import packages, underlays
 from launcher.packages.sources import MARKERS
@@ -123,7 +123,7 @@ def _add_modules(tree: Tree, site: str, build: str, egg_info: str, name: str) ->
     folder = f"/{site}/{os.path.basename(egg_info)}"
     for file in ("PKG-INFO", "entry_points.txt", "top_level.txt"):
         if os.path.isfile(path := os.path.join(egg_info, file)):
-            tree.add(Entry(path=f"{folder}/{file}", source=path))
+            tree.add(TreeEntry(path=f"{folder}/{file}", source=path))
     for module in _lines(os.path.join(egg_info, "top_level.txt")):
         path = os.path.join(build, module)
         real = os.path.realpath(path)
@@ -131,7 +131,7 @@ def _add_modules(tree: Tree, site: str, build: str, egg_info: str, name: str) ->
         if os.path.isdir(path):
             tree.add_folder(f"/{site}/{module}", real, roots)
         elif os.path.isfile(f"{path}.py"):
-            tree.add(Entry(path=f"/{site}/{module}.py", source=os.path.realpath(f"{path}.py")))
+            tree.add(TreeEntry(path=f"/{site}/{module}.py", source=os.path.realpath(f"{path}.py")))
 
 
 def _lines(path: str) -> list[str]:
@@ -142,21 +142,21 @@ def _lines(path: str) -> list[str]:
         return []
 
 
-def _for_host(entry: Entry, path: str) -> Entry:
+def _for_host(entry: TreeEntry, path: str) -> TreeEntry:
     """The entry at its place, without paths of this machine."""
     source = entry.source
     if source is None:
-        return Entry(path=path, content=entry.content, target=entry.target)
+        return TreeEntry(path=path, content=entry.content, target=entry.target)
     if os.path.basename(path) == "package.dsv":
         lines = [line for line in _lines(source) if ".." not in line]
-        return Entry(path=path, content="".join(f"{line}\n" for line in lines).encode())
+        return TreeEntry(path=path, content="".join(f"{line}\n" for line in lines).encode())
     if entry.is_executable:
         with open(source, "rb") as file:
             first = file.readline(300)
             if _SHEBANG.fullmatch(first):
                 header = _python_header(path.count("/"))
-                return Entry(path=path, content=header + file.read(), is_executable=True)
-    return Entry(path=path, source=source, is_executable=entry.is_executable)
+                return TreeEntry(path=path, content=header + file.read(), is_executable=True)
+    return TreeEntry(path=path, source=source, is_executable=entry.is_executable)
 
 
 def _python_header(depth: int) -> bytes:
@@ -254,11 +254,11 @@ def _tell_unbuilt(brought: Brought, workspace: Workspace | None, named: Sequence
             brought.tree.left_out[folder] = f"{name} is not built: {program()} build"
 
 
-def _program(path: str, target: str) -> Entry:
+def _program(path: str, target: str) -> TreeEntry:
     module, _, name = target.partition(":")
     text = f"import sys\n\nfrom {module} import {name.partition('.')[0]}\n\nsys.exit({name}())\n"
     content = _python_header(path.count("/")) + text.encode()
-    return Entry(path=path, content=content, is_executable=True)
+    return TreeEntry(path=path, content=content, is_executable=True)
 
 
 def _top_modules(name: str, folder: str, scripts: Mapping[str, str]) -> list[str]:

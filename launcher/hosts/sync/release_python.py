@@ -6,7 +6,7 @@ import posixpath
 import shlex
 
 from launcher.hosts.ssh import MADE_WITH
-from launcher.hosts.sync.tree import Entry
+from launcher.hosts.sync.tree import TreeEntry
 
 PATH = "bin/python"
 
@@ -28,21 +28,21 @@ export PATH="$venv/bin:$PATH"
 exec "$venv/bin/python\""""
 
 
-def of_environment(name: str) -> Entry:
+def of_environment(name: str) -> TreeEntry:
     """That of an environment in `venvs/`."""
     return _entry(_OF_VENV.format(name=shlex.quote(name)))
 
 
-def of_host(word: str, executable: str) -> Entry:
+def of_host(word: str, executable: str) -> TreeEntry:
     """That of the host, named `word`; a name without a folder is found after `setup` there."""
     return _entry(f"exec {shlex.quote(executable if '/' in word else word)}")
 
 
-def made_with(word: str, named: str) -> Entry:
+def made_with(word: str, named: str) -> TreeEntry:
     """Notes the interpreter of the host, and that of the hosts file, for `ssh.set_python`."""
     content = f"{word}\n{named}\n".encode("utf-8", "surrogateescape")
-    return Entry(path=posixpath.join(posixpath.dirname(PATH), MADE_WITH), content=content)
+    return TreeEntry(path=posixpath.join(posixpath.dirname(PATH), MADE_WITH), content=content)
 
 
-def _entry(start: str) -> Entry:
-    return Entry(path=PATH, content=_TEXT.format(start=start).encode(), is_executable=True)
+def _entry(start: str) -> TreeEntry:
+    return TreeEntry(path=PATH, content=_TEXT.format(start=start).encode(), is_executable=True)

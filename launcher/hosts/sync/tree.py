@@ -24,7 +24,7 @@ EXCLUDED = (
 _UNTOLD = ("__pycache__", ".pyc", ".egg-link", "easy-install.pth")  # they are made again, there
 
 
-class Entry(Record):
+class TreeEntry(Record):
     """A file, from a `source` or with a `content`; or a link to `target`."""
 
     path: str
@@ -47,16 +47,16 @@ class Tree:
     """Files by their path in the release. What is added first stays."""
 
     def __init__(self) -> None:
-        self.entries: dict[str, Entry] = {}
+        self.entries: dict[str, TreeEntry] = {}
         self.left_out: dict[str, str] = {}  # file -> reason
         self._problems: list[LauncherError] = []
 
-    def add(self, entry: Entry) -> None:
+    def add(self, entry: TreeEntry) -> None:
         self.entries.setdefault(entry.path, entry)
 
     def add_text(self, path: str, text: str, *, is_executable: bool = False) -> None:
         content = text.encode("utf-8", "surrogateescape")
-        self.add(Entry(path=path, content=content, is_executable=is_executable))
+        self.add(TreeEntry(path=path, content=content, is_executable=is_executable))
 
     def add_file(self, path: str, source: str, roots: Sequence[str]) -> None:
         """Add a file, or what a link in one of the `roots` leads to."""
@@ -66,7 +66,7 @@ class Tree:
             found = os.stat(source)
             if stat.S_ISREG(found.st_mode):
                 is_executable = bool(found.st_mode & 0o111)
-                self.add(Entry(path=path, source=source, is_executable=is_executable))
+                self.add(TreeEntry(path=path, source=source, is_executable=is_executable))
             else:
                 self.left_out[source] = "no regular file"
 
@@ -94,7 +94,7 @@ class Tree:
                 if not one.name.endswith(_UNTOLD):
                     self.left_out[one.path] = "never brought"
             elif one.is_symlink() and (target := _within(one.path, top)) is not None:
-                self.add(Entry(path=place, target=target))
+                self.add(TreeEntry(path=place, target=target))
             elif one.is_symlink() and not self._is_safe(one.path, roots):
                 continue
             elif one.is_dir():
@@ -140,11 +140,11 @@ def _within(link: str, top: str) -> str | None:
 class Release:
     """A tree with the hash of each file, as it is sent to hosts."""
 
-    def __init__(self, entries: Sequence[Entry]) -> None:
+    def __init__(self, entries: Sequence[TreeEntry]) -> None:
         """OSError if a file cannot be read."""
         self.rows: list[list[Any]] = []  # kind, path, hash or target, whether executable
         self.sizes: dict[str, int] = {}
-        self.by_hash: dict[str, Entry] = {}
+        self.by_hash: dict[str, TreeEntry] = {}
         for entry in sorted(entries, key=lambda one: one.path):
             if entry.target is not None:
                 self.rows.append(["link", entry.path, entry.target, False])
@@ -159,7 +159,7 @@ class Release:
         """What is the same for the same files at the same places."""
         return hashlib.sha256(strict_json.packed(self.rows).encode("ascii")).hexdigest()
 
-    def with_entries(self, entries: Sequence[Entry]) -> Release:
+    def with_entries(self, entries: Sequence[TreeEntry]) -> Release:
         """A release that has some more files; the others are not read again."""
         more = Release(entries)
         more.rows = sorted([*self.rows, *more.rows], key=lambda row: str(row[1]))
@@ -168,7 +168,7 @@ class Release:
         return more
 
 
-def _measured(entry: Entry) -> tuple[str, int]:
+def _measured(entry: TreeEntry) -> tuple[str, int]:
     sha, size = hashlib.sha256(), 0
     for block in entry.blocks():
         sha.update(block)

@@ -24,7 +24,7 @@ _filling = threading.Lock()
 _is_offline = False  # once it is known, no other host has to wait for it
 
 
-class Target(Record):
+class PythonTarget(Record):
     """The Python of a host; `glibc` is None with another C library."""
 
     version: tuple[int, int]
@@ -49,7 +49,7 @@ class Target(Record):
         return [*found, f"linux_{self.machine}"]
 
 
-def target_of(facts: Mapping[str, Any]) -> Target:
+def target_of(facts: Mapping[str, Any]) -> PythonTarget:
     """The target that a host's answer describes."""
     libc = facts["libc"]
     glibc = None
@@ -57,22 +57,24 @@ def target_of(facts: Mapping[str, Any]) -> Target:
         major, minor = libc[1].split(".")[:2]
         glibc = (int(major), int(minor))
     version = (int(facts["version"][0]), int(facts["version"][1]))
-    return Target(version=version, machine=facts["machine"], glibc=glibc, markers=facts["markers"])
+    return PythonTarget(
+        version=version, machine=facts["machine"], glibc=glibc, markers=facts["markers"]
+    )
 
 
-class Choice(Record):
+class WheelChoice(Record):
     """The wheels of a folder that a host needs, and what the folder lacks."""
 
     files: tuple[str, ...] = ()
     missing: tuple[Pin, ...] = ()
 
 
-def present(folder: str, pins: Sequence[Pin], target: Target) -> Choice:
+def present(folder: str, pins: Sequence[Pin], target: PythonTarget) -> WheelChoice:
     """What is there already; nothing is downloaded."""
     if not os.path.isdir(folder):
-        return Choice(missing=tuple(pins))
+        return WheelChoice(missing=tuple(pins))
     found = {pin: _best(folder, pin, target) for pin in pins}
-    return Choice(
+    return WheelChoice(
         files=tuple(file for file in found.values() if file is not None),
         missing=tuple(pin for pin, file in found.items() if file is None),
     )
@@ -81,7 +83,7 @@ def present(folder: str, pins: Sequence[Pin], target: Target) -> Choice:
 def chosen(
     folder: str,
     pins: Sequence[Pin],
-    target: Target,
+    target: PythonTarget,
     say: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
     """The file of each pin, after what is missing was downloaded; LauncherError."""
@@ -127,7 +129,7 @@ def _is_of(file: str, pin: Pin) -> bool:
     return bool(found == wanted or found.public == pin.version)
 
 
-def _best(folder: str, pin: Pin, target: Target) -> str | None:
+def _best(folder: str, pin: Pin, target: PythonTarget) -> str | None:
     """The wheel for the newest platform that the target can use."""
     tags = packaging("tags")
     supported = {tag: place for place, tag in enumerate(supported_tags(target))}
@@ -141,7 +143,7 @@ def _best(folder: str, pin: Pin, target: Target) -> str | None:
     return min(found)[1] if found else None
 
 
-def supported_tags(target: Target) -> list[Any]:
+def supported_tags(target: PythonTarget) -> list[Any]:
     """The tags of wheels that a target can use, the best first."""
     tags = packaging("tags")
     interpreter = f"cp{target.version[0]}{target.version[1]}"
@@ -162,7 +164,7 @@ def digest_of(path: str) -> str:
     return sha.hexdigest()
 
 
-def _download(folder: str, pins: Sequence[Pin], target: Target) -> str:
+def _download(folder: str, pins: Sequence[Pin], target: PythonTarget) -> str:
     """Have pip download wheels for the target; its error if it fails.
 
     Of packages without one, a wheel is made here: that of pure Python is good for every machine.

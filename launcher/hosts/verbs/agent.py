@@ -94,9 +94,9 @@ def _resume(key: str) -> int:
 
     if hand_over(key):
         return ExitCode.OK
-    from launcher.hosts.engine.frames import PREAMBLE, Kind, encode, pack
+    from launcher.hosts.engine.frames import PREAMBLE, FrameKind, encode, pack
 
     refusal = pack({"reason": "there is no agent of this run any more"})
-    sys.stdout.buffer.write(PREAMBLE + encode(Kind.REFUSAL, 0, 0.0, refusal))
+    sys.stdout.buffer.write(PREAMBLE + encode(FrameKind.REFUSAL, 0, 0.0, refusal))
     sys.stdout.flush()
     return ExitCode.PROCESS_FAILED

@@ -32,7 +32,7 @@ from launcher.hosts.engine.systemd.runs import FoundRun
 from launcher.hosts.file.file import read
 from launcher.hosts.file.order import Order
 from launcher.hosts.verbs.file import DEFAULT, hosts_path
-from launcher.language.session import Session
+from launcher.language.session import LoggingSession
 from launcher.launch.core import launched, supervising
 from launcher.launch.options import RUN_OPTIONS, run_options
 from launcher.launch.target import DEBUG, LaunchRequest
@@ -102,7 +102,7 @@ def main(words: Sequence[str]) -> int:
     what = launched(
         request,
         path=run_path,
-        wishes=Session(),  # the language has no part in it
+        wishes=LoggingSession(),  # the language has no part in it
         hosts=plan,
         run_id=f"{os.getpid()}-{run.run}",
         not_begun="not attached",

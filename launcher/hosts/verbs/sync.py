@@ -9,12 +9,12 @@ from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import UsageError
 from launcher.base.text import did_you_mean, escape
 from launcher.hosts.verbs.file import HOSTS, hosts_file
-from launcher.hosts.verbs.sync_report import Report
+from launcher.hosts.verbs.sync_report import SyncReport
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.hosts.file.model import Host
-    from launcher.hosts.sync.host_sync import Options
+    from launcher.hosts.sync.host_sync import SyncOptions
     from launcher.hosts.sync.packages import Brought
 
 
@@ -22,7 +22,7 @@ def _sync(parsed: Parsed) -> int:
     from launcher.hosts.sync.fleet_sync import FleetSync
 
     hosts = _hosts(parsed)
-    report = Report(hosts, dry_run=parsed.dry_run, rollback=parsed.rollback)
+    report = SyncReport(hosts, dry_run=parsed.dry_run, rollback=parsed.rollback)
     fleet = FleetSync(_options(parsed), _say, done=report.add)
     brought = None if parsed.rollback else _brought(parsed)
     try:
@@ -50,15 +50,15 @@ def _hosts(parsed: Parsed) -> list[Host]:
     return [file.hosts[name] for name in dict.fromkeys(parsed.host or file.hosts)]
 
 
-def _options(parsed: Parsed) -> Options:
+def _options(parsed: Parsed) -> SyncOptions:
     from launcher.hosts.sync import requirements
-    from launcher.hosts.sync.host_sync import Options
+    from launcher.hosts.sync.host_sync import SyncOptions
 
     listed = None
     if not parsed.no_venv and not parsed.rollback:
         path = parsed.requirements
         listed = requirements.default() if path is None else requirements.read(path)
-    return Options(
+    return SyncOptions(
         requirements=listed,
         wheelhouse=_folder(parsed.wheelhouse),
         dry_run=parsed.dry_run,

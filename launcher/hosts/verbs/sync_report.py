@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
     from launcher.hosts.file.model import Host
     from launcher.hosts.sync.fleet_sync import Result
-    from launcher.hosts.sync.host_sync import EnvironmentPlan, Outcome
+    from launcher.hosts.sync.host_sync import EnvironmentPlan, SyncOutcome
 
 _MOST_CHANGES = 40  # lines of a dry run for a host
 _REPEAT = "a release is used only when it is complete: repeat the command"
 
 
-class Report:
+class SyncReport:
     """Errors are told at the end, those that are alike once.
 
     `rollback` says that the command does something else when it is repeated.
@@ -55,7 +55,7 @@ class Report:
             text = f"interrupted; not done: {', '.join(self._open)}{hint}"
             print(text, file=sys.stderr, flush=True)
 
-    def _print(self, done: Outcome) -> None:
+    def _print(self, done: SyncOutcome) -> None:
         lines = [escape(_line(done, dry_run=self._dry_run))]
         if done.environment is not None:
             lines.append(escape(f"  environment: {_planned(done.environment)}"))
@@ -87,7 +87,7 @@ def joined(errors: Sequence[LauncherError]) -> Iterator[LauncherError]:
             yield first
 
 
-def _line(done: Outcome, *, dry_run: bool) -> str:
+def _line(done: SyncOutcome, *, dry_run: bool) -> str:
     head = f"{done.host}: "
     if done.before is not None:
         would = "would go back" if dry_run else "went back"

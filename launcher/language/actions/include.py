@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.entity import LaunchDescriptionEntity
 
 # Every description has this method.
@@ -155,7 +155,7 @@ class IncludeLaunchDescription(Action):
 
 
 def _names(
-    context: LaunchContext, arguments: Iterable[tuple[Any, Any]], origin: Origin | None
+    context: LaunchContext, arguments: Iterable[tuple[Any, Any]], origin: FileLine | None
 ) -> list[str]:
     if any(isinstance(one, str) or len(one) != 2 for one in arguments):
         # Imported only for an error.

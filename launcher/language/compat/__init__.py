@@ -16,7 +16,7 @@ from types import ModuleType
 import launcher.language.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import table
 from launcher.language.compat.names import PublicModule, is_public, submodules
-from launcher.language.session import Session, open_sessions, replace_environment
+from launcher.language.session import LoggingSession, open_sessions, replace_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ TOOL_NAMES = ("ros2launch", "ros2pkg")
 _FOLDER = os.path.dirname(__file__)
 
 
-class _Finder:
+class _CompatFinder:
     """Finds and makes the modules of the table."""
 
     @staticmethod
@@ -43,11 +43,11 @@ class _Finder:
             return None
         if top == "launch_testing" and _is_installed(top):
             return None  # it has everything, and works with the launcher's `launch`
-        return _Finder.spec_of(fullname)
+        return _CompatFinder.spec_of(fullname)
 
     @staticmethod
     def spec_of(fullname: str) -> ModuleSpec:
-        spec = ModuleSpec(fullname, _Finder, origin=table.__file__)  # type: ignore[arg-type]
+        spec = ModuleSpec(fullname, _CompatFinder, origin=table.__file__)  # type: ignore[arg-type]
         if submodules(fullname):
             folder = f"{_FOLDER}/{fullname}"  # does not exist; listed by _Listing
             spec.submodule_search_locations = [folder]
@@ -78,7 +78,7 @@ class _ToolFinder:
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         is_ours = fullname.partition(".")[0] in TOOL_NAMES and is_public(fullname)
-        return _Finder.spec_of(fullname) if is_ours else None
+        return _CompatFinder.spec_of(fullname) if is_ours else None
 
 
 class _Listing:
@@ -96,7 +96,7 @@ class _Listing:
 
 
 @contextmanager
-def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
+def vocabulary(words: Sequence[str] | None = None) -> Iterator[LoggingSession]:
     """Make `import launch` import the launcher's own classes.
 
     May be nested. Keep it open for the whole run: functions of launch files may import later.
@@ -105,12 +105,12 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
     Changes to modules, `sys.argv` and `os.environ` are undone on exit.
     """
     argv = sys.argv
-    session = Session()
+    session = LoggingSession()
     if words is not None:
         sys.argv = _argv(words, session)
     open_sessions.append(session)
     saved = _take_modules()
-    finder = _Finder()
+    finder = _CompatFinder()
     sys.meta_path.insert(0, finder)
     sys.meta_path.append(_ToolFinder)
     if "ament_index_python" in sys.modules:
@@ -130,7 +130,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[Session]:
         sys.modules.update(saved)
 
 
-def _argv(words: Sequence[str], session: Session) -> list[str]:
+def _argv(words: Sequence[str], session: LoggingSession) -> list[str]:
     if len(words) < 2:
         return ["ros2", "launch", *words]
     from launcher.language.argv import Argv  # only where there are arguments
@@ -144,7 +144,7 @@ def _ament() -> Any:
     return ament
 
 
-def _reset_logging(session: Session) -> None:
+def _reset_logging(session: LoggingSession) -> None:
     """Undo what a launch file has set in `launch.logging`, if any has loaded it."""
     log = sys.modules.get("launcher.language.logging.config")
     if log is not None and session is open_sessions[0]:

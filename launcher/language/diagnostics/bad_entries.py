@@ -9,7 +9,7 @@ import functools
 
 from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _LISTS = ("initial_entities", "actions")  # keywords that take a list of entitie
 class _BadEntryError(Exception):
     """Base of errors with a hint and a location for `faults.explain`."""
 
-    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
+    def __init__(self, message: str, hint: str, place: FileLine | None) -> None:
         super().__init__(message)
         known = details(self)
         known.hint, known.place = hint, place
@@ -94,7 +94,7 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
         node = _entry_node(holder, index)
         source, place = f"{type(holder).__name__}([...])", holder._origin
     if node is not None and place is not None:
-        place = Origin(place.path, node.lineno)
+        place = FileLine(place.path, node.lineno)
     return WrongEntryError(
         f"{among} in {source} is not an action: {shown(item)}", _repair(item, holder, node), place
     )
@@ -133,7 +133,7 @@ def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
     return kind(f"{source}() did not return a list of actions: {shown(result)}", hint, place)
 
 
-def return_place(function: Any) -> Origin | None:
+def return_place(function: Any) -> FileLine | None:
     """The line of the function's only `return VALUE`, else that of the function."""
     while isinstance(function, functools.partial):
         function = function.func
@@ -141,10 +141,10 @@ def return_place(function: Any) -> Origin | None:
     if code is None or code.co_filename.startswith("<") or is_own_file(code.co_filename):
         return None
     place = place_of_return(code.co_filename, code.co_name, after=code.co_firstlineno)
-    return place or Origin(code.co_filename, code.co_firstlineno)
+    return place or FileLine(code.co_filename, code.co_firstlineno)
 
 
-def place_of_return(path: str, name: str, *, after: int = 1) -> Origin | None:
+def place_of_return(path: str, name: str, *, after: int = 1) -> FileLine | None:
     """Like `return_place`, for the first function of this name at or after line `after`."""
     import ast
 
@@ -153,7 +153,7 @@ def place_of_return(path: str, name: str, *, after: int = 1) -> Origin | None:
         return None
     returns = [one for one in source_code.own_nodes(node) if isinstance(one, ast.Return)]
     values = [one for one in returns if one.value]
-    return Origin(path, values[0].lineno if len(values) == 1 else node.lineno)
+    return FileLine(path, values[0].lineno if len(values) == 1 else node.lineno)
 
 
 # Names in functions that hand over actions in another way than by returning them.
@@ -179,7 +179,7 @@ def warn_of_forgotten_return(function: Any, context: LaunchContext) -> None:
             if isinstance(made, type) and is_entity_class(made):
                 text = f"{code.co_name}() returns nothing, so its {made.__name__} is not run"
                 hint = "return a list of the actions at its end"
-                origin = Origin(code.co_filename, one.lineno)
+                origin = FileLine(code.co_filename, one.lineno)
                 context._host.warn_quirk(f"{text}; hint: {hint}", origin)
                 return
 
@@ -207,7 +207,7 @@ def _entry_node(holder: Any, index: int | None) -> ast.expr | None:
     """The code of the entry if the call lists it literally."""
     import ast
 
-    origin: Origin | None = holder._origin
+    origin: FileLine | None = holder._origin
     if origin is None or index is None:
         return None
     call = source_code.call_at(origin, type(holder).__name__)

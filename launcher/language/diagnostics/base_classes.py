@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from launcher.base.text import suggest
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -68,16 +68,16 @@ def _near_method(cls: type, wanted: str) -> str | None:
     return suggest(wanted, [name for name in _own_functions(cls) if not name.startswith("__")])
 
 
-def _place(cls: type, method: str | None) -> Origin | None:
+def _place(cls: type, method: str | None) -> FileLine | None:
     """The line of a method, else that of the class."""
     functions = _own_functions(cls)
     if method is not None:
         code = functions[method].__code__
-        return Origin(code.co_filename, code.co_firstlineno)
+        return FileLine(code.co_filename, code.co_firstlineno)
     import inspect
 
     try:
         path, (_, line) = inspect.getsourcefile(cls), inspect.getsourcelines(cls)
     except (OSError, TypeError):  # a class without a file
         return None
-    return None if path is None else Origin(path, line)
+    return None if path is None else FileLine(path, line)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 _ATTRIBUTE = "_launcher_details"
 
@@ -18,7 +18,7 @@ class ErrorDetails:
 
     def __init__(self) -> None:
         self.message: str | None = None
-        self.place: Origin | None = None
+        self.place: FileLine | None = None
         self.hint: str | None = None
         self.word: str | None = None
         self.entity: object = None

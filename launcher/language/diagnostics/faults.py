@@ -12,7 +12,7 @@ from launcher.base import text_file
 from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.language.diagnostics import hints, includes, wrong_objects, wrong_types
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin, is_library, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_library, is_own_file
 from launcher.language.diagnostics.own_faults import doubt, own_fault
 from launcher.language.sources import InvalidLaunchFileError
 
@@ -56,7 +56,7 @@ def explain(
 
 
 def _fault(
-    error: BaseException, place: Origin | None, context: LaunchContext | None
+    error: BaseException, place: FileLine | None, context: LaunchContext | None
 ) -> LaunchFileError:
     known = details(error)
     message, word = known.message or _message(error), known.word
@@ -111,7 +111,7 @@ def _message(error: BaseException) -> str:
 # ---- place
 
 
-def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | None:
+def _place(error: BaseException, path: str, entity: FileLine | None) -> FileLine | None:
     written = _written_at(error)
     if written is not None:
         return written
@@ -123,22 +123,22 @@ def _place(error: BaseException, path: str, entity: Origin | None) -> Origin | N
         # A recursion may end anywhere: show its start.
         innermost = 0 if isinstance(error, RecursionError) else -1
         return (in_launch_files or places)[innermost]
-    return Origin(path, 1) if os.path.isfile(path) else None
+    return FileLine(path, 1) if os.path.isfile(path) else None
 
 
-def _written_at(error: BaseException) -> Origin | None:
+def _written_at(error: BaseException) -> FileLine | None:
     """The place of a syntax error in a file, which an expression has none of."""
     if not isinstance(error, SyntaxError) or not error.filename or not error.lineno:
         return None
-    return None if error.filename[0] == "<" else Origin(error.filename, error.lineno)
+    return None if error.filename[0] == "<" else FileLine(error.filename, error.lineno)
 
 
-def _frames(trace: TracebackType | None) -> Iterator[Origin]:
+def _frames(trace: TracebackType | None) -> Iterator[FileLine]:
     """Frames outside of the launcher and of installed libraries, outermost first."""
     while trace is not None:
         name = trace.tb_frame.f_code.co_filename
         if not name.startswith("<") and not is_own_file(name) and not is_library(name):
-            yield Origin(name, trace.tb_lineno)
+            yield FileLine(name, trace.tb_lineno)
         trace = trace.tb_next
 
 
@@ -146,7 +146,7 @@ def _is_launch_file(name: str, path: str) -> bool:
     return name == path or name.endswith(_LAUNCH_ENDINGS)
 
 
-def _source_line(place: Origin) -> str | None:
+def _source_line(place: FileLine) -> str | None:
     import linecache
 
     return linecache.getline(place.path, place.line).rstrip("\n") or None
@@ -202,7 +202,7 @@ def _undecodable(error: BaseException, path: str) -> LaunchFileError | None:
             f"the byte 0x{data[wrong.start]:02x} is not UTF-8",
             hint="save the file as UTF-8, or name its encoding in the first line: "
             "# -*- coding: latin-1 -*-",
-            where=str(Origin(name, line)),
+            where=str(FileLine(name, line)),
         )
     except OSError:
         return None

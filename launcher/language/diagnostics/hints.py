@@ -12,7 +12,7 @@ from launcher.language.diagnostics.error_details import details
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 ENDLESS = "remove an include or a call, or give it a condition that becomes false"
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
@@ -43,7 +43,7 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
     return None
 
 
-def declared_below(message: str, place: Origin | None) -> str | None:
+def declared_below(message: str, place: FileLine | None) -> str | None:
     """The hint for a launch configuration that is read before its argument is declared."""
     found = _MISSING_CONFIGURATION.search(message)
     if found is None or place is None:
@@ -54,7 +54,7 @@ def declared_below(message: str, place: Origin | None) -> str | None:
     return f"'{found[1]}' is declared below, in line {line}; move the declaration in front"
 
 
-def _declaration(name: str, place: Origin) -> int | None:
+def _declaration(name: str, place: FileLine) -> int | None:
     """The line, from `place` on, that declares the argument."""
     import linecache
 

@@ -9,7 +9,7 @@ from types import CodeType, FunctionType, MethodType
 from launcher.base.text import suggest
 from launcher.language.configurations import ROS_NAMES
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.diagnostics.truth_values import configurations_in
 
 TYPE_CHECKING = False
@@ -28,7 +28,7 @@ _SUFFIX = re.compile(r"[._]launch\.(py|xml|ya?ml)$")
 # ---- a file that does not exist
 
 
-def explain_missing(error: BaseException, path: str, origin: Origin | None) -> None:
+def explain_missing(error: BaseException, path: str, origin: FileLine | None) -> None:
     """Attach message, hint and place to an error about an included file that does not exist."""
     place = None if origin is None else _line_of_file(origin, os.path.basename(path))
     for one in (error, error.__cause__):
@@ -39,18 +39,18 @@ def explain_missing(error: BaseException, path: str, origin: Origin | None) -> N
             known.word = os.path.basename(path)
 
 
-def _line_of_file(origin: Origin, name: str) -> Origin:
+def _line_of_file(origin: FileLine, name: str) -> FileLine:
     """The line of the include that has the file name, else its first line."""
     import linecache
 
     lines = linecache.getlines(origin.path)[origin.line - 1 :]
     for number, line in enumerate(lines[:_MAX_LINES], start=origin.line):
         if name in line:
-            return Origin(origin.path, number)
+            return FileLine(origin.path, number)
     return origin
 
 
-def _near_file(path: str, origin: Origin | None) -> str | None:
+def _near_file(path: str, origin: FileLine | None) -> str | None:
     folder, name = os.path.split(path)
     if not os.path.isdir(folder):
         parent = os.path.dirname(folder)
@@ -94,7 +94,7 @@ def _folders(folder: str) -> list[str]:
 # ---- a cycle
 
 
-def cycle(context: LaunchContext | None) -> tuple[str, Origin] | None:
+def cycle(context: LaunchContext | None) -> tuple[str, FileLine] | None:
     """(sentence, place of an include) if the launch files include each other."""
     if context is None:
         return None
@@ -111,7 +111,7 @@ def cycle(context: LaunchContext | None) -> tuple[str, Origin] | None:
     return None
 
 
-def _cycle(files: list[str], includers: dict[str, Origin | None]) -> tuple[str, Origin] | None:
+def _cycle(files: list[str], includers: dict[str, FileLine | None]) -> tuple[str, FileLine] | None:
     # Written from the file that was launched, as far as it is in the cycle.
     first = next((one for one in includers if one in files), files[0])
     at = files.index(first) if first in files[:-1] else 0
@@ -135,7 +135,7 @@ class NotPairsError(ValueError):
 
     ros_type = "ValueError"
 
-    def __init__(self, origin: Origin | None) -> None:
+    def __init__(self, origin: FileLine | None) -> None:
         super().__init__("launch_arguments takes pairs of name and value")
         from launcher.language.diagnostics import source_code
 
@@ -175,7 +175,7 @@ def _differ_in_digits(one: str, other: str) -> bool:
     return re.sub(r"\d", "", one) == re.sub(r"\d", "", other)
 
 
-def _line_with(origin: Origin, name: str) -> Origin:
+def _line_with(origin: FileLine, name: str) -> FileLine:
     """The line of the include that has the name, else its first line."""
     import ast
     import linecache
@@ -187,13 +187,13 @@ def _line_with(origin: Origin, name: str) -> Origin:
         lines = linecache.getlines(origin.path)
         for number, line in enumerate(lines[origin.line - 1 :], start=origin.line):
             if written.search(line):
-                return Origin(origin.path, number)
+                return FileLine(origin.path, number)
         return origin
     for node in source_code.nodes_at(origin):
         for one in ast.walk(node) if isinstance(node, ast.Call) else ():
             is_name = isinstance(one, ast.Constant) and one.value == name
             if is_name or (isinstance(one, ast.keyword) and one.arg == name):
-                return Origin(origin.path, one.lineno)  # type: ignore[attr-defined]
+                return FileLine(origin.path, one.lineno)  # type: ignore[attr-defined]
     return origin
 
 

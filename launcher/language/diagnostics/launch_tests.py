@@ -10,7 +10,7 @@ from launcher.base.program import program
 from launcher.base.text import shown_path
 from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 
 _FUNCTION = "generate_test_description"
 # Package -> the program that runs its tests.
@@ -30,7 +30,7 @@ def explain(error: BaseException, module: ModuleType, path: str) -> None:
     what = "it is" if function is None else f"{_FUNCTION}() makes it"
     known = details(error)
     known.message = f"{what} a test of {package}, not a launch file"
-    known.place = Origin(path, 1 if function is None else function.lineno)
+    known.place = FileLine(path, 1 if function is None else function.lineno)
     known.hint = how_to_run(package, path)
     known.word = package if function is None else _FUNCTION
 

@@ -7,7 +7,7 @@ import re
 
 from launcher.base.text import suggest
 from launcher.language.diagnostics import source_code
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.substitution import Substitution
 
 _JOINS = ("os.path.join", "path.join", "osp.join", "join")
@@ -28,7 +28,7 @@ _REFUSED = (
 _OBJECT = re.compile(r"<launch[\w.]*\.(\w+) object at 0x\w+>")
 
 
-def sentence(error: BaseException, place: Origin | None) -> tuple[str, str, str] | None:
+def sentence(error: BaseException, place: FileLine | None) -> tuple[str, str, str] | None:
     """(message, hint, word of the line) if the cause is a substitution used as text."""
     text = str(error)
     found = _OBJECT.search(text)
@@ -49,7 +49,7 @@ def sentence(error: BaseException, place: Origin | None) -> tuple[str, str, str]
     return message, _instead(text, place) or _performed(name, place), name
 
 
-def _no_attribute(error: AttributeError, place: Origin | None) -> tuple[str, str, str] | None:
+def _no_attribute(error: AttributeError, place: FileLine | None) -> tuple[str, str, str] | None:
     wanted = getattr(error, "name", None)
     if not wanted or not isinstance(error.obj, Substitution):
         return None
@@ -73,7 +73,7 @@ def _class_names() -> set[str]:
     return names
 
 
-def _instead(text: str, place: Origin | None) -> str | None:
+def _instead(text: str, place: FileLine | None) -> str | None:
     """The expression of this line that Python refused with this text, with substitutions."""
     for node in () if place is None else source_code.nodes_at(place):
         better = _with_substitutions(node, text)
@@ -104,7 +104,7 @@ def _summands(node: ast.expr) -> list[ast.expr]:
     return [node]
 
 
-def _performed(name: str, place: Origin | None) -> str:
+def _performed(name: str, place: FileLine | None) -> str:
     """`write d.perform(context) in an OpaqueFunction`, with the code of the substitution."""
     written = f"{name}(...)"
     for node in () if place is None else source_code.nodes_at(place):

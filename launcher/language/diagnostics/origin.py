@@ -14,7 +14,7 @@ _OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"
 _MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
 
 
-class Origin(Record):
+class FileLine(Record):
     """A file and a line in it, from 1."""
 
     path: str
@@ -24,7 +24,7 @@ class Origin(Record):
         return f"{shown_path(self.path)}:{self.line}"
 
 
-def caller_origin() -> Origin | None:
+def caller_origin() -> FileLine | None:
     """The innermost frame outside of the launcher's code; None if it is not a file or too far."""
     frame = sys._getframe(1)
     for _ in range(_MAX_FRAMES):
@@ -38,9 +38,9 @@ def caller_origin() -> Origin | None:
 
 
 @functools.lru_cache(maxsize=64)
-def _shared(path: str, line: int) -> Origin:
+def _shared(path: str, line: int) -> FileLine:
     """An action creates several objects, all of them at its own place."""
-    return Origin(path, line)
+    return FileLine(path, line)
 
 
 def is_own_file(path: str) -> bool:

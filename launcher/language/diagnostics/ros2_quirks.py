@@ -9,12 +9,12 @@ from launcher.base.text import suggest
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 _SIM_TIME = "_is_on_sim_time"  # attribute of the context
 
 
-def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> None:
+def scope_is_lost(context: LaunchContext, what: str, origin: FileLine | None) -> None:
     """A timer or handler in a scoped group runs its actions outside of that scope."""
     lost = context._lost_later()
     if lost:
@@ -23,7 +23,7 @@ def scope_is_lost(context: LaunchContext, what: str, origin: Origin | None) -> N
         context._host.warn_quirk(text, origin)
 
 
-def value_of_another_include(context: LaunchContext, name: str, origin: Origin | None) -> None:
+def value_of_another_include(context: LaunchContext, name: str, origin: FileLine | None) -> None:
     """An argument gets a value that an unrelated, earlier include left behind."""
     setter = context.launch_configurations.origin_of(name)
     known = context._includers
@@ -42,7 +42,7 @@ def value_of_another_include(context: LaunchContext, name: str, origin: Origin |
     context._host.warn_quirk(text, origin)
 
 
-def this_file_is_another(context: LaunchContext, what: str, origin: Origin | None) -> None:
+def this_file_is_another(context: LaunchContext, what: str, origin: FileLine | None) -> None:
     """After an include, "this file" is the included one."""
     path = context.get_locals_as_dict().get("current_launch_file_path")
     if (
@@ -55,13 +55,13 @@ def this_file_is_another(context: LaunchContext, what: str, origin: Origin | Non
     context._host.warn_quirk(f"{what} is that of {path}, which was included before", origin)
 
 
-def setting_leaks(context: LaunchContext, what: str, origin: Origin | None) -> None:
+def setting_leaks(context: LaunchContext, what: str, origin: FileLine | None) -> None:
     """SetParameter and SetRemap leave a scoped group if there was one outside before."""
     text = f"{what} also applies after its group, because of an earlier one outside"
     context._host.warn_quirk(text, origin)
 
 
-def text_is_no_text(context: LaunchContext, name: str, value: str, origin: Origin | None) -> None:
+def text_is_no_text(context: LaunchContext, name: str, value: str, origin: FileLine | None) -> None:
     """SetParameter passes texts without quotes, and rcl reads a number or something else."""
     from launcher.base.model.parameter_text import rule
 
@@ -70,7 +70,7 @@ def text_is_no_text(context: LaunchContext, name: str, value: str, origin: Origi
         context._host.warn_quirk(text, origin)
 
 
-def parameter_file_is_missing(context: LaunchContext, path: str, origin: Origin | None) -> None:
+def parameter_file_is_missing(context: LaunchContext, path: str, origin: FileLine | None) -> None:
     """A node starts without a parameter file that does not exist."""
     text = f"Parameter file path is not a file: {path}; the node starts without it"
     folder, name = os.path.split(os.path.abspath(path))
@@ -84,7 +84,7 @@ def note_sim_time(context: LaunchContext, value: bool) -> None:
     setattr(context, _SIM_TIME, value)
 
 
-def timer_is_on_wall_time(context: LaunchContext, origin: Origin | None) -> None:
+def timer_is_on_wall_time(context: LaunchContext, origin: FileLine | None) -> None:
     """Nodes of this scope use simulated time, a RosTimer does not."""
     if not getattr(context, _SIM_TIME, False):
         text = (

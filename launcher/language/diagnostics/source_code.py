@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def _tree(text: str) -> ast.Module | None:
         return None
 
 
-def nodes_at(place: Origin) -> Iterator[ast.expr]:
+def nodes_at(place: FileLine) -> Iterator[ast.expr]:
     """The expressions that begin or go on in this line, outer ones first.
 
     Those of a statement over several lines are found only where they have a part in the line.
@@ -41,7 +41,7 @@ def nodes_at(place: Origin) -> Iterator[ast.expr]:
                 yield node
 
 
-def call_at(place: Origin, name: str) -> ast.Call | None:
+def call_at(place: FileLine, name: str) -> ast.Call | None:
     """The only call of this name that begins in the line."""
     found = [
         node
@@ -53,12 +53,12 @@ def call_at(place: Origin, name: str) -> ast.Call | None:
     return found[0] if len(found) == 1 else None
 
 
-def keyword_place(place: Origin, call: str, keyword: str) -> Origin | None:
+def keyword_place(place: FileLine, call: str, keyword: str) -> FileLine | None:
     """The line of a keyword argument of the call that begins in the line of `place`."""
     node = call_at(place, call)
     for one in () if node is None else node.keywords:
         if one.arg == keyword:
-            return Origin(place.path, one.lineno)
+            return FileLine(place.path, one.lineno)
     return None
 
 

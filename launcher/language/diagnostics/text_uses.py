@@ -13,7 +13,7 @@ from types import FrameType
 
 from launcher.language import session
 from launcher.language.diagnostics import source_code
-from launcher.language.diagnostics.origin import Origin, is_library
+from launcher.language.diagnostics.origin import FileLine, is_library
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def warn_of_comparison(sub: Substitution, other: str, frame: FrameType) -> None:
         session.current().warn(f"{text}; hint: {hint}", origin)
 
 
-def warn_of_letters(keyword: str, value: Any, origin: Origin | None) -> None:
+def warn_of_letters(keyword: str, value: Any, origin: FileLine | None) -> None:
     """A text was given for a list of words, and each letter of it becomes a word."""
     if isinstance(value, str) and len(value) > 1:
         text = f"{keyword} is a text, of which each letter becomes a word"
@@ -68,13 +68,13 @@ def warn_of_one_word(words: list[str], context: LaunchContext, action: Any) -> N
     context._host.warn_quirk(f"{text}; hint: {hint}", action._origin)
 
 
-def _user_origin(frame: FrameType) -> Origin | None:
+def _user_origin(frame: FrameType) -> FileLine | None:
     """Where the code is, unless it belongs to a library."""
     path = frame.f_code.co_filename
-    return None if path.startswith("<") or is_library(path) else Origin(path, frame.f_lineno)
+    return None if path.startswith("<") or is_library(path) else FileLine(path, frame.f_lineno)
 
 
-def _list_instead(origin: Origin, sub: Substitution) -> str:
+def _list_instead(origin: FileLine, sub: Substitution) -> str:
     """The pieces of the only f-string in this line as a list."""
     strings = [node for node in source_code.nodes_at(origin) if isinstance(node, ast.JoinedStr)]
     pieces: list[str] = []

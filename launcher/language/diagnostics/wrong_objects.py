@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from launcher.language.diagnostics import source_code
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _WANTED = {
 _COMPARISONS = {ast.Eq: "EqualsSubstitution", ast.NotEq: "NotEqualsSubstitution"}
 
 
-def sentence(error: BaseException, place: Origin | None) -> tuple[str, str, str] | None:
+def sentence(error: BaseException, place: FileLine | None) -> tuple[str, str, str] | None:
     """(message, hint, word of the line) if an argument lacks what an action called."""
     wanted = getattr(error, "name", None)
     if not isinstance(error, AttributeError) or wanted not in _WANTED or not _is_raised_here(error):
@@ -42,7 +42,7 @@ def sentence(error: BaseException, place: Origin | None) -> tuple[str, str, str]
     return message, hints[wanted], name
 
 
-def keyword_value(place: Origin | None, names: tuple[str, ...]) -> tuple[str, ast.expr] | None:
+def keyword_value(place: FileLine | None, names: tuple[str, ...]) -> tuple[str, ast.expr] | None:
     """The only argument of one of these names in the calls of this line, and its code."""
     found: list[tuple[str, ast.expr]] = []
     for node in () if place is None else source_code.nodes_at(place):
@@ -82,7 +82,7 @@ def comparison(node: ast.expr) -> str | None:
     return f"{name}({ast.unparse(node.left)}, {ast.unparse(node.comparators[0])})"
 
 
-def comparison_at(place: Origin | None) -> tuple[str, str] | None:
+def comparison_at(place: FileLine | None) -> tuple[str, str] | None:
     """The only comparison in this line as a substitution, and its first word."""
     found: list[tuple[str, str]] = []
     for node in () if place is None else source_code.nodes_at(place):
@@ -95,7 +95,7 @@ def comparison_at(place: Origin | None) -> tuple[str, str] | None:
 # ---- None
 
 
-def none_is_given(error: BaseException, place: Origin | None) -> bool:
+def none_is_given(error: BaseException, place: FileLine | None) -> bool:
     """Whether the launch file passes None to what failed."""
     if not isinstance(error, (AttributeError, TypeError)):
         return False

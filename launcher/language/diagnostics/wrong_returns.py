@@ -9,7 +9,7 @@ import os
 
 from launcher.language.diagnostics.bad_entries import name_of, return_place, shown
 from launcher.language.diagnostics.error_details import details
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_own_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,13 +26,13 @@ class WrongReturnError(TypeError):
 
     ros_type = "TypeError"
 
-    def __init__(self, message: str, hint: str, place: Origin | None) -> None:
+    def __init__(self, message: str, hint: str, place: FileLine | None) -> None:
         super().__init__(message)
         known = details(self)
         known.message, known.hint, known.place = message, hint, place
 
 
-class NoDescriptionError(WrongReturnError, AttributeError):
+class NoDescriptionReturnedError(WrongReturnError, AttributeError):
     """A launch file, or a source of one, returned no LaunchDescription."""
 
     ros_type = "AttributeError"
@@ -67,7 +67,7 @@ def no_text(subs: Iterable[Any], texts: Sequence[Any]) -> TypeError:
     return WrongReturnError(message, "set it to a text, as in str(...)", _origin(sub))
 
 
-def no_description(include: Any, value: Any) -> NoDescriptionError:
+def no_description(include: Any, value: Any) -> NoDescriptionReturnedError:
     """The error about an include that gave no LaunchDescription."""
     from launcher.language.diagnostics.bad_entries import place_of_return, returned_instead
 
@@ -77,11 +77,11 @@ def no_description(include: Any, value: Any) -> NoDescriptionError:
         if function is not None:
             message = f"{type(source).__name__}.{name}() returned {shown(value)}"
             place, hint = return_place(function), "return a LaunchDescription"
-            return NoDescriptionError(f"{message}, not a LaunchDescription", hint, place)
+            return NoDescriptionReturnedError(f"{message}, not a LaunchDescription", hint, place)
     path = include._get_launch_file()
     place = place_of_return(path, required) or include._origin
     message = f"{required}() of {path} returned {shown(value)}, not a LaunchDescription"
-    return NoDescriptionError(message, returned_instead(path, value), place)
+    return NoDescriptionReturnedError(message, returned_instead(path, value), place)
 
 
 def warn_of_no_truth(condition: Any, value: Any, context: LaunchContext) -> None:
@@ -103,7 +103,7 @@ def _overriding(owner: Any, name: str) -> Any:
     return None if code is None or is_own_file(code.co_filename) else function
 
 
-def _origin(owner: Any) -> Origin | None:
+def _origin(owner: Any) -> FileLine | None:
     return getattr(owner, "_origin", None)
 
 

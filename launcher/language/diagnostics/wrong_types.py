@@ -7,7 +7,7 @@ import re
 
 from launcher.base.model.record import Record
 from launcher.language.diagnostics import not_texts, source_code, wrong_objects
-from launcher.language.diagnostics.origin import Origin, is_own_file
+from launcher.language.diagnostics.origin import FileLine, is_own_file
 from launcher.language.entity import LaunchDescriptionEntity
 
 TYPE_CHECKING = False
@@ -43,10 +43,10 @@ class Sentence(Record):
     message: str
     hint: str | None
     word: str | None = None
-    place: Origin | None = None
+    place: FileLine | None = None
 
 
-def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
+def sentence(error: BaseException, place: FileLine | None) -> Sentence | None:
     """The sentence for a classic mistake; None if it is none."""
     text = str(error)
     found = _NOT_EXPECTED.match(text) if isinstance(error, TypeError) else None
@@ -75,12 +75,12 @@ def sentence(error: BaseException, place: Origin | None) -> Sentence | None:
     return _single(found[1], place)
 
 
-def _remappings(message: str, place: Origin | None) -> Sentence:
+def _remappings(message: str, place: FileLine | None) -> Sentence:
     hint, at = "write remappings=[('from', 'to')]", None
     for node in () if place is None else source_code.nodes_at(place):
         for one in node.keywords if isinstance(node, ast.Call) else ():
             if one.arg == "remappings" and place is not None:
-                at = Origin(place.path, one.lineno)
+                at = FileLine(place.path, one.lineno)
                 if isinstance(one.value, ast.Tuple) and len(one.value.elts) == 2:
                     hint = f"write remappings=[{ast.unparse(one.value)}]"
     return Sentence(message=message, hint=hint, word="remappings", place=at)
@@ -89,7 +89,7 @@ def _remappings(message: str, place: Origin | None) -> Sentence:
 # ---- a value of a wrong type
 
 
-def _wrong_type(found: re.Match[str], place: Origin | None) -> Sentence:
+def _wrong_type(found: re.Match[str], place: FileLine | None) -> Sentence:
     caller, name, value = found["caller"], found["name"], found["value"]
     given = found["given"].rpartition(".")[2]
     if name == "remap_rule":
@@ -126,7 +126,7 @@ def _written(
     types: Sequence[str],
     given: str,
     value: str,
-    place: Origin | None,
+    place: FileLine | None,
     caller: str | None,
     name: str,
 ) -> str | None:
@@ -148,7 +148,7 @@ def _written(
 # ---- a single action instead of a list
 
 
-def _single(name: str, place: Origin | None) -> Sentence | None:
+def _single(name: str, place: FileLine | None) -> Sentence | None:
     if not name[0].isupper():
         return None
     for node in () if place is None else source_code.nodes_at(place):
@@ -173,7 +173,7 @@ def _is_in_launcher(error: BaseException) -> bool:
     return trace is not None and is_own_file(trace.tb_frame.f_code.co_filename)
 
 
-def _no_text(kind: str, place: Origin | None, error: BaseException) -> Sentence:
+def _no_text(kind: str, place: FileLine | None, error: BaseException) -> Sentence:
     compared = wrong_objects.comparison_at(place) if kind == "bool" else None
     if compared is not None:
         message = "a substitution is compared with a text, and is never equal to it"
@@ -186,7 +186,7 @@ def _no_text(kind: str, place: Origin | None, error: BaseException) -> Sentence:
     (node,) = values
     code = ast.unparse(node)
     text = f"str({code})" if kind == "PosixPath" else repr(code.lower() if kind == "bool" else code)
-    at = Origin(place.path, node.lineno)
+    at = FileLine(place.path, node.lineno)
     return Sentence(message=message, hint=f"write {text}", word=code, place=at)
 
 
@@ -202,7 +202,7 @@ def _given_text(kind: str, error: BaseException) -> str | None:
     return repr(str(found[0]))
 
 
-def _values_of(kind: str, place: Origin) -> Iterator[ast.expr]:
+def _values_of(kind: str, place: FileLine) -> Iterator[ast.expr]:
     """Values of this type in the calls that begin in the line, without those in dictionaries."""
     calls = (one for one in source_code.nodes_at(place) if isinstance(one, ast.Call))
     call = next((one for one in calls if one.lineno == place.line), None)
@@ -222,7 +222,7 @@ def _values_of(kind: str, place: Origin) -> Iterator[ast.expr]:
 # ---- positional arguments
 
 
-def _positional(name: str, place: Origin | None) -> Sentence:
+def _positional(name: str, place: FileLine | None) -> Sentence:
     message = f"{name} takes its arguments by name"
     call = None if place is None else source_code.call_at(place, name)
     if call is None:

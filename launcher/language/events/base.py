@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.entity import LaunchDescriptionEntity
 
 
@@ -26,7 +26,7 @@ class Event:
 class BaseEventHandler:
     """Base of handlers; subclasses override `handle` and call super()."""
 
-    _origin: Origin | None = None  # of the action of the launch file that has registered it
+    _origin: FileLine | None = None  # of the action of the launch file that has registered it
 
     def __init__(self, *, matcher: Callable[[Event], bool], handle_once: bool = False) -> None:
         self.__matcher = matcher

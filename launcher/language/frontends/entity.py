@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
 from launcher.base.text import did_you_mean
-from launcher.language.frontends.errors import Place, UnexpectedContentError
+from launcher.language.frontends.errors import SourcePlace, UnexpectedContentError
 from launcher.language.type_utils import get_typed_value
 
 TYPE_CHECKING = False
@@ -21,7 +21,7 @@ class SourceText:
         self.path = path
         self.text = text
         self._lines: list[str] | None = None
-        self._last_read: tuple[str, Place] | None = None
+        self._last_read: tuple[str, SourcePlace] | None = None
 
     @property
     def lines(self) -> list[str]:
@@ -31,17 +31,17 @@ class SourceText:
             self._lines = self.text.split("\n")
         return self._lines
 
-    def place(self, line: int, column: int | None = None) -> Place:
+    def place(self, line: int, column: int | None = None) -> SourcePlace:
         """A spot with the text of its line; line and column from 1."""
         source_line = self.lines[line - 1] if 0 < line <= len(self.lines) else None
-        return Place(self.path, line, column, source_line)
+        return SourcePlace(self.path, line, column, source_line)
 
-    def note_read(self, value: object, place: Place) -> None:
+    def note_read(self, value: object, place: SourcePlace) -> None:
         """Remember where the text was read: it is parsed next."""
         if isinstance(value, str):
             self._last_read = (value, place)
 
-    def place_of(self, value: object) -> Place | None:
+    def place_of(self, value: object) -> SourcePlace | None:
         """The place of this text, if it was read last."""
         if self._last_read is not None and self._last_read[0] == value:
             return self._last_read[1]
@@ -70,7 +70,7 @@ class Entity:
         raise NotImplementedError
 
     @property
-    def place(self) -> Place | None:
+    def place(self) -> SourcePlace | None:
         """Its position, if it comes from a file."""
         return None
 

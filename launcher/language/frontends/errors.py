@@ -17,7 +17,7 @@ _SHOWN = 120  # characters of a text of the launch file in a message
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SourcePlace:
     """A spot in a launch file; line and column count from 1."""
 
     path: str
@@ -43,7 +43,7 @@ class FrontendError(LaunchFileError):
         self,
         message: str,
         *,
-        place: Place | None = None,
+        place: SourcePlace | None = None,
         hint: str | None = None,
         ros_type: str | None = None,
     ) -> None:
@@ -157,7 +157,7 @@ def shown(text: object) -> str:
     return found if len(found) <= _SHOWN else f"{found[:_SHOWN]}..."
 
 
-def locate(error: LaunchFileError, place: Place | None) -> None:
+def locate(error: LaunchFileError, place: SourcePlace | None) -> None:
     """Set the place of an error, unless it has one."""
     if place is not None and error.where is None:
         error.where = place.where

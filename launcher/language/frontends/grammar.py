@@ -41,7 +41,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class SubstitutionCall:
     """`$(name word word)`; a word is a sequence of parts, and may be empty."""
 
     name: str
@@ -49,7 +49,7 @@ class Call:
     position: int
 
 
-Part = Text | Call
+Part = Text | SubstitutionCall
 
 
 class GrammarError(ValueError):
@@ -65,7 +65,7 @@ def parse_template(source: str) -> tuple[Part, ...]:
     """The parts of an attribute's value; GrammarError if it is invalid. Never empty."""
     if "$" not in source:
         return (Text(unescape(source), 0),)
-    return _Reader(source).template()
+    return _SubstitutionReader(source).template()
 
 
 def unescape(text: str) -> str:
@@ -73,7 +73,7 @@ def unescape(text: str) -> str:
     return re.sub(_ESCAPED, r"\1", text) if "\\" in text else text
 
 
-class _Reader:
+class _SubstitutionReader:
     """One pass over a source text, left to right, without backtracking."""
 
     def __init__(self, source: str) -> None:
@@ -94,7 +94,7 @@ class _Reader:
         start, self._at = self._at, found.end()
         return Text(unescape(found.group()), start)
 
-    def _call(self, quote: str) -> Call:
+    def _call(self, quote: str) -> SubstitutionCall:
         start = self._at
         self._take("$(", "a substitution")
         self._depth += 1
@@ -107,7 +107,7 @@ class _Reader:
         words = self._words(quote)
         self._take(")", f"')' to close '$({name.group()}'")
         self._depth -= 1
-        return Call(name.group(), words, start)
+        return SubstitutionCall(name.group(), words, start)
 
     def _words(self, quote: str) -> tuple[tuple[Part, ...], ...]:
         words = []

@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.base.text import did_you_mean
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends import expose
 from launcher.language.frontends.errors import (
     FrontendError,
-    Place,
+    SourcePlace,
     StructureError,
     as_lark_error,
     locate,
     shown,
 )
-from launcher.language.frontends.grammar import Call, GrammarError, Part, Text, parse_template
+from launcher.language.frontends.grammar import (
+    GrammarError,
+    Part,
+    SubstitutionCall,
+    Text,
+    parse_template,
+)
 from launcher.language.substitution import Substitution, TextSubstitution
 
 TYPE_CHECKING = False
@@ -30,7 +36,7 @@ _ROS_1_WORDS = {
 }
 
 
-def parse_substitution(value: str, place: Place | None = None) -> list[Substitution]:
+def parse_substitution(value: str, place: SourcePlace | None = None) -> list[Substitution]:
     """The substitutions of a template; `place` is where it begins in the launch file.
 
     FrontendError for invalid syntax, an unknown substitution or wrong arguments.
@@ -46,7 +52,7 @@ def parse_substitution(value: str, place: Place | None = None) -> list[Substitut
         raise
 
 
-def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
+def parse_if_substitutions(value: Any, place: SourcePlace | None = None) -> Any:
     """Substitutions if the value is a text that contains some, else the value.
 
     Items of a list are parsed one by one; ValueError if their types then differ.
@@ -61,7 +67,7 @@ def parse_if_substitutions(value: Any, place: Place | None = None) -> Any:
     return output
 
 
-def _parse_if(value: Any, kinds: set[type], place: Place | None) -> Any:
+def _parse_if(value: Any, kinds: set[type], place: SourcePlace | None) -> Any:
     if not isinstance(value, str):
         kinds.add(type(value))
         return value
@@ -72,18 +78,20 @@ def _parse_if(value: Any, kinds: set[type], place: Place | None) -> Any:
     return substitutions
 
 
-def _build(part: Part, place: Place | None) -> Substitution:
+def _build(part: Part, place: SourcePlace | None) -> Substitution:
     if isinstance(part, Text):
         substitution: Substitution = TextSubstitution(text=part.text)
     else:
         words = [[_build(piece, place) for piece in word] for word in part.words]
         substitution = _call(part, words, place)
     if place is not None:
-        substitution._origin = Origin(place.path, place.line)
+        substitution._origin = FileLine(place.path, place.line)
     return substitution
 
 
-def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) -> Substitution:
+def _call(
+    call: SubstitutionCall, words: Sequence[list[Substitution]], place: SourcePlace | None
+) -> Substitution:
     here = _shifted(place, call.position)
     method = expose.substitution_parser(call.name)
     if method is None:
@@ -110,7 +118,7 @@ def _call(call: Call, words: Sequence[list[Substitution]], place: Place | None) 
     return made
 
 
-def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> FrontendError:
+def _syntax_error(value: str, problem: GrammarError, place: SourcePlace | None) -> FrontendError:
     return FrontendError(
         f"in '{shown(value)}': {problem}",
         place=_shifted(place, problem.position),
@@ -119,11 +127,11 @@ def _syntax_error(value: str, problem: GrammarError, place: Place | None) -> Fro
     )
 
 
-def _shifted(place: Place | None, characters: int) -> Place | None:
+def _shifted(place: SourcePlace | None, characters: int) -> SourcePlace | None:
     """The place moved right within its line; approximate if the line contains escapes."""
     if place is None or place.column is None or place.source_line is None:
         return place
     column = place.column + characters
     if column > len(place.source_line) + 1:
         return place
-    return Place(place.path, place.line, column, place.source_line)
+    return SourcePlace(place.path, place.line, column, place.source_line)

@@ -10,12 +10,12 @@ from launcher.base import text_file
 from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.language import frontend_registry
 from launcher.language.description import LaunchDescription
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends import expose, grammar, grammar_substitutions
 from launcher.language.frontends.entity import Entity, SourceText
 from launcher.language.frontends.errors import (
     FrontendError,
-    Place,
+    SourcePlace,
     StructureError,
     count_of,
     first_of,
@@ -126,7 +126,7 @@ class Parser:
         actions = self.parse_actions(entity.children)
         description = LaunchDescription(actions, deprecated_reason=deprecated)
         if entity.place is not None:
-            description._origin = Origin(entity.place.path, entity.place.line)
+            description._origin = FileLine(entity.place.path, entity.place.line)
         return description
 
     def parse_actions(self, entities: Iterable[Entity]) -> list[Action]:
@@ -166,7 +166,7 @@ class Parser:
             ros_type = getattr(problem, "ros_type", type(problem).__name__)
             raise FrontendError(message, place=place, hint=hint, ros_type=ros_type) from problem
         if place is not None:
-            action._origin = Origin(place.path, place.line)
+            action._origin = FileLine(place.path, place.line)
         return action
 
     def parse_substitution(self, value: str) -> list[Substitution]:
@@ -177,7 +177,7 @@ class Parser:
         """Substitutions if the value is a text that contains some, else the value."""
         return grammar_substitutions.parse_if_substitutions(value, self._place_of(value))
 
-    def _place_of(self, value: object) -> Place | None:
+    def _place_of(self, value: object) -> SourcePlace | None:
         return self.source.place_of(value) if self.source is not None else None
 
     def escape_characters(self, value: str) -> str:
@@ -202,7 +202,7 @@ def read_text(file: Any) -> SourceText:
         wrong = problem.object[problem.start]
         raise FrontendError(
             f"the byte 0x{wrong:02x} is not UTF-8",
-            place=Place(path, problem.object.count(b"\n", 0, problem.start) + 1),
+            place=SourcePlace(path, problem.object.count(b"\n", 0, problem.start) + 1),
             hint="save the file as UTF-8",
             ros_type="UnicodeDecodeError",
         ) from problem
@@ -211,7 +211,9 @@ def read_text(file: Any) -> SourceText:
         raise FrontendError(message, ros_type=type(problem).__name__) from problem
     if text_file.is_pointer(text):
         raise FrontendError(
-            text_file.pointer_sentence("it"), place=Place(path, 1), hint=text_file.POINTER_HINT
+            text_file.pointer_sentence("it"),
+            place=SourcePlace(path, 1),
+            hint=text_file.POINTER_HINT,
         )
     return SourceText(path, text)
 

@@ -11,7 +11,7 @@ from launcher.language.frontends.errors import (
     AttributeTypeError,
     FrontendError,
     MissingAttributeError,
-    Place,
+    SourcePlace,
     UnexpectedContentError,
     attribute_hint,
     missing_hint,
@@ -32,7 +32,7 @@ def parse_xml(source: SourceText) -> XmlElement:
     if len(source.text) > MAX_TEXT:
         raise FrontendError("the file is too large for a launch file", ros_type="ParseError")
     if not source.text.strip():
-        first = Place(source.path, 1)
+        first = SourcePlace(source.path, 1)
         raise FrontendError("the file is empty", place=first, ros_type="ParseError")
     try:
         return xml_tree.parse(source.text)
@@ -83,7 +83,7 @@ class XmlEntity(Entity):
         return self._entities(self._element.children)
 
     @property
-    def place(self) -> Place:
+    def place(self) -> SourcePlace:
         return self._source.place(self._element.line, self._element.column)
 
     @property
@@ -146,7 +146,7 @@ class XmlEntity(Entity):
     def _entities(self, elements: list[XmlElement]) -> list[XmlEntity]:
         return [XmlEntity(element, self._source) for element in elements]
 
-    def _attribute_place(self, name: str) -> Place:
+    def _attribute_place(self, name: str) -> SourcePlace:
         """Where the value of an attribute begins; the tag, if it cannot be found."""
         found = self._find_attribute(name)
         return self.place if found is None else self._source.place(found[0], found[1].end() + 1)

@@ -14,7 +14,7 @@ from launcher.language.frontends.errors import (
     AttributeTypeError,
     FrontendError,
     MissingAttributeError,
-    Place,
+    SourcePlace,
     StructureError,
     UnexpectedContentError,
     attribute_hint,
@@ -104,7 +104,7 @@ def _child_nodes(node: yaml.Node) -> Iterator[yaml.Node]:
         yield from node.value
 
 
-def _place(node: yaml.Node, source: SourceText) -> Place:
+def _place(node: yaml.Node, source: SourceText) -> SourcePlace:
     return source.place(node.start_mark.line + 1, node.start_mark.column + 1)
 
 
@@ -135,7 +135,7 @@ class YamlEntity(Entity):
         return self._type_name
 
     @property
-    def place(self) -> Place | None:
+    def place(self) -> SourcePlace | None:
         """Where its key begins; for an item of a list, where the item begins."""
         node = self._key_node or self._node
         return _place(node, self._source) if node is not None else None
@@ -264,7 +264,7 @@ class YamlEntity(Entity):
         return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
 
     def _not_one_action(
-        self, item: Any, node: yaml.Node | None, place: Place | None
+        self, item: Any, node: yaml.Node | None, place: SourcePlace | None
     ) -> StructureError:
         message = f"each item of '{self._type_name}' is one action: a mapping with exactly one key"
         hint = "begin each action with '- '" if isinstance(item, dict) else None
@@ -281,11 +281,11 @@ class YamlEntity(Entity):
     def _value_node(self, name: Any) -> yaml.Node | None:
         return _pair_of_key(self._node, name)[1]
 
-    def _value_place(self, name: Any) -> Place | None:
+    def _value_place(self, name: Any) -> SourcePlace | None:
         node = self._value_node(name)
         return _place(node, self._source) if node is not None else self.place
 
-    def _key_place(self, key: Any) -> Place | None:
+    def _key_place(self, key: Any) -> SourcePlace | None:
         node, _ = _pair_of_key(self._node, key)
         return self.place if node is None else _place(node, self._source)
 

@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.host import Host
+    from launcher.language.host import EntityHost
 
 
 class TimerLoop(asyncio.AbstractEventLoop):
@@ -21,7 +21,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
     interleave in a fixed order, in real and in virtual time.
     """
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: EntityHost) -> None:
         self._host = host
         self._tasks: set[asyncio.Task[Any]] = set()
         self._timer_ids: dict[int, int] = {}
@@ -127,7 +127,7 @@ class TimerLoop(asyncio.AbstractEventLoop):
         self._tasks.clear()
 
 
-def make_loop(host: Host) -> TimerLoop:
+def make_loop(host: EntityHost) -> TimerLoop:
     """A loop for the coroutines of one run; unsupported methods raise NotImplementedError."""
     loop_class: Any = TimerLoop
     loop_class.__abstractmethods__ = frozenset()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from launcher.language.actions.process import ExecuteLocal
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.events.base import Event
     from launcher.language.interpreter.node_names import NodeNames
     from launcher.language.interpreter.parameter_files import ParameterFiles
@@ -32,7 +32,7 @@ _MAX_SKIPPED = 100  # actions that are recorded for the message about an empty r
 Answer = Callable[[model.Effect], Iterable[model.Event]]
 
 
-class Process:
+class RequestedProcess:
     """A requested process; `active` from StartProcess to its last exit."""
 
     __slots__ = ("action", "active")
@@ -57,7 +57,7 @@ class Quirk(Record):
     """A warning about surprising behaviour copied from ROS 2, and its place."""
 
     text: str
-    origin: Origin | None
+    origin: FileLine | None
 
     def render(self) -> str:
         """The line to print."""
@@ -80,7 +80,7 @@ class RunHost:
         self.effects: list[model.Effect] = []
         self.answers: deque[model.Event] = deque()
         self.steps: deque[Callable[[], None]] = deque()
-        self.processes: dict[int, Process] = {}
+        self.processes: dict[int, RequestedProcess] = {}
         self.timers: dict[int, PendingTimer] = {}
         self.waiting: dict[int, Callable[[Any], None]] = {}
         self.lifecycle_watchers: dict[str, list[Callable[[Any], None]]] = {}
@@ -101,7 +101,7 @@ class RunHost:
         self._depth = 0
         self.shutdown_filter: Callable[[Shutdown], bool] = lambda event: True
 
-    # ---- for entities (launcher.language.host.Host)
+    # ---- for entities (launcher.language.host.EntityHost)
 
     def accepts(self, event: Event) -> bool:
         """Queue everything but a shutdown that the driver's filter rejects."""
@@ -144,7 +144,7 @@ class RunHost:
             action._completed()
             return
         process_id = self._new_id()
-        self.processes[process_id] = Process(action)
+        self.processes[process_id] = RequestedProcess(action)
         if "--ros-args" in spec.argv:
             self._names_of_nodes.add_process(spec, self.processes[process_id])
         if "--params-file" in spec.argv:
@@ -239,7 +239,7 @@ class RunHost:
         if self.scopes is not None:
             self.scopes.skipped(action)
 
-    def warn_quirk(self, text: str, origin: Origin | None) -> None:
+    def warn_quirk(self, text: str, origin: FileLine | None) -> None:
         quirk = Quirk(text, origin)
         if quirk not in self.quirks:
             self.quirks[quirk] = None
@@ -249,7 +249,7 @@ class RunHost:
     def configuration_read(self, name: str) -> None:
         self.names_read.add(name)
 
-    def configuration_written(self, name: str, value: Any, origin: Origin | None) -> None:
+    def configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
         if self.trace is not None:
             self.trace.configured(name, value, origin)
 
@@ -262,14 +262,14 @@ class RunHost:
         if source is not None:
             self._sources[path] = source
 
-    def uses_parameter_file(self, path: str, node: str | None, origin: Origin | None) -> None:
+    def uses_parameter_file(self, path: str, node: str | None, origin: FileLine | None) -> None:
         self._files_of_nodes.add_component(path, node, origin)
 
     def load_component(
         self,
         request: Any,
         done: Callable[[Any], None],
-        origin: Origin | None = None,
+        origin: FileLine | None = None,
         rest: tuple[Any, ...] = (),
     ) -> None:
         self._names_of_nodes.add_component(request, origin)

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.base.model.events import LoadRequest
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.interpreter.host import RunHost
 
 
 class _Node:
     """`process` is the one that it lives in; None if that is not known."""
 
-    def __init__(self, what: str, origin: Origin | None, process: Any) -> None:
+    def __init__(self, what: str, origin: FileLine | None, process: Any) -> None:
         self.what = what
         self.origin = origin
         self.process = process
@@ -46,7 +46,7 @@ class NodeNames:
             domain = spec.env.get("ROS_DOMAIN_ID") or "0"
             self._add(domain, name, _Node(spec.name, process.action._origin, process))
 
-    def add_component(self, request: LoadRequest, origin: Origin | None) -> None:
+    def add_component(self, request: LoadRequest, origin: FileLine | None) -> None:
         """A node is about to be loaded; its name may be unknown."""
         if not request.name:
             return

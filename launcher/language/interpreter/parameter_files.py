@@ -20,7 +20,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 _MAX_SHOWN = 4  # keys and nodes
 
@@ -36,7 +36,7 @@ class ParameterFiles:
         self,
         generated: Mapping[str, Any],
         sources: Mapping[str, str],
-        warn: Callable[[str, Origin | None], None],
+        warn: Callable[[str, FileLine | None], None],
     ) -> None:
         self._generated = generated
         self._sources = sources
@@ -44,14 +44,14 @@ class ParameterFiles:
         self._unused: dict[str, _File] = {}
         self._settled: set[str] = set()
 
-    def add_process(self, spec: ProcessSpec, origin: Origin | None) -> None:
+    def add_process(self, spec: ProcessSpec, origin: FileLine | None) -> None:
         """A process is about to start, which may be a node."""
         name = full_node_name(spec.argv)
         for option, path in ros_options(spec.argv):
             if option is PARAMETER_FILE:
                 self._add(path, name, origin, cwd=spec.cwd)
 
-    def add_component(self, path: str, node: str | None, origin: Origin | None) -> None:
+    def add_component(self, path: str, node: str | None, origin: FileLine | None) -> None:
         """A component with this full name gets the file, which may be names and values only."""
         self._add(path, node, origin, is_flat_allowed=True)
 
@@ -59,7 +59,7 @@ class ParameterFiles:
         self,
         given: str,
         node: str | None,
-        origin: Origin | None,
+        origin: FileLine | None,
         *,
         cwd: str | None = None,
         is_flat_allowed: bool = False,
@@ -75,7 +75,7 @@ class ParameterFiles:
         file.nodes.append(node)
         self._unused[path] = file
 
-    def _read(self, path: str, given: str, origin: Origin | None) -> _File | None:
+    def _read(self, path: str, given: str, origin: FileLine | None) -> _File | None:
         name = self._sources.get(path, given)
         if path in self._generated:
             return _File(name, origin, tree=self._generated[path])
@@ -108,7 +108,7 @@ class _File:
     """A file, and nodes for which it has nothing. Its text is parsed only if it has to be."""
 
     def __init__(
-        self, path: str, origin: Origin | None, *, text: str = "", tree: Any = None
+        self, path: str, origin: FileLine | None, *, text: str = "", tree: Any = None
     ) -> None:
         self.path = path
         self.origin = origin

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 NAMESPACE = "ros_namespace"  # the launch configuration
 
 
-class Level:
+class VisitLevel:
     """A visit below others; `namespace` is that of a group that pushes one."""
 
     __slots__ = ("entity", "namespace", "parent")
 
-    def __init__(self, parent: Level | None, entity: Any) -> None:
+    def __init__(self, parent: VisitLevel | None, entity: Any) -> None:
         self.parent = parent
         self.entity = entity
         self.namespace: str | None = None
@@ -49,7 +49,7 @@ class Level:
     def scopes(self) -> tuple[Scope, ...]:
         """Those of the parents and its own, the outermost first."""
         found: list[Scope] = []
-        level: Level | None = self
+        level: VisitLevel | None = self
         while level is not None:
             found += filter(None, [level.scope])
             level = level.parent
@@ -61,10 +61,10 @@ class Scopes:
 
     def __init__(self, context: LaunchContext) -> None:
         self._context = context
-        self._path: list[Level] = []
-        self._later: dict[int, tuple[Any, Level]] = {}  # by id of an entity that comes later
-        self._of: dict[int, Level] = {}  # by id of an action
-        self._pushing: tuple[Level, Any] | None = None  # the group, and its namespace before
+        self._path: list[VisitLevel] = []
+        self._later: dict[int, tuple[Any, VisitLevel]] = {}  # by id of an entity that comes later
+        self._of: dict[int, VisitLevel] = {}  # by id of an action
+        self._pushing: tuple[VisitLevel, Any] | None = None  # the group, and its namespace before
         self.off: list[ProcessSpec] = []
         self.is_off_complete = True
 
@@ -74,7 +74,7 @@ class Scopes:
         del self._path[depth - 1 :]
         known = self._later.get(id(entity))
         parent = known[1] if known else self._path[-1] if self._path else None
-        level = Level(parent, entity)
+        level = VisitLevel(parent, entity)
         self._path.append(level)
         if isinstance(entity, ExecuteLocal):
             self._of[id(entity)] = level
@@ -102,7 +102,7 @@ class Scopes:
         known = self._later.get(id(entity))
         return known[1].scopes if known else ()
 
-    def _begin_push(self, level: Level | None) -> None:
+    def _begin_push(self, level: VisitLevel | None) -> None:
         while level is not None and not isinstance(level.entity, GroupAction):
             level = level.parent
         if level is not None:

@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 
 from launcher.language.conditions import Condition
 from launcher.language.context import LaunchContext
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.diagnostics.truth_values import configurations_in
 
 
-class Setting(NamedTuple):
+class ConfigurationSetting(NamedTuple):
     """A launch configuration that got a value; `origin` is None for the command line."""
 
     name: str
     value: Any
-    origin: Origin | None
+    origin: FileLine | None
 
 
 class Visit:
@@ -36,7 +36,7 @@ class Visit:
         self.event = event
         self.children: list[Visit] = []
         self.read: dict[str, Any] = {}
-        self.settings: list[Setting] = []
+        self.settings: list[ConfigurationSetting] = []
         self.logs: list[str] = []
         self.processes: list[int] = []
         self.skipped = False
@@ -85,10 +85,10 @@ class Trace:
         if self._current is not None and self._current.entity is action:
             self._current.skipped = True
 
-    def configured(self, name: str, value: Any, origin: Origin | None) -> None:
+    def configured(self, name: str, value: Any, origin: FileLine | None) -> None:
         """A launch configuration was set."""
         if self._current is not None:
-            self._current.settings.append(Setting(name, value, origin))
+            self._current.settings.append(ConfigurationSetting(name, value, origin))
 
     def logged(self, text: str) -> None:
         """The launch file printed a message."""
@@ -111,7 +111,7 @@ class Trace:
         name = visit.entity.name
         value = configurations.peek(name)
         if value is not None:
-            visit.settings.append(Setting(name, value, configurations.origin_of(name)))
+            visit.settings.append(ConfigurationSetting(name, value, configurations.origin_of(name)))
 
     def _values(self, condition: Condition) -> dict[str, Any]:
         names = dict.fromkeys(configurations_in(condition))

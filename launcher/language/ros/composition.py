@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
-    from launcher.language.diagnostics.origin import Origin
+    from launcher.language.diagnostics.origin import FileLine
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
@@ -229,7 +229,7 @@ def _load_request(
     composable_node_description: ComposableNode,
     context: LaunchContext,
     container: str,
-    origin: Origin | None,
+    origin: FileLine | None,
 ) -> LoadRequest | None:
     """The request to the container; None if the description's condition is false."""
     description = composable_node_description

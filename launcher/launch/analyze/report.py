@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from launcher.base.text import count, escape, shown_path
-from launcher.launch.analyze.timeline import Start, Timeline, critical_chain
+from launcher.launch.analyze.timeline import FirstStart, Timeline, critical_chain
 
 _MIN_BAR = 20  # columns
 _BAR_SHARE = 0.1  # of what follows the start-up that is shown as well
@@ -38,7 +38,7 @@ def _summary(found: Timeline) -> list[str]:
     return texts
 
 
-def _state(start: Start) -> str:
+def _state(start: FirstStart) -> str:
     if start.ended_s is not None:
         return f"it has ended at {start.ended_s:.2f} s"
     if start.started_s is not None:
@@ -46,7 +46,7 @@ def _state(start: Start) -> str:
     return f"waiting since {start.queued_s:.2f} s"
 
 
-def _name(start: Start) -> str:
+def _name(start: FirstStart) -> str:
     name = escape(start.name, keep="")
     return name if len(name) <= _MAX_NAME else f"{name[: _MAX_NAME - 3]}..."
 
@@ -107,7 +107,7 @@ def document(found: Timeline) -> dict[str, Any]:
     }
 
 
-def _entry(start: Start) -> dict[str, Any]:
+def _entry(start: FirstStart) -> dict[str, Any]:
     times = ("queued_s", "released_s", "started_s", "ready_s", "ended_s", "own_s")
     found = {name: getattr(start, name) for name in times}
     return {

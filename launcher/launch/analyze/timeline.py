@@ -29,7 +29,7 @@ _STAMP = re.compile(r"(\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)-(\d{6})-.*")
 
 
 @dataclass(slots=True)
-class Start:
+class FirstStart:
     """The first start of a process; None: that has not happened.
 
     `waited_for` are the processes that it had to wait for, `why` how the wait has ended.
@@ -69,7 +69,7 @@ class Timeline:
     """`until_s` is the time of the last event: of a running launch, about now."""
 
     folder: str
-    processes: dict[str, Start] = field(default_factory=dict)
+    processes: dict[str, FirstStart] = field(default_factory=dict)
     until_s: float = 0.0
 
     @property
@@ -78,7 +78,7 @@ class Timeline:
         return max((one.done_s or 0.0 for one in self.processes.values()), default=0.0)
 
     @property
-    def unready(self) -> list[Start]:
+    def unready(self) -> list[FirstStart]:
         return [one for one in self.processes.values() if one.done_s is None]
 
 
@@ -123,9 +123,9 @@ def _begun(folder: str) -> float | None:
     return None
 
 
-def _take(processes: dict[str, Start], name: str, event: RunEvent, at_s: float) -> None:
+def _take(processes: dict[str, FirstStart], name: str, event: RunEvent, at_s: float) -> None:
     if isinstance(event, (Waiting, Started, NotStarted)):
-        processes.setdefault(name, Start(name, at_s))
+        processes.setdefault(name, FirstStart(name, at_s))
     if name not in processes:
         return
     start = processes[name]
@@ -140,10 +140,10 @@ def _take(processes: dict[str, Start], name: str, event: RunEvent, at_s: float) 
             start.ended_s = at_s
 
 
-def critical_chain(found: Timeline) -> list[Start]:
+def critical_chain(found: Timeline) -> list[FirstStart]:
     """The process that was ready last, the one that it waited for last, and so on."""
     done = [one for one in found.processes.values() if one.done_s is not None]
-    chain: list[Start] = []
+    chain: list[FirstStart] = []
     last = max(done, key=lambda one: one.done_s or 0.0, default=None)
     while last is not None and last not in chain:
         chain.append(last)

@@ -47,7 +47,7 @@ def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> lis
     return [*words, *(f"{k}={v}" for k, v in sorted(changed_variables(env, before).items()))]
 
 
-class ParameterFiles:
+class ParameterFileWriter:
     """Writes the generated parameter files of a plan for commands that are pasted later.
 
     The name of a file contains a hash of its content, so the next plan reuses it.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.launch.plan.command_line import ParameterFiles
+from launcher.launch.plan.command_line import ParameterFileWriter
 from launcher.launch.plan.plan_tree import plan_tree
 
 TYPE_CHECKING = False
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from launcher.launch.plan.tree import Branch
 
 
-class _NoFiles(ParameterFiles):
+class _NoFiles(ParameterFileWriter):
     """Nobody pastes a command of this tree."""
 
     def keep(self, label: str, content: Mapping[str, Any]) -> tuple[str | None, str]:

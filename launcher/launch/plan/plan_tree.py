@@ -22,7 +22,7 @@ from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction
 from launcher.language.description import LaunchDescription
 from launcher.launch.plan.certainty import is_own_function
-from launcher.launch.plan.command_line import ParameterFiles, command_line
+from launcher.launch.plan.command_line import ParameterFileWriter, command_line
 from launcher.launch.plan.entities import (
     condition_text,
     handler_entities,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from launcher.base.model.events import StateRequest
-    from launcher.language.interpreter.trace import Setting, Visit
+    from launcher.language.interpreter.trace import ConfigurationSetting, Visit
     from launcher.launch.plan.place import Placed
     from launcher.launch.plan.planner import Plan, PlannedProcess, Stamp
 
@@ -58,7 +58,7 @@ _OUTER_DEPTH = 3  # description, include of the command line, description of the
 _MAX_DEPTH = 30  # of visits; a launch file that includes itself goes deeper
 
 
-def plan_tree(plan: Plan, files: ParameterFiles, placed: Sequence[Placed] = ()) -> Branch:
+def plan_tree(plan: Plan, files: ParameterFileWriter, placed: Sequence[Placed] = ()) -> Branch:
     """The tree of a dry run; generated parameter files are written by `files`.
 
     `placed` are the processes on their hosts, if there is a hosts file.
@@ -80,7 +80,7 @@ def run_tree(plan: Plan) -> Branch:
 
 
 class _PlanTree:
-    def __init__(self, plan: Plan, files: ParameterFiles, placed: Sequence[Placed]) -> None:
+    def __init__(self, plan: Plan, files: ParameterFileWriter, placed: Sequence[Placed]) -> None:
         self._plan = plan
         self._files = files
         self._placed = dict(enumerate(placed))
@@ -316,7 +316,7 @@ def _head(visit: Visit) -> tuple[str, str]:
     return headline(entity), where
 
 
-def _source(visit: Visit, setting: Setting) -> str:
+def _source(visit: Visit, setting: ConfigurationSetting) -> str:
     where = place(setting.origin)
     if setting.origin is None:
         return "command line"

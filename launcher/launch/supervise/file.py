@@ -23,10 +23,10 @@ def read(path: str) -> list[Setting]:
 
 def parse(text: str, path: str) -> list[Setting]:
     """As `read`, of a text; `path` is for places."""
-    return _Reader(text, path).settings()
+    return _SuperviseReader(text, path).settings()
 
 
-class _Reader(DocumentReader):
+class _SuperviseReader(DocumentReader):
     def __init__(self, text: str, path: str) -> None:
         super().__init__(text, path, what="a supervision file", hint=_EXAMPLE, loader=TextLoader)
 

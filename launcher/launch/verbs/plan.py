@@ -292,13 +292,13 @@ def _show_tree(
     places: Places | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
-    from launcher.launch.plan.command_line import ParameterFiles
+    from launcher.launch.plan.command_line import ParameterFileWriter
     from launcher.launch.plan.plan_tree import plan_tree
     from launcher.launch.plan.tree import draw
     from launcher.output.stdout import wants_colour
 
     placed = () if places is None else places.placed
-    tree = draw(plan_tree(plan, ParameterFiles(), placed), colour=wants_colour(1, os.environ))
+    tree = draw(plan_tree(plan, ParameterFileWriter(), placed), colour=wants_colour(1, os.environ))
     lines = [tree, *_warnings(plan, places), *remarks]
     if places is not None and (line := places.discovery_line()):
         lines.append(line)

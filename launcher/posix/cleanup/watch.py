@@ -26,7 +26,7 @@ NOTE_ADOPTED_S = 0.1
 NOTE_ALL_S = 1.0  # reads a file of every thread
 
 
-class Watch:
+class RunWatch:
     """The run of `launcher`, our parent; `kind` as in `cgroup.make`, or `none`.
 
     The launcher is in a control group of the run. Where none can be made, its descendants are

@@ -23,12 +23,12 @@ def main() -> None:
     sys.path.append(os.path.abspath(__file__).rpartition("/launcher/posix/")[0])
     # Imported now: a watchdog that cannot work exits at once, and the launcher warns of it.
     from launcher.posix import dispositions
-    from launcher.posix.cleanup.watch import Watch
+    from launcher.posix.cleanup.watch import RunWatch
 
     os.chdir("/")  # so that it keeps no file system in use
     dispositions.ignore()
     run_id, launcher, kind, *before = sys.argv[1:]
-    watch = Watch(run_id, int(launcher), kind, frozenset(map(int, before)))
+    watch = RunWatch(run_id, int(launcher), kind, frozenset(map(int, before)))
     poll = select.poll()
     poll.register(0, select.POLLIN)
     while True:

@@ -257,7 +257,7 @@ class DiscoveryReader:
                 continue  # malformed
 
     def _take(self, part: rtps.Part, host: str) -> None:
-        if isinstance(part, rtps.Request):
+        if isinstance(part, rtps.AckNack):
             asker = self._peers.get(part.reader[: rtps.PREFIX_BYTES])
             if asker and part.writer_entity == rtps.SUBSCRIPTIONS_WRITER:
                 self._subscribe(asker)

@@ -58,7 +58,7 @@ class Gap:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
+class AckNack:
     """A reader requests samples from one of our writers."""
 
     reader: bytes
@@ -72,7 +72,7 @@ class Fragment:
     writer: bytes
 
 
-Part = Data | Heartbeat | Gap | Request | Fragment
+Part = Data | Heartbeat | Gap | AckNack | Fragment
 
 
 def parts(datagram: bytes, own_prefix: bytes) -> Iterator[Part]:
@@ -130,8 +130,8 @@ def _gap(source: bytes, flags: int, order: str, body: bytes) -> Gap:
     return Gap(writer=source + body[4:8], numbers=frozenset({*range(start, base), *listed}))
 
 
-def _request(source: bytes, flags: int, order: str, body: bytes) -> Request:
-    return Request(reader=source + body[:4], writer_entity=body[4:8])
+def _request(source: bytes, flags: int, order: str, body: bytes) -> AckNack:
+    return AckNack(reader=source + body[:4], writer_entity=body[4:8])
 
 
 def _fragment(source: bytes, flags: int, order: str, body: bytes) -> Fragment:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from launcher.base.text import count
 from launcher.ros.draw.filter import Mode
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
-from launcher.ros.snapshot.qos_matching import Link, links
+from launcher.ros.snapshot.qos_matching import TopicLink, links
 
 
 def to_tree(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:
@@ -25,7 +25,7 @@ def _mark(node: str, snapshot: TopicGraph) -> str:
     return twins + ("  GHOST: its process is gone" if node in snapshot.ghosts else "")
 
 
-def _ends(node: str, snapshot: TopicGraph, found: list[Link]) -> Iterator[str]:
+def _ends(node: str, snapshot: TopicGraph, found: list[TopicLink]) -> Iterator[str]:
     own = sorted(
         {(not e.is_publisher, e.topic): e for e in snapshot.endpoints if e.node == node}.items()
     )
@@ -34,7 +34,7 @@ def _ends(node: str, snapshot: TopicGraph, found: list[Link]) -> Iterator[str]:
         yield f"{branch} {_end(endpoint, found)}"
 
 
-def _end(endpoint: Endpoint, found: list[Link]) -> str:
+def _end(endpoint: Endpoint, found: list[TopicLink]) -> str:
     arrow, side = ("->", "target") if endpoint.is_publisher else ("<-", "source")
     own = "source" if endpoint.is_publisher else "target"
     others = [
@@ -45,7 +45,7 @@ def _end(endpoint: Endpoint, found: list[Link]) -> str:
     return f"{arrow} {endpoint.topic} [{endpoint.type}] {arrow} {', '.join(others) or '(none)'}"
 
 
-def _neighbours(node: str, found: list[Link]) -> Iterator[str]:
+def _neighbours(node: str, found: list[TopicLink]) -> Iterator[str]:
     own = [link for link in found if link.source == node]
     for index, link in enumerate(own):
         branch = "└─" if index == len(own) - 1 else "├─"
@@ -53,7 +53,7 @@ def _neighbours(node: str, found: list[Link]) -> Iterator[str]:
         yield f"{branch} -> {link.target} by {link.topic}{fault}"
 
 
-def _summary(snapshot: TopicGraph, found: list[Link]) -> str:
+def _summary(snapshot: TopicGraph, found: list[TopicLink]) -> str:
     parts = [count(len(snapshot.nodes), "node"), count(len(snapshot.topics()), "topic")]
     if faults := sum(link.fault is not None for link in found):
         parts.append(count(faults, "connection") + " on which nothing arrives")

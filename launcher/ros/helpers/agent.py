@@ -45,7 +45,7 @@ from launcher.base.text import error_text
 from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.helpers.clean_up import limited_clean_up
-from launcher.ros.helpers.lifecycle_client import LifecycleClient, Step
+from launcher.ros.helpers.lifecycle_client import LifecycleClient, StateChange
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ WARN_AFTER_S = 10.0  # that a node is not there which requests wait for
 Answer = dict[str, Any]
 
 
-class Agent(Node):  # type: ignore[misc]  # rclpy has no types
+class AgentNode(Node):  # type: ignore[misc]  # rclpy has no types
     """Sends requests of the launch file to services, and reports transitions."""
 
     def __init__(self, write: Callable[[Answer], None]) -> None:
@@ -108,7 +108,7 @@ class Agent(Node):  # type: ignore[misc]  # rclpy has no types
     def _lifecycle_node(self, name: str) -> LifecycleClient:
         if name not in self._lifecycle_nodes:
 
-            def report(step: Step, label: str) -> None:
+            def report(step: StateChange, label: str) -> None:
                 start, goal = step
                 states = {"start_state": start, "goal_state": goal}
                 self._write({"node": name, "transition": label, **states})
@@ -241,7 +241,7 @@ def _decoded(value: dict[str, Any]) -> Any:
     return [bytes([one]) for one in value["bytes"]] if value.keys() == {"bytes"} else value
 
 
-def _read_requests(agent: Agent) -> None:
+def _read_requests(agent: AgentNode) -> None:
     for line in sys.stdin:
         agent.submit(strict_json.unpacked(line, object_hook=_decoded))
     rclpy.try_shutdown()
@@ -251,7 +251,7 @@ def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    agent = Agent(_write_line)
+    agent = AgentNode(_write_line)
     executor = SingleThreadedExecutor()  # made before the input, which may have ended already
     executor.add_node(agent)
     threading.Thread(target=_read_requests, args=(agent,), daemon=True).start()

@@ -29,7 +29,7 @@ class Loaded(NamedTuple):
     full_name: str
 
 
-class Step(enum.Enum):
+class LoadStep(enum.Enum):
     """What to do next for a request."""
 
     WAIT = enum.auto()
@@ -38,7 +38,7 @@ class Step(enum.Enum):
     GIVE_UP = enum.auto()
 
 
-class LoadRequest:
+class ComponentLoad:
     """The state machine of a load request; no I/O. Times are seconds of one monotonic clock.
 
     `full_name` is empty if the plug-in chooses the name of its node.
@@ -49,19 +49,19 @@ class LoadRequest:
         self._due_s: float | None = None
         self._sent = self._absent = 0
 
-    def next_step(self, now_s: float) -> Step:
+    def next_step(self, now_s: float) -> LoadStep:
         """Call it regularly while the container is there."""
         if self._due_s is not None and now_s < self._due_s:
-            return Step.WAIT
+            return LoadStep.WAIT
         is_new = self._due_s is None
         self._due_s = now_s + OVERDUE_S
         if not is_new and self._absent < MAX_ABSENT:
-            return Step.ASK
+            return LoadStep.ASK
         if self._sent == MAX_SENT:
-            return Step.GIVE_UP
+            return LoadStep.GIVE_UP
         self._absent = 0
         self._sent += 1
-        return Step.SEND
+        return LoadStep.SEND
 
     def look_up(self, nodes: Mapping[int, str], known: set[Loaded]) -> Loaded | None:
         """The node that was requested, by a list of the container; `known` are other requests'."""
@@ -73,7 +73,7 @@ class LoadRequest:
         return max(found)  # the newest: numbers increase
 
 
-class _Pending:
+class _PendingLoad:
     """A request, its futures, and who waits for the answer."""
 
     def __init__(self, request_id: int, message: Any, done: Done) -> None:
@@ -83,7 +83,7 @@ class _Pending:
         name = message.node_name
         namespace = message.node_namespace.strip("/")
         prefix = f"/{namespace}" if namespace else ""
-        self.state = LoadRequest(f"{prefix}/{name}" if name else "")
+        self.state = ComponentLoad(f"{prefix}/{name}" if name else "")
         self.answers: list[Any] = []
         self.questions: list[Any] = []
 
@@ -100,7 +100,7 @@ class ContainerClient:
         self._question = ListNodes.Request
         self._load = node.create_client(LoadNode, f"{container}/_container/load_node")
         self._list = node.create_client(ListNodes, f"{container}/_container/list_nodes")
-        self._pending: list[_Pending] = []
+        self._pending: list[_PendingLoad] = []
         self._known: set[Loaded] = set()
 
     @property
@@ -114,7 +114,7 @@ class ContainerClient:
 
     def load(self, request_id: int, message: Any, done: Done) -> None:
         """Request a node once the container is there; `done` is called with the answer."""
-        self._pending.append(_Pending(request_id, message, done))
+        self._pending.append(_PendingLoad(request_id, message, done))
         self.poll()
 
     def drop(self, request_id: int) -> None:
@@ -131,7 +131,7 @@ class ContainerClient:
             if one in self._pending and is_there:
                 self._do(one, one.state.next_step(now_s))
 
-    def _take_answers(self, one: _Pending) -> None:
+    def _take_answers(self, one: _PendingLoad) -> None:
         for future in one.answers:
             if future.done():
                 answer = future.result()
@@ -148,24 +148,24 @@ class ContainerClient:
                 self._settle(one, found, None)
                 return
 
-    def _do(self, one: _Pending, step: Step) -> None:
-        if step is Step.SEND:
+    def _do(self, one: _PendingLoad, step: LoadStep) -> None:
+        if step is LoadStep.SEND:
             one.answers.append(self._load.call_async(one.message))
-        elif step is Step.GIVE_UP:
+        elif step is LoadStep.GIVE_UP:
             self._settle(one, None, UNANSWERED)
-        elif step is Step.ASK and self._list.service_is_ready():
+        elif step is LoadStep.ASK and self._list.service_is_ready():
             one.questions.append(self._list.call_async(self._question()))
             if len(one.questions) > MAX_OPEN:
                 self._list.remove_pending_request(one.questions.pop(0))
 
-    def _settle(self, one: _Pending, loaded: Loaded | None, error: str | None) -> None:
+    def _settle(self, one: _PendingLoad, loaded: Loaded | None, error: str | None) -> None:
         if loaded is not None:
             self._known.add(loaded)
         self._pending.remove(one)
         self._release(one)
         one.done(loaded, error)
 
-    def _release(self, one: _Pending) -> None:
+    def _release(self, one: _PendingLoad) -> None:
         for future in one.answers:
             self._load.remove_pending_request(future)
         for question in one.questions:

@@ -16,7 +16,7 @@ YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
 Row = Mapping[str, Any]
 
 
-class Level(enum.IntEnum):
+class DiagnosticLevel(enum.IntEnum):
     """As diagnostic_msgs/DiagnosticStatus has them."""
 
     OK = 0
@@ -30,7 +30,7 @@ class Status:
     """One line of a monitor, with the values behind it."""
 
     name: str
-    level: Level
+    level: DiagnosticLevel
     message: str
     values: tuple[tuple[str, str], ...] = ()
 
@@ -49,17 +49,18 @@ def statuses(rows: Iterable[Row], run: Mapping[str, Any], node: str) -> list[Sta
 def all_stale(before: Iterable[Status], why: str) -> list[Status]:
     """The same entries when their state is unknown."""
     return [
-        Status(name=one.name, level=Level.STALE, message=why, values=one.values) for one in before
+        Status(name=one.name, level=DiagnosticLevel.STALE, message=why, values=one.values)
+        for one in before
     ]
 
 
 def _of_run(processes: list[Status], running: int, run: Mapping[str, Any], node: str) -> Status:
-    bad = [one for one in processes if one.level in (Level.WARN, Level.ERROR)]
+    bad = [one for one in processes if one.level in (DiagnosticLevel.WARN, DiagnosticLevel.ERROR)]
     names = ", ".join(one.name.partition(": ")[2] for one in bad)
     summary = f"{running} of {count(len(processes), 'process')} running"
     return Status(
         name=f"{node}: run",
-        level=max((one.level for one in bad), default=Level.OK),
+        level=max((one.level for one in bad), default=DiagnosticLevel.OK),
         message=f"{summary}; see {names}" if bad else summary,
         values=tuple(
             (name, str(run[name]))
@@ -75,33 +76,33 @@ def _of_process(row: Row, node: str) -> Status:
     return Status(name=name, level=level, message=message, values=_values(row))
 
 
-def _judged(row: Row) -> tuple[Level, str]:
+def _judged(row: Row) -> tuple[DiagnosticLevel, str]:
     last = row["last_exit"]
     end = "" if last is None else last["text"]
     restarts = row["restarts"]
     if unreachable(row):
-        return Level.STALE, f"{row['state'].lower()}, {unreachable(row)}"
+        return DiagnosticLevel.STALE, f"{row['state'].lower()}, {unreachable(row)}"
     match row["state"]:
         case "RUNNING" if row["paused"]:
-            return Level.WARN, "paused"
+            return DiagnosticLevel.WARN, "paused"
         case "RUNNING" if restarts and (row["uptime_s"] or 0.0) < YOUNG_S:
-            return Level.WARN, f"restarted ({restarts}) after {end or 'its end'}"
+            return DiagnosticLevel.WARN, f"restarted ({restarts}) after {end or 'its end'}"
         case "RUNNING" | "STARTING" | "STOPPING":
-            return Level.OK, row["state"].lower()
+            return DiagnosticLevel.OK, row["state"].lower()
         case "BACKOFF":
-            return Level.WARN, f"waiting to restart after {end or 'its end'}"
+            return DiagnosticLevel.WARN, f"waiting to restart after {end or 'its end'}"
         case "STOPPED" if last is None:
-            return Level.STALE, "not started"
+            return DiagnosticLevel.STALE, "not started"
         case "STOPPED" if not last["asked"] and last["returncode"]:
-            return Level.ERROR, f"crashed when it was stopped: {end}"
+            return DiagnosticLevel.ERROR, f"crashed when it was stopped: {end}"
         case "STOPPED":
-            return Level.STALE, "stopped by request"
+            return DiagnosticLevel.STALE, "stopped by request"
         case "EXITED" if last is None or last["asked"] or last["returncode"] == 0:
-            return Level.OK, "finished"
+            return DiagnosticLevel.OK, "finished"
         case "EXITED":
-            return Level.ERROR, f"exited unexpectedly: {end}"
+            return DiagnosticLevel.ERROR, f"exited unexpectedly: {end}"
         case _:
-            return Level.ERROR, f"failed: {end or 'could not be started'}"
+            return DiagnosticLevel.ERROR, f"failed: {end or 'could not be started'}"
 
 
 def _values(row: Row) -> tuple[tuple[str, str], ...]:

@@ -30,16 +30,16 @@ class LifecycleClient:
     `report` is called with each step, and the label of its transition if the node sends one.
     """
 
-    def __init__(self, node: Node, name: str, report: Callable[[Step, str], None]) -> None:
+    def __init__(self, node: Node, name: str, report: Callable[[StateChange, str], None]) -> None:
         self._report = report
         self._change = node.create_client(ChangeState, f"{name}/change_state")
         self._get = node.create_client(GetState, f"{name}/get_state")
         self._unsent: deque[tuple[Any, Answer]] = deque()
-        self._pending: list[_Pending] = []
+        self._pending: list[_PendingTransition] = []
         self._state: str | None = None
         # When a step was concluded, in ns: its event may still arrive. With clocks of other hosts
         # an event may be reported twice or, after a step back, not at all.
-        self._concluded: dict[Step, int] = {}
+        self._concluded: dict[StateChange, int] = {}
         topic = f"{name}/transition_event"
         node.create_subscription(TransitionEvent, topic, self._on_event, QUEUE_DEPTH)
 
@@ -84,16 +84,16 @@ class LifecycleClient:
             if one.request.succeeded is False:
                 one.request.is_settled = True  # what comes now belongs to the new request
         request = TransitionRequest(message.transition.id, now_s, state=self._state)
-        self._pending.append(_Pending(request, answer, self._change.call_async(message)))
+        self._pending.append(_PendingTransition(request, answer, self._change.call_async(message)))
 
-    def _ask_state(self, one: _Pending) -> None:
+    def _ask_state(self, one: _PendingTransition) -> None:
         if self._get.service_is_ready():
             one.questions.append(self._get.call_async(GetState.Request()))
             if len(one.questions) > MAX_OPEN:
                 self._get.remove_pending_request(one.questions.pop(0))
 
     def _on_event(self, message: TransitionEvent, info: dict[str, int]) -> None:
-        step = Step(message.start_state.label, message.goal_state.label)
+        step = StateChange(message.start_state.label, message.goal_state.label)
         if info["source_timestamp"] < self._concluded.pop(step, 0):
             return  # already reported
         now_s = time.monotonic()
@@ -105,17 +105,17 @@ class LifecycleClient:
                 break
         self._enter(step, message.transition.label)
 
-    def _conclude(self, steps: list[Step]) -> None:
+    def _conclude(self, steps: list[StateChange]) -> None:
         for step in steps:
             self._concluded[step] = time.time_ns()
             self._enter(step, "")
 
-    def _enter(self, step: Step, label: str) -> None:
+    def _enter(self, step: StateChange, label: str) -> None:
         self._state = step.goal
         self._report(step, label)
 
 
-class _Pending:
+class _PendingTransition:
     """A request that was sent, and the futures that belong to it."""
 
     def __init__(self, request: TransitionRequest, answer: Answer, answer_future: Any) -> None:
@@ -138,7 +138,7 @@ REFUSED = "the node refused the transition"
 PRIMARY_STATES = ("unconfigured", "inactive", "active", "finalized")
 
 
-class Step(NamedTuple):
+class StateChange(NamedTuple):
     """Labels of the states that a node left and entered."""
 
     start: str
@@ -154,10 +154,10 @@ class TransitionRequest:
 
     def __init__(self, transition_id: int, now_s: float, *, state: str | None = None) -> None:
         _, _, self._start, between, self._goal, _ = TRANSITIONS[transition_id]
-        self._steps = (Step(self._start, between), Step(between, self._goal))
-        self._back = Step(between, self._start)
+        self._steps = (StateChange(self._start, between), StateChange(between, self._goal))
+        self._back = StateChange(between, self._start)
         self._was_there = state == self._goal  # the state of the node so far, if it is known
-        self._events: list[Step] = []
+        self._events: list[StateChange] = []
         self._due_s = now_s + OVERDUE_S
         self._questions = 0
         self.succeeded: bool | None = None
@@ -168,7 +168,7 @@ class TransitionRequest:
         if self.succeeded is None:
             self._set_outcome(success, None if success else REFUSED, now_s)
 
-    def on_event(self, step: Step, now_s: float) -> list[Step] | None:
+    def on_event(self, step: StateChange, now_s: float) -> list[StateChange] | None:
         """Take an event; return the lost steps before it. None: it is not of this transition."""
         if not self._is_ours(step):
             return None
@@ -182,7 +182,7 @@ class TransitionRequest:
             self.is_settled = True
         return missed
 
-    def _is_ours(self, step: Step) -> bool:
+    def _is_ours(self, step: StateChange) -> bool:
         if self.is_settled or step in self._events:
             return False
         is_next = bool(self._events) and step.start == self._events[-1].goal
@@ -197,7 +197,7 @@ class TransitionRequest:
         self._due_s = now_s + OVERDUE_S
         return True
 
-    def on_state(self, state: str, now_s: float) -> list[Step]:
+    def on_state(self, state: str, now_s: float) -> list[StateChange]:
         """Conclude from the current state of the node; return the lost steps."""
         if self.is_settled or state not in PRIMARY_STATES:
             return []  # the transition is in progress
@@ -207,10 +207,10 @@ class TransitionRequest:
             return self.finish()
         self.is_settled = True
         if self._events:
-            return [Step(self._events[-1].goal, state)]
+            return [StateChange(self._events[-1].goal, state)]
         return [self._steps[0], self._back] if state == self._start else []
 
-    def finish(self) -> list[Step]:
+    def finish(self) -> list[StateChange]:
         """Settle a success whose events are overdue; return the lost steps."""
         self.is_settled = True
         return [step for step in self._steps if step not in self._events]

@@ -35,7 +35,7 @@ LIMIT_S = 60.0  # for nodes that do not appear, or do not answer
 ANSWER_S = 2.0
 
 
-class Setting(NamedTuple):
+class ParameterSetting(NamedTuple):
     """A parameter that was set. `source`: equal for nodes that share it; None: for one node."""
 
     name: str
@@ -66,7 +66,7 @@ class NodeToCheck:
         self._generated = generated
         self._parameters = parameters
         self.name = name or full_node_name(argv)
-        self.settings: list[Setting] = []
+        self.settings: list[ParameterSetting] = []
         self.declared: frozenset[str] | None = None  # None: not known, or any name is allowed
         self.is_done = False
         self.found_s: float | None = None
@@ -86,23 +86,25 @@ class NodeToCheck:
         self.name = name
         self.settings = list(self._all_settings(name))
 
-    def _all_settings(self, name: str) -> Iterator[Setting]:
+    def _all_settings(self, name: str) -> Iterator[ParameterSetting]:
         for parameter in self._parameters:
             # It may be for all: SetParameter and wildcards in files are not distinguished.
-            yield Setting(parameter, self._place, f"component: {parameter}")
+            yield ParameterSetting(parameter, self._place, f"component: {parameter}")
         for option, value in ros_options(self._argv):
             if option == PARAMETER:
                 node, _, parameter = value.partition(":=")[0].rpartition(":")
                 if not node or f"/{node}" == name:
-                    yield Setting(parameter, self._place, value)
+                    yield ParameterSetting(parameter, self._place, value)
             elif option == PARAMETER_FILE:
                 is_own = value in self._generated
                 for parameter, line in file_parameters(value, name):
                     where = self._place if is_own else f"{value}:{line}"
-                    yield Setting(parameter, where, None if is_own else f"{value}: {parameter}")
+                    yield ParameterSetting(
+                        parameter, where, None if is_own else f"{value}: {parameter}"
+                    )
 
     @property
-    def missing(self) -> list[Setting]:
+    def missing(self) -> list[ParameterSetting]:
         """What was set and is not declared, each name once."""
         if self.declared is None:
             return []
@@ -127,7 +129,7 @@ def _shown(path: str) -> str:
     return path.removeprefix(here)
 
 
-class Comparison:
+class ParameterComparison:
     """Asks the nodes one after the other, repeatedly; `warn` is called with each result."""
 
     def __init__(self, nodes: list[NodeToCheck], warn: Callable[[str], None]) -> None:
@@ -206,7 +208,7 @@ class Comparison:
 
     # ---- results
 
-    def _shared(self, setting: Setting) -> bool:
+    def _shared(self, setting: ParameterSetting) -> bool:
         uses = Counter(one.source for node in self._nodes for one in node.settings)
         return setting.source is not None and uses[setting.source] > 1
 
@@ -215,13 +217,13 @@ class Comparison:
         for node in self._nodes:
             self._report(node, [s for s in node.missing if self._shared(s) and self._is_unused(s)])
 
-    def _is_unused(self, setting: Setting) -> bool:
+    def _is_unused(self, setting: ParameterSetting) -> bool:
         users = [node for node in self._nodes if any(_same(setting, s) for s in node.settings)]
         known = [node.declared for node in users if node.is_done and node.declared is not None]
         has_it = any(setting.name in declared for declared in known)
         return len(known) == len(users) and not has_it
 
-    def _report(self, node: NodeToCheck, missing: list[Setting]) -> None:
+    def _report(self, node: NodeToCheck, missing: list[ParameterSetting]) -> None:
         assert node.name is not None or not missing
         declared = sorted(node.declared or ())
         unset = [name for name in declared if name not in {one.name for one in node.settings}]
@@ -232,7 +234,7 @@ class Comparison:
             self._warn(f"{text}; {hint}" if hint else text)
 
 
-def _same(one: Setting, other: Setting) -> bool:
+def _same(one: ParameterSetting, other: ParameterSetting) -> bool:
     return one.source is not None and one.source == other.source
 
 
@@ -247,7 +249,7 @@ def main() -> None:
         return  # without rclpy there is nothing to ask with
     over = threading.Event()
     threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
-    comparison = Comparison([NodeToCheck(**node) for node in request["nodes"]], _print)
+    comparison = ParameterComparison([NodeToCheck(**node) for node in request["nodes"]], _print)
     with Observer() as observer, ServiceCaller(observer) as caller:
         caller.answer_s = ANSWER_S
         comparison.run(caller, over.is_set)

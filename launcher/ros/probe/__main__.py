@@ -23,7 +23,7 @@ from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.probe import handlers
 from launcher.ros.probe.jobs import Handler, Jobs
-from launcher.ros.probe.protocol import Inbox, Outbox, Request, Waker, moment
+from launcher.ros.probe.protocol import Inbox, LineOutbox, ProbeRequest, Waker, moment
 from launcher.ros.probe.snapshot import GraphWatcher, ProbeSnapshot
 from launcher.ros.probe.subscriptions import Subscriptions
 from launcher.ros.snapshot.graph import Direction, TopicGraph
@@ -41,7 +41,7 @@ _FLUSH_S = 1.0
 
 
 class Probe:
-    def __init__(self, observer: Observer, inbox: Inbox, outbox: Outbox) -> None:
+    def __init__(self, observer: Observer, inbox: Inbox, outbox: LineOutbox) -> None:
         self._observer = observer
         self._inbox = inbox
         self._outbox = outbox
@@ -54,7 +54,7 @@ class Probe:
         self._number = 0
         self._next_graph_s = 0.0
         self._is_ended = False
-        self._immediate: dict[str, Callable[[Request], dict[str, Any]]] = {
+        self._immediate: dict[str, Callable[[ProbeRequest], dict[str, Any]]] = {
             "subscribe": lambda request: self._subscriptions.subscribe(request, self._snapshot),
             "unsubscribe": self._subscriptions.unsubscribe,
             "rate": self._subscriptions.rate,
@@ -140,7 +140,7 @@ class Probe:
         self._take_graph()
         return self._snapshot
 
-    def _listen(self, request: Request) -> dict[str, Any]:
+    def _listen(self, request: ProbeRequest) -> dict[str, Any]:
         """How often messages are read, and the graph is looked at."""
         self._subscriptions.listen_s = _period(request, "period_s", self._subscriptions.listen_s)
         self._graph_s = _period(request, "graph_s", self._graph_s)
@@ -149,7 +149,7 @@ class Probe:
 
     def _handle(self, line: bytes) -> None:
         try:
-            request = Request(line)
+            request = ProbeRequest(line)
         except VerbError as error:
             self._outbox.send(_refusal(None, error))
             return
@@ -159,7 +159,7 @@ class Probe:
         else:
             self._answer(request, lambda: self._do(name, request))
 
-    def _do(self, name: str, request: Request) -> dict[str, Any]:
+    def _do(self, name: str, request: ProbeRequest) -> dict[str, Any]:
         if name not in self._immediate:
             known = [*self._immediate, *self._jobs_by_name]
             raise VerbError(f"unknown request '{name}'", hint=did_you_mean(name, known))
@@ -167,12 +167,12 @@ class Probe:
         self._subscriptions.take(everything=True)
         return self._immediate[name](request)
 
-    def _answer_later(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
+    def _answer_later(self, request: ProbeRequest, work: Callable[[], dict[str, Any]]) -> None:
         """The same from another thread."""
         self._answer(request, work)
         self._waker.wake()
 
-    def _answer(self, request: Request, work: Callable[[], dict[str, Any]]) -> None:
+    def _answer(self, request: ProbeRequest, work: Callable[[], dict[str, Any]]) -> None:
         try:
             self._outbox.send({"id": request.id, "ok": True, "result": work()})
         except LauncherError as error:
@@ -186,7 +186,7 @@ class Probe:
             self._outbox.send(_refusal(request.id, VerbError(text, hint="this is a bug")))
             traceback.print_exc()
 
-    def _explain(self, request: Request) -> dict[str, Any]:
+    def _explain(self, request: ProbeRequest) -> dict[str, Any]:
         """How the endpoints of a topic match each other, or one like `as`."""
         topic = full_topic(request.text("topic"))
         there = self._snapshot.on(topic)
@@ -204,7 +204,7 @@ class Probe:
         }
 
 
-def _period(request: Request, name: str, now: float) -> float:
+def _period(request: ProbeRequest, name: str, now: float) -> float:
     period_s = request.number(name, now)
     if not _SHORTEST_S <= period_s <= LONGEST_PERIOD_S:
         raise VerbError(f"'{name}' must be from {_SHORTEST_S} to {LONGEST_PERIOD_S:g} seconds")
@@ -228,7 +228,7 @@ def main() -> None:
     # announces us more often; a profile of the user takes precedence
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
     keep_for_messages()
-    inbox, outbox = Inbox(sys.stdin.fileno()), Outbox(sys.stdout.fileno())
+    inbox, outbox = Inbox(sys.stdin.fileno()), LineOutbox(sys.stdout.fileno())
     os.set_blocking(sys.stdout.fileno(), False)
     try:
         with Observer() as observer:

@@ -20,7 +20,7 @@ from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load, load_message
 from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.probe.jobs import pause, pause_or_refuse
-from launcher.ros.probe.protocol import Request
+from launcher.ros.probe.protocol import ProbeRequest
 from launcher.ros.probe.snapshot import ProbeSnapshot
 from launcher.ros.probe.subscriptions import Subscriptions
 from launcher.ros.services import ANSWER_S, NoAnswerError, ServiceCaller
@@ -38,7 +38,7 @@ _DEPTH = 100
 DISCOVERY_S = 0.8
 
 
-def get_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+def get_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
     """Values and types of a node's parameters; `missing` are unknown names."""
     node = full_topic(request.text("node"))
     caller.answer_s = request.number("timeout_s", ANSWER_S)
@@ -53,19 +53,19 @@ def get_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
     }
 
 
-def describe_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+def describe_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
     """What a form for the parameters of a node needs."""
     node = full_topic(request.text("node"))
     caller.answer_s = request.number("timeout_s", ANSWER_S)
     return {"parameters": parameters.documents(caller, node)}
 
 
-def describe_type(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+def describe_type(caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
     """What a form for the values of a type needs."""
     return form(request.text("type"))
 
 
-def set_parameters(caller: ServiceCaller, request: Request) -> dict[str, Any]:
+def set_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
     node, values = full_topic(request.text("node")), request.values()
     caller.answer_s = request.number("timeout_s", ANSWER_S)
     outcomes = parameters.set_values(
@@ -105,7 +105,7 @@ class Handlers:
         self._lock = threading.Lock()
         self._publishers: dict[tuple[str, str, str], ProbePublisher] = {}
 
-    def call(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
+    def call(self, caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
         name = full_topic(request.text("service"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
         type_name = self._service_type(caller, request, name, end_s)
@@ -120,7 +120,7 @@ class Handlers:
         return {"type": type_name, "values": to_json_plain(to_plain(answer)), "took_s": took_s}
 
     def _service_type(
-        self, caller: ServiceCaller, request: Request, name: str, end_s: float
+        self, caller: ServiceCaller, request: ProbeRequest, name: str, end_s: float
     ) -> str:
         """The type of the service; VerbError if another one is wanted."""
         wanted = request.optional_text("type")
@@ -136,7 +136,7 @@ class Handlers:
             raise VerbError(f"service '{name}' has the type {', '.join(offered)}, not {wanted}")
         return wanted or offered[0]
 
-    def publish(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
+    def publish(self, caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
         """Publish messages once `matched` subscriptions receive them."""
         topic = full_topic(request.text("topic"))
         end_s = time.monotonic() + request.number("timeout_s", ANSWER_S)
@@ -148,7 +148,9 @@ class Handlers:
         published = _repeat(caller, request, publisher.publisher, message, stamps)
         return {"published": published, "matched": matched, "type": full_type(type_name)}
 
-    def _topic_type(self, caller: ServiceCaller, request: Request, topic: str, end_s: float) -> str:
+    def _topic_type(
+        self, caller: ServiceCaller, request: ProbeRequest, topic: str, end_s: float
+    ) -> str:
         wanted = request.optional_text("type")
         while wanted is None and time.monotonic() < end_s:
             if types := self._snapshot().types_of(topic):
@@ -179,7 +181,7 @@ class Handlers:
         return self._publishers[key]
 
     def _await_matched(
-        self, caller: ServiceCaller, request: Request, publisher: ProbePublisher, end_s: float
+        self, caller: ServiceCaller, request: ProbeRequest, publisher: ProbePublisher, end_s: float
     ) -> int:
         """The number of subscriptions but ours; VerbError with the reason if it is too small."""
         wanted = int(request.number("matched", 1))
@@ -201,7 +203,7 @@ class Handlers:
             return f"{own.topic} has no subscriptions"
         return explain([*there, own]) if mismatches([*there, own]) else "the others do not exist"
 
-    def draw(self, caller: ServiceCaller, request: Request) -> dict[str, Any]:
+    def draw(self, caller: ServiceCaller, request: ProbeRequest) -> dict[str, Any]:
         """Write the graph to files; `notes` say why a drawing is not possible."""
         snapshot = self._snapshot().snapshot
         data, drawing = request.optional_text("json"), request.optional_text("svg")
@@ -222,7 +224,7 @@ class Handlers:
 
 def _repeat(
     caller: ServiceCaller,
-    request: Request,
+    request: ProbeRequest,
     publisher: Any,
     message: Any,
     stamps: Sequence[Callable[[Any], None]],

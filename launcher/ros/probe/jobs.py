@@ -17,18 +17,18 @@ from rclpy.executors import ExternalShutdownException
 from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.helpers.clean_up import limited_clean_up
-from launcher.ros.probe.protocol import Request
+from launcher.ros.probe.protocol import ProbeRequest
 from launcher.ros.services import ServiceCaller
 
 MAX_THREADS = 8
 JOIN_S = 3.0
 _CANCELLABLE = frozenset({"publish"})
 
-Handler = Callable[[ServiceCaller, Request], dict[str, Any]]
-Answer = Callable[[Request, Callable[[], dict[str, Any]]], None]
+Handler = Callable[[ServiceCaller, ProbeRequest], dict[str, Any]]
+Answer = Callable[[ProbeRequest, Callable[[], dict[str, Any]]], None]
 
 
-def pause(caller: ServiceCaller, request: Request, pause_s: float) -> bool:
+def pause(caller: ServiceCaller, request: ProbeRequest, pause_s: float) -> bool:
     """Wait; True at once if the request is cancelled.
 
     ExternalShutdownException if the probe has ended.
@@ -39,7 +39,7 @@ def pause(caller: ServiceCaller, request: Request, pause_s: float) -> bool:
     return is_cancelled
 
 
-def pause_or_refuse(caller: ServiceCaller, request: Request, pause_s: float) -> None:
+def pause_or_refuse(caller: ServiceCaller, request: ProbeRequest, pause_s: float) -> None:
     """Wait; VerbError if the request is cancelled."""
     if pause(caller, request, pause_s):
         raise VerbError("the request was cancelled")
@@ -51,12 +51,12 @@ class Jobs:
     def __init__(self, observer: Observer, answer: Answer) -> None:
         self._observer = observer
         self._answer = answer
-        self._queue: queue.SimpleQueue[tuple[Handler, Request] | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[tuple[Handler, ProbeRequest] | None] = queue.SimpleQueue()
         self._threads: list[threading.Thread] = []
         self._idle = threading.Semaphore(0)
-        self._open: list[Request] = []  # waiting or running
+        self._open: list[ProbeRequest] = []  # waiting or running
 
-    def send(self, work: Handler, request: Request) -> None:
+    def send(self, work: Handler, request: ProbeRequest) -> None:
         """Hand the request to an idle thread, or to a new one."""
         if not self._idle.acquire(blocking=False) and len(self._threads) < MAX_THREADS:
             self._start_thread()

@@ -63,7 +63,7 @@ class Waker:
         os.eventfd_read(self.descriptor)
 
 
-class Request:
+class ProbeRequest:
     """One request. The methods return fields by name and kind; VerbError if one does not fit."""
 
     def __init__(self, line: bytes) -> None:
@@ -146,7 +146,7 @@ def _are_texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
-class Outbox:
+class LineOutbox:
     """Queues lines for a descriptor that does not block. `send` may be called from any thread.
 
     Answers and events are kept until they are read; messages only up to LIMIT_BYTES. Dropped ones

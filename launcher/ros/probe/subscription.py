@@ -10,12 +10,12 @@ from typing import Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
-from launcher.ros.probe.protocol import NANOS, Request
+from launcher.ros.probe.protocol import NANOS, ProbeRequest
 from launcher.ros.probe.snapshot import ProbeSnapshot
 from launcher.ros.probe.traffic import Traffic
 from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.topics import statistics
-from launcher.ros.topics.listener import Listener, Sample, Target, full_topic
+from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget, full_topic
 
 DEPTH = 2000  # messages that wait for us: 0.4 s of a topic with 5000 a second
 KEPT_TIMES = 20_000
@@ -53,7 +53,7 @@ class Subscription:
     traffic: Traffic = field(default_factory=Traffic)
     since_ns: int = field(default_factory=time.monotonic_ns)
     due_s: float = 0.0
-    newest: Sample | None = None
+    newest: ReceivedMessage | None = None
     left_out: int = 0
     next_push_s: float = 0.0
 
@@ -72,7 +72,7 @@ class Subscription:
             period_s = max(listen_s, limit_s)
         self.due_s = (time.monotonic() // period_s + 1) * period_s
 
-    def count_in(self, sample: Sample, offset_ns: int) -> None:
+    def count_in(self, sample: ReceivedMessage, offset_ns: int) -> None:
         at_ns = sample.received_ns - offset_ns
         size_bytes = len(sample.message) if self.is_raw else 0
         self.times_ns.append(at_ns)
@@ -81,12 +81,12 @@ class Subscription:
         if not sample.is_history:
             self.traffic.add(at_ns, size_bytes)
 
-    def hold(self, sample: Sample) -> None:
+    def hold(self, sample: ReceivedMessage) -> None:
         """Keep the newest message for the end of the period."""
         self.left_out += self.newest is not None
         self.newest = sample
 
-    def release(self) -> tuple[Sample, int] | None:
+    def release(self) -> tuple[ReceivedMessage, int] | None:
         """The newest message and how many it replaced, once the period has ended."""
         now_s = time.monotonic()
         if self.newest is None or self.most_hz is None or now_s < self.next_push_s:
@@ -123,7 +123,7 @@ class Subscription:
         }
 
 
-def subscription_of(request: Request) -> Subscription:
+def subscription_of(request: ProbeRequest) -> Subscription:
     """VerbError for fields that do not fit."""
     most_hz = request.optional_number("most_hz")
     if most_hz is not None and not 0 < most_hz < math.inf:
@@ -139,7 +139,7 @@ def subscription_of(request: Request) -> Subscription:
     )
 
 
-def target_of(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
+def target_of(sub: Subscription, snapshot: ProbeSnapshot) -> TopicTarget | None:
     """What to subscribe to; None while its type or its publishers are unknown."""
     endpoints = snapshot.on(sub.topic)
     types = snapshot.types_of(sub.topic)
@@ -155,7 +155,7 @@ def target_of(sub: Subscription, snapshot: ProbeSnapshot) -> Target | None:
     publishers = tuple(e for e in endpoints if e.is_publisher and e.type == wanted)
     if sub.qos is None and not publishers:
         return None
-    return Target(name=sub.topic, type=wanted, publishers=publishers)
+    return TopicTarget(name=sub.topic, type=wanted, publishers=publishers)
 
 
 def _rate(times_ns: list[int], end_ns: int) -> dict[str, Any]:

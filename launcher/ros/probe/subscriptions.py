@@ -18,7 +18,7 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain
-from launcher.ros.probe.protocol import NANOS, Outbox, Request, moment, wall_offset_ns
+from launcher.ros.probe.protocol import NANOS, LineOutbox, ProbeRequest, moment, wall_offset_ns
 from launcher.ros.probe.snapshot import ProbeSnapshot
 from launcher.ros.probe.subscription import (
     LISTEN_PERIOD_S,
@@ -29,14 +29,14 @@ from launcher.ros.probe.subscription import (
 from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.snapshot.qos_matching import explain, faults
 from launcher.ros.topics import qos
-from launcher.ros.topics.listener import Listener, Sample, Target
+from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget
 from launcher.ros.topics.raw import RawTaker
 
 _Fields = dict[str, Any]
 
 
 class Subscriptions:
-    def __init__(self, observer: Observer, outbox: Outbox) -> None:
+    def __init__(self, observer: Observer, outbox: LineOutbox) -> None:
         self._observer = observer
         self._outbox = outbox
         self._subscriptions: dict[str, Subscription] = {}
@@ -46,7 +46,7 @@ class Subscriptions:
     def __len__(self) -> int:
         return len(self._subscriptions)
 
-    def subscribe(self, request: Request, snapshot: ProbeSnapshot) -> dict[str, Any]:
+    def subscribe(self, request: ProbeRequest, snapshot: ProbeSnapshot) -> dict[str, Any]:
         """Add one; VerbError for a request that can never work."""
         sub = subscription_of(request)
         if sub.key in self._subscriptions:
@@ -59,14 +59,14 @@ class Subscriptions:
         self._update(sub, snapshot)
         return {"state": "waiting" if sub.listener is None else "subscribed"}
 
-    def unsubscribe(self, request: Request) -> dict[str, Any]:
+    def unsubscribe(self, request: ProbeRequest) -> dict[str, Any]:
         sub = self._sub(request)
         del self._subscriptions[sub.key]
         if sub.listener is not None:
             sub.listener.close()
         return {}
 
-    def _sub(self, request: Request) -> Subscription:
+    def _sub(self, request: ProbeRequest) -> Subscription:
         key = request.text("sub")
         if key not in self._subscriptions:
             raise VerbError(f"unknown subscription '{key}'")
@@ -99,7 +99,7 @@ class Subscriptions:
                 text = {"message": error.message, "hint": error.hint}
                 self._outbox.send({"event": "failed", "sub": sub.key, **text, **moment()})
 
-    def _listener(self, sub: Subscription, target: Target) -> Listener:
+    def _listener(self, sub: Subscription, target: TopicTarget) -> Listener:
         listener = Listener(self._observer, raw=sub.is_raw, taker=self._taker)
         profile = None if sub.qos is None else qos.from_words(sub.qos, sub.depth)
         listener.subscribe(target, profile, sub.depth)
@@ -163,7 +163,7 @@ class Subscriptions:
             self._push(sub, sample, wall_offset_ns(), {"skipped": left_out})
         sub.plan(len(samples), self.listen_s)
 
-    def _keep(self, sub: Subscription, samples: list[Sample]) -> None:
+    def _keep(self, sub: Subscription, samples: list[ReceivedMessage]) -> None:
         offset_ns = wall_offset_ns()
         for sample in samples:
             sub.count_in(sample, offset_ns)
@@ -172,7 +172,9 @@ class Subscriptions:
             elif sub.pushes:
                 sub.hold(sample)
 
-    def _push(self, sub: Subscription, sample: Sample, offset_ns: int, more: _Fields) -> None:
+    def _push(
+        self, sub: Subscription, sample: ReceivedMessage, offset_ns: int, more: _Fields
+    ) -> None:
         self._outbox.push(
             {
                 "event": "message",
@@ -186,7 +188,7 @@ class Subscriptions:
             }
         )
 
-    def rate(self, request: Request) -> dict[str, Any]:
+    def rate(self, request: ProbeRequest) -> dict[str, Any]:
         """The rate of received messages in a time span."""
         sub = self._sub(request)
         from_s, until_s = request.optional_number("from"), request.optional_number("until")
@@ -201,7 +203,7 @@ class Subscriptions:
         return {"mono": now_ns / NANOS, "subs": subs}
 
 
-def _contents(sub: Subscription, sample: Sample) -> _Fields:
+def _contents(sub: Subscription, sample: ReceivedMessage) -> _Fields:
     """The data of a message that was taken raw, or why it cannot be read."""
     assert sub.endpoint is not None
     try:

@@ -28,8 +28,8 @@ from launcher.posix.domains import environment_domain, is_plain, localhost_only
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.follower import DiscoveryFollower
 from launcher.ros.discovery.reader import UnsupportedDiscovery
-from launcher.ros.ready.facts import Seen, Watched, in_graph
-from launcher.ros.ready.views import View, followed
+from launcher.ros.ready.facts import Seen, WatchedFact, in_graph
+from launcher.ros.ready.views import GraphView, followed
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -42,20 +42,20 @@ _CALLS_S = 0.02  # the same, of a message or an answer
 _IDLE_S = 1.0  # while nothing is watched
 
 
-class Watcher:
+class FactWatcher:
     """Watches facts until its input ends."""
 
     def __init__(self, stack: contextlib.ExitStack) -> None:
         self._stack = stack
         self._partial = b""
-        self._watched: dict[int, Watched] = {}
+        self._watched: dict[int, WatchedFact] = {}
         self._told: dict[int, Seen] = {}
         self._follower: DiscoveryFollower | None = None
         self._observed: ObservedView | None = None
         self._calls: Calls | None = None
         self._introductions: Introductions | None = None
         self._version: object = None
-        self._last_view = View(())
+        self._last_view = GraphView(())
         if is_plain():
             self._open_follower()
 
@@ -88,7 +88,7 @@ class Watcher:
                 self._forget(request["unwatch"])
             else:
                 fact = Fact(**{**request["fact"], "words": ()})
-                self._watched[request["watch"]] = Watched(fact, request["since_s"])
+                self._watched[request["watch"]] = WatchedFact(fact, request["since_s"])
         return bool(chunk)
 
     def _forget(self, number: int) -> None:
@@ -124,7 +124,7 @@ class Watcher:
         sys.stdout.write(strict_json.packed(line) + "\n")
         sys.stdout.flush()
 
-    def _view(self) -> View:
+    def _view(self) -> GraphView:
         if self._follower is not None:
             try:
                 self._follower.poll()
@@ -169,7 +169,7 @@ def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
     with contextlib.ExitStack() as stack:
-        Watcher(stack).run()
+        FactWatcher(stack).run()
 
 
 if __name__ == "__main__":

@@ -12,12 +12,12 @@ from launcher.base.errors import LauncherError
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load
-from launcher.ros.ready.facts import Seen, Watched
-from launcher.ros.topics.listener import Listener, Target
+from launcher.ros.ready.facts import Seen, WatchedFact
+from launcher.ros.topics.listener import Listener, TopicTarget
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.ready.views import View
+    from launcher.ros.ready.views import GraphView
 
 _ANSWER_S = 2.0  # then the call is repeated: a node may not have known our client yet
 _STATE_S = 0.2  # from one question for a state to the next
@@ -37,7 +37,7 @@ class Calls:
         """Whether a message or an answer may come."""
         return bool(self._begun)
 
-    def look(self, number: int, watched: Watched, view: View) -> Seen:
+    def look(self, number: int, watched: WatchedFact, view: GraphView) -> Seen:
         """Whether a fact holds whose part of the graph is there."""
         if number not in self._begun:
             kind = Receiving if watched.fact.kind == "message" else Calling
@@ -67,12 +67,12 @@ class _Answers(SingleThreadedExecutor):  # type: ignore[misc]
 class Receiving:
     """A subscription that connects to all publishers of a topic."""
 
-    def __init__(self, observer: Observer, watched: Watched) -> None:
+    def __init__(self, observer: Observer, watched: WatchedFact) -> None:
         self._observer = observer
         self._fact = watched.fact
         self._listener: Listener | None = None
 
-    def look(self, view: View) -> Seen:
+    def look(self, view: GraphView) -> Seen:
         topic = self._fact.subject
         publishers = view.publishers(topic)
         types = sorted({one.type for one in publishers})
@@ -82,7 +82,7 @@ class Receiving:
         if self._listener is None:
             self._listener = Listener(self._observer, raw=True)
             self._listener.subscribe(
-                Target(name=topic, type=full_type(wanted), publishers=publishers)
+                TopicTarget(name=topic, type=full_type(wanted), publishers=publishers)
             )
         self._listener.fit(topic, publishers)
         return Seen(bool(self._listener.take()), f"no message on {topic}")
@@ -95,7 +95,7 @@ class Receiving:
 class Calling:
     """Calls a service until it answers; of a lifecycle node, until the state is the wanted one."""
 
-    def __init__(self, observer: Observer, watched: Watched) -> None:
+    def __init__(self, observer: Observer, watched: WatchedFact) -> None:
         self._node = observer.node
         fact = self._fact = watched.fact
         self._is_state = fact.kind == "lifecycle"
@@ -106,7 +106,7 @@ class Calling:
         self._asked_s = 0.0
         self._text = f"service {self.name} does not answer"
 
-    def look(self, view: View) -> Seen:
+    def look(self, view: GraphView) -> Seen:
         if self._client is None:
             self._make(self._fact.type or view.service_types(self.name)[0])
         now = time.monotonic()

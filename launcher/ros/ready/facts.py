@@ -6,7 +6,7 @@ import fnmatch
 from typing import NamedTuple
 
 from launcher.base.model.supervision import Fact
-from launcher.ros.ready.views import View
+from launcher.ros.ready.views import GraphView
 from launcher.ros.snapshot.graph import Direction
 
 CALLED = ("message", "service", "lifecycle")  # kinds for which the graph alone is not enough
@@ -19,7 +19,7 @@ class Seen(NamedTuple):
     text: str = ""
 
 
-class Watched(NamedTuple):
+class WatchedFact(NamedTuple):
     """A fact that a run waits for; of the process itself only what is there since its start."""
 
     fact: Fact
@@ -35,7 +35,7 @@ class Watched(NamedTuple):
         return self.fact.kind in CALLED and self.fact.call
 
 
-def in_graph(watched: Watched, view: View) -> Seen:
+def in_graph(watched: WatchedFact, view: GraphView) -> Seen:
     """Whether the graph has what a fact names."""
     fact, subject = watched.fact, watched.fact.subject
     match fact.kind:

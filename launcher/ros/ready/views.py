@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _PREFIX = 12 * 3 - 1  # characters of a participant in the dotted hex of a GID
 
 
-class Part(NamedTuple):
+class GraphPart(NamedTuple):
     """Nodes and endpoints that are there since then (monotonic seconds)."""
 
     since_s: float
@@ -32,10 +32,10 @@ class Part(NamedTuple):
     infos: tuple[EndpointInfo, ...]
 
 
-class View:
+class GraphView:
     """The graph at one moment, in parts of the same age."""
 
-    def __init__(self, parts: Iterable[Part]) -> None:
+    def __init__(self, parts: Iterable[GraphPart]) -> None:
         self.parts = tuple(parts)
 
     def nodes(self, since_s: float) -> Iterator[str]:
@@ -70,9 +70,9 @@ class View:
         return sorted(found)
 
 
-def followed(follower: DiscoveryFollower) -> View:
-    return View(
-        Part(
+def followed(follower: DiscoveryFollower) -> GraphView:
+    return GraphView(
+        GraphPart(
             since_s=follower.since.get(peer.prefix, 0.0),
             nodes=tuple(node.name for node in peer.nodes()),
             infos=tuple(peer.infos()),
@@ -88,12 +88,14 @@ class ObservedView:
         self.observer = observer
         self._since: dict[str, float] = {}
 
-    def view(self) -> View:
+    def view(self) -> GraphView:
         snapshot = self.observer.graph_snapshot()
         now = time.monotonic()
         found = dict(_by_participant(snapshot))
         self._since = {key: self._since.get(key, now) for key in found}
-        return View(Part(self._since[key], nodes, infos) for key, (nodes, infos) in found.items())
+        return GraphView(
+            GraphPart(self._since[key], nodes, infos) for key, (nodes, infos) in found.items()
+        )
 
 
 def _by_participant(

@@ -14,7 +14,7 @@ _NANOS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class QosMismatch:
     """A policy that does not match; its values as words."""
 
     policy: str
@@ -30,14 +30,14 @@ class Fault:
         return f"set the subscription's {noun} to {self.offered}, or the publisher's to {wanted}"
 
 
-def faults(publisher: Endpoint, subscription: Endpoint) -> list[Fault]:
+def faults(publisher: Endpoint, subscription: Endpoint) -> list[QosMismatch]:
     """Every policy that does not match; empty if the pair does."""
     return list(_faults(publisher, subscription))
 
 
-def _faults(publisher: Endpoint, subscription: Endpoint) -> Iterator[Fault]:
+def _faults(publisher: Endpoint, subscription: Endpoint) -> Iterator[QosMismatch]:
     if publisher.type != subscription.type:
-        yield Fault(policy="TYPE", offered=publisher.type, requested=subscription.type)
+        yield QosMismatch(policy="TYPE", offered=publisher.type, requested=subscription.type)
     for policy, lesser, greater in (
         ("reliability", "BEST_EFFORT", "RELIABLE"),
         ("durability", "VOLATILE", "TRANSIENT_LOCAL"),
@@ -45,15 +45,17 @@ def _faults(publisher: Endpoint, subscription: Endpoint) -> Iterator[Fault]:
     ):
         offered, requested = getattr(publisher, policy), getattr(subscription, policy)
         if (offered, requested) == (lesser, greater):
-            yield Fault(policy=policy.upper(), offered=offered, requested=requested)
+            yield QosMismatch(policy=policy.upper(), offered=offered, requested=requested)
     if publisher.deadline_ns > subscription.deadline_ns:
         yield _times("DEADLINE", publisher.deadline_ns, subscription.deadline_ns)
     if publisher.lease_ns > subscription.lease_ns:
         yield _times("LIVELINESS_LEASE_DURATION", publisher.lease_ns, subscription.lease_ns)
 
 
-def _times(policy: str, offered_ns: int, requested_ns: int) -> Fault:
-    return Fault(policy=policy, offered=_seconds(offered_ns), requested=_seconds(requested_ns))
+def _times(policy: str, offered_ns: int, requested_ns: int) -> QosMismatch:
+    return QosMismatch(
+        policy=policy, offered=_seconds(offered_ns), requested=_seconds(requested_ns)
+    )
 
 
 def _seconds(duration_ns: int) -> str:
@@ -83,7 +85,7 @@ def silent_subscriptions(snapshot: TopicGraph) -> dict[Endpoint, str]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, order=True)
-class Link:
+class TopicLink:
     """Two nodes connected by a topic; `fault` is a policy that does not match."""
 
     source: str
@@ -92,7 +94,7 @@ class Link:
     fault: str | None = None
 
 
-def links(endpoints: Iterable[Endpoint]) -> list[Link]:
+def links(endpoints: Iterable[Endpoint]) -> list[TopicLink]:
     """Every pair of nodes that share a topic, sorted; a matching pair hides one that does not."""
     known = sorted(set(endpoints))
     found: dict[tuple[str, str, str], str | None] = {}
@@ -103,7 +105,7 @@ def links(endpoints: Iterable[Endpoint]) -> list[Link]:
                 fault = mismatched_policy(publisher, subscription)
                 found[key] = None if found.get(key, fault) is None else fault
     return [
-        Link(source=source, target=target, topic=topic, fault=fault)
+        TopicLink(source=source, target=target, topic=topic, fault=fault)
         for (source, target, topic), fault in sorted(found.items())
     ]
 
@@ -114,7 +116,7 @@ class Mismatch:
 
     subscription: Endpoint
     publishers: tuple[Endpoint, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[QosMismatch, ...]
 
 
 def mismatches(endpoints: Iterable[Endpoint]) -> list[Mismatch]:
@@ -122,7 +124,7 @@ def mismatches(endpoints: Iterable[Endpoint]) -> list[Mismatch]:
     known = sorted(endpoints)
     found: list[Mismatch] = []
     for subscription in (e for e in known if not e.is_publisher):
-        reasons: dict[tuple[Fault, ...], list[Endpoint]] = {}
+        reasons: dict[tuple[QosMismatch, ...], list[Endpoint]] = {}
         for publisher in (e for e in known if e.is_publisher):
             if pair := tuple(faults(publisher, subscription)):
                 reasons.setdefault(pair, []).append(publisher)

@@ -10,7 +10,7 @@ from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.topics.listener import Sample
+    from launcher.ros.topics.listener import ReceivedMessage
 
 _NANOS = 1_000_000_000
 _PERIOD_S = 0.002
@@ -28,7 +28,7 @@ class WallClock:
         """The time of day; None if it is not known yet."""
         return time.time_ns()
 
-    def received_ns(self, sample: Sample) -> int | None:
+    def received_ns(self, sample: ReceivedMessage) -> int | None:
         """When a message that has just been taken arrived."""
         return sample.received_ns
 
@@ -84,7 +84,7 @@ class SimClock(WallClock):
             self._has_warned = True
             warn(f"no time on /clock for {_SILENT_S:g} s, which --use-sim-time waits for")
 
-    def received_ns(self, sample: Sample) -> int | None:
+    def received_ns(self, sample: ReceivedMessage) -> int | None:
         return self.now_ns()
 
     def elapsed_s(self) -> float:

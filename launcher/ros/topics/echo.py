@@ -19,7 +19,7 @@ from launcher.ros.messages.to_yaml import (
     to_plain,
     yaml_pieces,
 )
-from launcher.ros.topics.listener import Sample
+from launcher.ros.topics.listener import ReceivedMessage
 from launcher.ros.verb import json_text, to_json_plain
 
 Check = Callable[[Any], bool]
@@ -82,13 +82,13 @@ class Writer:
     field: str | None = None
     prefixed: bool = False
 
-    def value(self, sample: Sample) -> Any:
+    def value(self, sample: ReceivedMessage) -> Any:
         """The message, or the selected field."""
         if self.field is None or self.raw:
             return sample.message
         return field_of(sample.message, self.field)
 
-    def pieces(self, sample: Sample, value: Any) -> Iterator[str]:
+    def pieces(self, sample: ReceivedMessage, value: Any) -> Iterator[str]:
         """What is printed for `value`; in pieces, so that long arrays are not held as text."""
         if self.json:
             yield json_text(self._document(sample, value)) + "\n"
@@ -101,7 +101,7 @@ class Writer:
             yield self._info(sample)
             yield from self._body(value)
 
-    def _document(self, sample: Sample, value: Any) -> dict[str, Any]:
+    def _document(self, sample: ReceivedMessage, value: Any) -> dict[str, Any]:
         message = list(value) if self.raw else self._plain(value)
         document = {"topic": sample.topic, "message": to_json_plain(message)}
         return {**document, "info": sample.info} if self.info else document
@@ -117,7 +117,7 @@ class Writer:
             return [self._plain(item) for item in value]
         return value
 
-    def _info(self, sample: Sample) -> str:
+    def _info(self, sample: ReceivedMessage) -> str:
         if not self.info:
             return ""
         if self.raw:

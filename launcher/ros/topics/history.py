@@ -31,7 +31,7 @@ class _Rhythm:
         self.sent_ns, self.received_ns = sent_ns, received_ns
 
 
-class History:
+class TopicHistory:
     """Judges the messages of one subscription, in the order of their arrival.
 
     Messages that were sent before the subscription existed are history. Where the clock of the

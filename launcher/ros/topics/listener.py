@@ -21,7 +21,7 @@ from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
-from launcher.ros.topics.history import History
+from launcher.ros.topics.history import TopicHistory
 from launcher.ros.topics.raw import RawMessage, RawTaker
 from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import warn
@@ -37,7 +37,7 @@ _DISCOVERY_S = 3.0  # of publishers that only the prefetch has discovered
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sample:
+class ReceivedMessage:
     """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds.
 
     `is_history`: it was published before the subscription.
@@ -54,7 +54,7 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
+class TopicTarget:
     """A topic to subscribe to, its type and the publishers that were there at the start."""
 
     name: str
@@ -78,15 +78,15 @@ def full_topic(name: str) -> str:
 
 
 @dataclass(slots=True, kw_only=True)
-class _Topic:
+class _TopicSubscription:
     """`undiscovered`: gids of publishers that only the prefetch knows yet."""
 
-    target: Target
+    target: TopicTarget
     fitted: Fitted
     decode: Callable[[bytes], Any]
     is_fixed: bool
     undiscovered: set[str]
-    history: History | None = None
+    history: TopicHistory | None = None
     unmatched: Unmatched = field(default_factory=Unmatched)
     since_s: float = field(default_factory=time.monotonic)
 
@@ -98,9 +98,11 @@ class Listener:
         self._observer = observer
         self._raw = raw
         self._taker = RawTaker() if taker is None else taker
-        self._topics: list[_Topic] = []
+        self._topics: list[_TopicSubscription] = []
 
-    def subscribe(self, target: Target, profile: Any = None, depth: int = qos.LISTEN_DEPTH) -> None:
+    def subscribe(
+        self, target: TopicTarget, profile: Any = None, depth: int = qos.LISTEN_DEPTH
+    ) -> None:
         """Subscribe with this profile, or with what fits the publishers, now and in `fit`.
 
         Without a profile and publishers there is no subscription until there are some.
@@ -115,7 +117,7 @@ class Listener:
                 kind, target.name, _ignore, fitting, raw=True
             )
 
-        topic = _Topic(
+        topic = _TopicSubscription(
             target=target,
             fitted=Fitted(
                 self._observer.node,
@@ -147,7 +149,7 @@ class Listener:
         profile, kind = topic.fitted.profile, topic.target.type
         return qos.endpoint_of(profile, Direction.SUBSCRIPTION, name, kind, node=node)
 
-    def _topic(self, name: str) -> _Topic:
+    def _topic(self, name: str) -> _TopicSubscription:
         return next(topic for topic in self._topics if topic.target.name == name)
 
     def _fit_all(self) -> None:
@@ -158,7 +160,7 @@ class Listener:
             if not topic.is_fixed and not (topic.undiscovered and is_young):
                 topic.fitted.fit([info.endpoint() for info in infos])
 
-    def take(self) -> list[Sample]:
+    def take(self) -> list[ReceivedMessage]:
         """The messages that are there now, at most 1000 of each subscription."""
         return [
             self._sample(topic, raw)
@@ -167,8 +169,8 @@ class Listener:
         ]
 
     @staticmethod
-    def _sample(topic: _Topic, raw: RawMessage) -> Sample:
-        return Sample(
+    def _sample(topic: _TopicSubscription, raw: RawMessage) -> ReceivedMessage:
+        return ReceivedMessage(
             topic=topic.target.name,
             message=topic.decode(raw.data),
             info={
@@ -185,7 +187,7 @@ class Listener:
             topic.fitted.close()
         self._topics.clear()
 
-    def samples(self, tick: Callable[[], bool]) -> Iterator[Sample]:
+    def samples(self, tick: Callable[[], bool]) -> Iterator[ReceivedMessage]:
         """All messages until `tick`, which is called after each burst, returns False.
 
         Warns, once for each reason, of publishers from which nothing will come.
@@ -217,16 +219,16 @@ class Listener:
                 warn(text)
 
 
-def _is_history(topic: _Topic, raw: RawMessage) -> bool:
+def _is_history(topic: _TopicSubscription, raw: RawMessage) -> bool:
     history = topic.history
     return history is not None and history.has(raw.publisher, raw.source_ns, raw.received_ns)
 
 
-def _history(profile: Any) -> History | None:
+def _history(profile: Any) -> TopicHistory | None:
     from rclpy.qos import DurabilityPolicy
 
     is_kept = profile.durability != DurabilityPolicy.VOLATILE
-    return History(time.time_ns()) if is_kept else None
+    return TopicHistory(time.time_ns()) if is_kept else None
 
 
 def _nothing_received(topic: str, publishers: int, found: list[Mismatch], reasons: str) -> str:

@@ -18,7 +18,7 @@ ALWAYS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Topic:
+class ListedTopic:
     """A topic and how many use it."""
 
     name: str
@@ -36,9 +36,9 @@ def known_types(graph: GraphSnapshot) -> dict[str, list[str]]:
     return dict(sorted({**ALWAYS, **graph.topic_types()}.items()))
 
 
-def listed(graph: GraphSnapshot, *, hidden: bool) -> list[Topic]:
+def listed(graph: GraphSnapshot, *, hidden: bool) -> list[ListedTopic]:
     return [
-        Topic(
+        ListedTopic(
             name=name,
             types=tuple(types),
             publishers=len(graph.on(name, Direction.PUBLISHER)),
@@ -49,7 +49,7 @@ def listed(graph: GraphSnapshot, *, hidden: bool) -> list[Topic]:
     ]
 
 
-def verbose_listing(topics: list[Topic]) -> Iterator[str]:
+def verbose_listing(topics: list[ListedTopic]) -> Iterator[str]:
     """The lines of `topic list -v`."""
     for title, noun, counted in (
         ("Published topics:", "publisher", [(t, t.publishers) for t in topics]),

@@ -13,7 +13,7 @@ from launcher.posix.domains import why_empty
 from launcher.ros.discovery.completeness import settle
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
-from launcher.ros.topics.listener import Listener, Target, full_topic
+from launcher.ros.topics.listener import Listener, TopicTarget, full_topic
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.verb import warn
 
@@ -34,7 +34,7 @@ def are_published(names: Iterable[str]) -> Callable[[GraphSnapshot], bool]:
 
 def target_in(
     graph: GraphSnapshot | Observer, full: str, type_name: str | None = None
-) -> Target | None:
+) -> TopicTarget | None:
     """The topic as the graph has it; None if its type is unknown.
 
     With a type the topic need not exist yet. VerbError if there are several types.
@@ -48,7 +48,7 @@ def target_in(
     if type_name is None and not types:
         return None
     publishers = tuple(e for e in graph.endpoints(full) if e.is_publisher)
-    return Target(name=full, type=type_name or types[0], publishers=publishers)
+    return TopicTarget(name=full, type=type_name or types[0], publishers=publishers)
 
 
 class TopicSubscriber:
@@ -73,7 +73,7 @@ class TopicSubscriber:
             )
         self.subscribe(target)
 
-    def first_target(self, name: str, type_name: str | None = None) -> Target | None:
+    def first_target(self, name: str, type_name: str | None = None) -> TopicTarget | None:
         """The topic as soon as its publishers are known; None if it has none and no type."""
         full = full_topic(name)
         if (graph := self.observer.prefetched_graph()) is None:
@@ -83,7 +83,7 @@ class TopicSubscriber:
             self._await_introduction(target)
         return target
 
-    def _await_introduction(self, target: Target) -> None:
+    def _await_introduction(self, target: TopicTarget) -> None:
         """Return when rclpy knows the publishers of a target that was prefetched, or soon.
 
         A publisher may publish at once when it discovers our subscription, and we have to know it
@@ -109,7 +109,7 @@ class TopicSubscriber:
 
         settle(self.observer, self._spin_time_s, enough=steady)
 
-    def subscribe(self, target: Target) -> None:
+    def subscribe(self, target: TopicTarget) -> None:
         profile, notes = qos.listening(target.publishers)
         if self._chosen != QosOptions():
             self._listener.subscribe(target, qos.from_options(self._chosen, profile))
@@ -127,11 +127,14 @@ class AwaitedTopics:
     """
 
     def __init__(
-        self, subscriber: TopicSubscriber, names: Sequence[str], found: Callable[[Target], None]
+        self,
+        subscriber: TopicSubscriber,
+        names: Sequence[str],
+        found: Callable[[TopicTarget], None],
     ) -> None:
         self._subscriber = subscriber
         self._found = found
-        self._missing: dict[str, Target | None] = {}
+        self._missing: dict[str, TopicTarget | None] = {}
         for name in names:
             if target := subscriber.first_target(name):
                 self._take(target)
@@ -145,7 +148,7 @@ class AwaitedTopics:
         if hint := _hint(self._subscriber.observer, name):
             warn(f"hint: {hint}")
 
-    def _take(self, target: Target) -> None:
+    def _take(self, target: TopicTarget) -> None:
         self._subscriber.subscribe(target)
         self._found(target)
 

@@ -17,7 +17,7 @@ from launcher.base.ros_errors import VerbError
 from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter
-from launcher.ros.topics.listener import Listener, Sample, Target
+from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.verb import GraphAccess, observing, warn
 from launcher.ros.verbs.awaited_topics import AwaitedTopics, TopicSubscriber, are_published
@@ -173,8 +173,8 @@ class _Quiet:
 def _measure(
     options: MeasureOptions,
     clock: WallClock,
-    found: Callable[[Target], None],
-    take: Callable[[Sample, int], None],
+    found: Callable[[TopicTarget], None],
+    take: Callable[[ReceivedMessage, int], None],
     report: Callable[[], None],
     *,
     raw: bool,
@@ -206,10 +206,10 @@ def hz(options: MeasureOptions) -> int:
     quiet: dict[str, _Quiet] = {}
     clock = clock_of(simulated=options.use_sim_time)
 
-    def found(target: Target) -> None:
+    def found(target: TopicTarget) -> None:
         quiet[target.name] = _Quiet(target.name)
 
-    def take(sample: Sample, received_ns: int) -> None:
+    def take(sample: ReceivedMessage, received_ns: int) -> None:
         if sample.is_history:
             return
         quiet[sample.topic].message()
@@ -297,11 +297,11 @@ def bw(options: MeasureOptions) -> int:
             print(_bandwidth_line(*found, as_json=options.json))
             is_silent = False
 
-    def found(target: Target) -> None:
+    def found(target: TopicTarget) -> None:
         if not options.json:
             print(f"Subscribed to [{target.name}]", flush=True)
 
-    def take(sample: Sample, received_ns: int) -> None:
+    def take(sample: ReceivedMessage, received_ns: int) -> None:
         if not sample.is_history:
             sizes.add(received_ns, len(sample.message))
 
@@ -329,10 +329,10 @@ def delay(options: MeasureOptions) -> int:
             print(_delay_line(*due, as_json=options.json))
             is_silent = False
 
-    def found(target: Target) -> None:
+    def found(target: TopicTarget) -> None:
         """There is nothing to say."""
 
-    def take(sample: Sample, received_ns: int) -> None:
+    def take(sample: ReceivedMessage, received_ns: int) -> None:
         delays.add(received_ns - _stamp_ns(sample.message))
 
     clock = clock_of(simulated=options.use_sim_time)

@@ -24,7 +24,7 @@ _LOGGED = re.compile(
 Tell = Callable[[int, int], None]
 
 
-class Part(Record):
+class OutputPart(Record):
     """Lines of one member, or of the group; `kept` is how the memory of the group has them."""
 
     name: str
@@ -148,7 +148,7 @@ class GroupOutput:
             for index, code in ends:
                 self._tell(index, code)
 
-    def parts(self, lines: bytes, mark: bytes) -> Iterator[Part]:
+    def parts(self, lines: bytes, mark: bytes) -> Iterator[OutputPart]:
         """Runs of lines of the same member, in order."""
         pending: list[tuple[bytes, bytes]] = []
         whose: int | None = None
@@ -176,10 +176,10 @@ class GroupOutput:
             return None
         return int(index), text, b"[%b] %b" % (self._names[int(index)][0].encode(), text)
 
-    def _part(self, whose: int | None, lines: list[tuple[bytes, bytes]]) -> Part:
+    def _part(self, whose: int | None, lines: list[tuple[bytes, bytes]]) -> OutputPart:
         name, prefix = self._own if whose is None else self._names[whose]
         texts, kept = (b"\n".join(some) + b"\n" for some in zip(*lines, strict=True))
-        return Part(name, prefix, texts, kept)
+        return OutputPart(name, prefix, texts, kept)
 
     def _member_of(self, logger: bytes) -> int | None:
         """By its logger or one above it; None if several members have it."""

@@ -12,8 +12,8 @@ from launcher.posix.reactor import Reactor
 from launcher.run.machine import (
     POLITE,
     Action,
-    Command,
     Escalate,
+    MachineCommand,
     MachineEvent,
     ProcessMachine,
     Signal,
@@ -103,10 +103,10 @@ class Leftovers:
             self._listener.report(
                 "INFO", f"stopping leftover processes: {_names(pids) or FORK_LOOP}"
             )
-            for event in (Command.START, Command.STARTED, Command.STOP):
+            for event in (MachineCommand.START, MachineCommand.STARTED, MachineCommand.STOP):
                 self._advance(event)
         elif is_alive:
-            self._advance(Command.TICK)
+            self._advance(MachineCommand.TICK)
         if self._machine.is_stuck:
             self._listener.killing()
             left = _reasons(pids) or self._last_seen or FORK_LOOP
@@ -131,7 +131,7 @@ class Leftovers:
 
     def skip_grace(self) -> None:
         """Send the next signal now, if there are leftovers."""
-        self._advance(Command.SKIP_GRACE)
+        self._advance(MachineCommand.SKIP_GRACE)
 
     def _advance(self, event: MachineEvent) -> None:
         for action in self._machine.handle(event, self._reactor.now()):

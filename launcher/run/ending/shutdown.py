@@ -11,7 +11,7 @@ from launcher.posix.reactor import Timer
 from launcher.run.ending import shutdown_machine as rules
 from launcher.run.ending.session_end import stop_session
 from launcher.run.logs import messages
-from launcher.run.machine import Command, Ended
+from launcher.run.machine import MachineCommand, ReportExit
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
@@ -87,7 +87,7 @@ class Shutdown:
     def decided(self, reason: str, *, is_interrupted: bool = False) -> None:
         self._handle(rules.ShutdownDecided(reason, is_interrupted=is_interrupted))
 
-    def ended(self, process: Process, end: Ended, *, is_required: bool) -> None:
+    def ended(self, process: Process, end: ReportExit, *, is_required: bool) -> None:
         failure = messages.first_failure(process, end.outcome) if end.has_died else ""
         self._handle(rules.ProcessEnded(process.name, end, is_required=is_required, report=failure))
 
@@ -117,31 +117,33 @@ class Shutdown:
 
     def _do(self, action: rules.ShutdownAction) -> None:
         match action:
-            case rules.Log(level=level, text=text):
+            case rules.WriteLog(level=level, text=text):
                 self._log.log(level, "launch", text)
             case rules.Notify(event=event):
                 self._core.feed(event)
             case rules.StopAll(reason=reason, is_interrupted=is_interrupted):
-                self._stop_all(reason, Command.INTERRUPTED if is_interrupted else Command.STOP)
-            case rules.Order.SKIP_GRACE_PERIODS:
+                self._stop_all(
+                    reason, MachineCommand.INTERRUPTED if is_interrupted else MachineCommand.STOP
+                )
+            case rules.ShutdownOrder.SKIP_GRACE_PERIODS:
                 for process in list(self._processes):
-                    self._driver.advance(process, Command.SKIP_GRACE)
+                    self._driver.advance(process, MachineCommand.SKIP_GRACE)
                 self._core.cancel_timers(all_of_them=True)
                 self._reactor.call_later(0, self.idle)
                 if self._leftovers is not None:
                     self._leftovers.skip_grace()
                 for part in self._run.parts:
                     part.skip_grace()
-            case rules.Order.REPORT_WAITING:
+            case rules.ShutdownOrder.REPORT_WAITING:
                 now = self._reactor.now()
                 waiting = messages.waiting_for(self._processes, now)
                 self._log.log("INFO", "launch", waiting)
             case rules.EndLeftovers(skipped=skipped):
                 self._end_leftovers(skipped)
-            case rules.Order.FINISH:
+            case rules.ShutdownOrder.FINISH:
                 self._reactor.stop()
 
-    def _stop_all(self, reason: str, how: Command) -> None:
+    def _stop_all(self, reason: str, how: MachineCommand) -> None:
         self._log.note(Stopping(reason))
         if self._core.cancel_timers():
             text = "waiting for a timer with cancel_on_shutdown=False; Ctrl-C cancels it"

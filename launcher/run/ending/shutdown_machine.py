@@ -18,7 +18,7 @@ from collections.abc import Collection, Mapping
 from launcher.base.errors import ExitCode
 from launcher.base.model.events import Event, Outcome, ShutdownAsked, SignalReceived
 from launcher.base.model.record import Record
-from launcher.run.machine import Ended
+from launcher.run.machine import ReportExit
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class ProcessEnded(Record):
     """A process exited. `report` describes an unexpected failure in the summary."""
 
     name: str
-    end: Ended
+    end: ReportExit
     is_required: bool = False
     report: str = ""
 
@@ -124,7 +124,7 @@ ShutdownEvent = (
 # ---- actions
 
 
-class Log(Record):
+class WriteLog(Record):
     """Log this as a line of the launcher."""
 
     level: str
@@ -150,7 +150,7 @@ class EndLeftovers(Record):
     skipped: int
 
 
-class Order(enum.Enum):
+class ShutdownOrder(enum.Enum):
     """Actions without a value."""
 
     SKIP_GRACE_PERIODS = enum.auto()  # of all processes that are being stopped, and of leftovers
@@ -158,7 +158,7 @@ class Order(enum.Enum):
     FINISH = enum.auto()
 
 
-ShutdownAction = Log | Notify | StopAll | EndLeftovers | Order
+ShutdownAction = WriteLog | Notify | StopAll | EndLeftovers | ShutdownOrder
 
 
 class ShutdownMachine:
@@ -246,7 +246,7 @@ class ShutdownMachine:
             case Occurrence.LEFTOVERS_GONE if self.phase is Phase.SWEEPING:
                 # SWEEPING -> OVER
                 self.phase = Phase.OVER
-                return [Order.FINISH]
+                return [ShutdownOrder.FINISH]
             case Occurrence.TICK if self.deadline is not None and now >= self.deadline:
                 return self._due(now)
         return []
@@ -258,7 +258,7 @@ class ShutdownMachine:
         how = "ctrl-c (SIGINT)" if signum == signal.SIGINT else name
         if not self.is_stopping:
             return self._announce(
-                Log("WARNING", f"user interrupted with {how}"),
+                WriteLog("WARNING", f"user interrupted with {how}"),
                 SignalReceived(signum=signum),
                 now,
                 reason=how,
@@ -267,7 +267,7 @@ class ShutdownMachine:
             return []  # a closed terminal whose closed output was noticed first
         self._skipped += 1
         text = f"user interrupted with {how} again, not waiting any longer"
-        return [Log("WARNING", text), Order.SKIP_GRACE_PERIODS]
+        return [WriteLog("WARNING", text), ShutdownOrder.SKIP_GRACE_PERIODS]
 
     def _ended(self, event: ProcessEnded, now: float) -> None:
         if event.end.has_died:
@@ -284,7 +284,7 @@ class ShutdownMachine:
             self._reason, self.deadline = reason, now
 
     def _announce(
-        self, said: Log, event: Event, now: float, *, reason: str
+        self, said: WriteLog, event: Event, now: float, *, reason: str
     ) -> list[ShutdownAction]:
         # RUNNING -> NOTIFIED
         self.phase, self._reason, self.deadline = Phase.NOTIFIED, reason, now
@@ -301,7 +301,7 @@ class ShutdownMachine:
     def _due(self, now: float) -> list[ShutdownAction]:
         reason = self._reason or ""
         if self.phase is Phase.RUNNING:
-            said = Log("INFO", f"{reason}: shutting down")
+            said = WriteLog("INFO", f"{reason}: shutting down")
             return self._announce(said, ShutdownAsked(reason=reason), now, reason=reason)
         if self.phase is Phase.NOTIFIED:  # the interpreter has not answered
             return self._stop(reason, now)
@@ -309,7 +309,7 @@ class ShutdownMachine:
             self.deadline = None
             return []
         self.deadline = now + REPORT_EVERY_S
-        return [Order.REPORT_WAITING]
+        return [ShutdownOrder.REPORT_WAITING]
 
     def _is_over(self, idle: Idle) -> bool:
         """Whether nothing is running and nothing can start any more."""
@@ -325,7 +325,7 @@ def _said(reason: str) -> list[ShutdownAction]:
     """The launch file's reason for its shutdown, if it gives one."""
     if reason in (IDLE, EXCEPTION, NOT_GIVEN, ""):
         return []
-    return [Log("INFO", f"shutdown requested by the launch file: {reason}")]
+    return [WriteLog("INFO", f"shutdown requested by the launch file: {reason}")]
 
 
 def _unexpected(died: Mapping[str, Outcome]) -> str:

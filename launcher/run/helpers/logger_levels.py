@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Answers = list[dict[str, "Any"]]
 
 
-class Question(Record):
+class LoggerQuestion(Record):
     """A node, or all of the process (None), whose logger is asked for, or set to `level`.
 
     Without a `logger` it is that of the node.
@@ -47,9 +47,9 @@ class LoggerLevels(Part):
         self._reactor = run.reactor
         self._helpers: dict[int, subprocess.Popen[bytes]] = {}
 
-    def ask(self, questions: Sequence[Question], done: Callable[[Answers], None]) -> None:
+    def ask(self, questions: Sequence[LoggerQuestion], done: Callable[[Answers], None]) -> None:
         """Call `done` with an answer for each node: process, node, logger, level, error."""
-        domains: dict[str, list[Question]] = {}
+        domains: dict[str, list[LoggerQuestion]] = {}
         for one in questions:
             domains.setdefault(one.process.spec.env.get("ROS_DOMAIN_ID") or "0", []).append(one)
         answers: Answers = []
@@ -65,7 +65,7 @@ class LoggerLevels(Part):
         for group in domains.values():
             self._start(group, add)
 
-    def _start(self, questions: Sequence[Question], done: Callable[[Answers], None]) -> None:
+    def _start(self, questions: Sequence[LoggerQuestion], done: Callable[[Answers], None]) -> None:
         env = {**questions[0].process.spec.env}
         env.pop(RUN_ID_VARIABLE, None)
         env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # as for `graph_facts`
@@ -113,7 +113,7 @@ class LoggerLevels(Part):
             self._end(fd)
 
 
-def _as_json(one: Question) -> dict[str, Any]:
+def _as_json(one: LoggerQuestion) -> dict[str, Any]:
     child = one.process.child
     return {
         "process": one.process.name,
@@ -124,7 +124,7 @@ def _as_json(one: Question) -> dict[str, Any]:
     }
 
 
-def _answers(text: bytes, questions: Sequence[Question]) -> Answers:
+def _answers(text: bytes, questions: Sequence[LoggerQuestion]) -> Answers:
     try:
         found: Answers = strict_json.unpacked(text)
     except ValueError:

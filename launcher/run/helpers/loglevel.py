@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from launcher.base.program import program
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
-from launcher.run.helpers.logger_levels import Answers, LoggerLevels, Question
+from launcher.run.helpers.logger_levels import Answers, LoggerLevels, LoggerQuestion
 from launcher.run.process import Process
 from launcher.run.requests.selection import ProcessNames, parts_meant
 
@@ -26,7 +26,7 @@ def serve(request: VerbRequest) -> None:
     call = request.call
     word = call.options.get("level")
     level = None if word is None else _level(word)
-    ask = functools.partial(Question, logger=call.options.get("logger"), level=level)
+    ask = functools.partial(LoggerQuestion, logger=call.options.get("logger"), level=level)
     refusals, questions = [], []
     labels: dict[tuple[str, str | None], str] = {}
     for process in request.chosen():

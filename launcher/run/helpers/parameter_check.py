@@ -100,7 +100,7 @@ class ParameterCheck:
         os.set_blocking(helper.stdout.fileno(), False)
         self._reactor.add_reader(helper.stdout.fileno(), _Lines(self, helper).read)
         os.set_blocking(helper.stdin.fileno(), False)
-        _Writer(self._reactor, helper.stdin.fileno(), request.encode() + b"\n").write()
+        _RequestWriter(self._reactor, helper.stdin.fileno(), request.encode() + b"\n").write()
 
     def line(self, line: bytes) -> None:
         self._warn(str(strict_json.unpacked(line)))
@@ -150,7 +150,7 @@ class _Lines:
             self._check.line(line)
 
 
-class _Writer:
+class _RequestWriter:
     """Writes a request that may be larger than a pipe."""
 
     def __init__(self, reactor: Reactor, fd: int, data: bytes) -> None:

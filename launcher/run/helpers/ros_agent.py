@@ -37,7 +37,7 @@ GOODBYE_S = 2.0  # an agent that does not exit at EOF of its input is killed aft
 Request = LoadComponent | ChangeState | WatchLifecycle
 
 
-class RosTimer:
+class AgentTimer:
     """A timer of the agent; `cancel()` is idempotent."""
 
     def __init__(self, agent: RosAgent, timer_id: int) -> None:
@@ -103,11 +103,11 @@ class RosAgent:
     def use_sim_time(self, value: bool) -> None:
         self._write({"do": "use_sim_time", "value": value})
 
-    def call_later(self, timer_id: int, delay_s: float) -> RosTimer:
+    def call_later(self, timer_id: int, delay_s: float) -> AgentTimer:
         """TimerFired after a time on the ROS clock, or TimerLost."""
         self._timers.add(timer_id)
         self._write({"do": "timer", "id": timer_id, "delay_s": delay_s})
-        return RosTimer(self, timer_id)
+        return AgentTimer(self, timer_id)
 
     def cancel_timer(self, timer_id: int) -> None:
         if timer_id in self._timers:

@@ -14,7 +14,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.events import Outcome, refusal, signal_name
 from launcher.base.model.record import Record
 from launcher.base.text import count
-from launcher.run.machine import Ended, Escalate, ProcessMachine, ProcessState
+from launcher.run.machine import Escalate, ProcessMachine, ProcessState, ReportExit
 from launcher.run.process import Process
 
 _RUN = ("-m", "launcher", "run")  # what finds the executable on hosts with systemd
@@ -59,7 +59,7 @@ def stuck(name: str, pid: int, waited_s: float, how: str) -> Line:
     )
 
 
-def ended(process: Process, pid: int, end: Ended, *, by_user: bool = False) -> Line:
+def ended(process: Process, pid: int, end: ReportExit, *, by_user: bool = False) -> Line:
     """It exited: by itself, or because the launcher or (`by_user`) a user has stopped it."""
     code = end.outcome.returncode
     if code == 0:

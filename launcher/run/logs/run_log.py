@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from launcher.output.logs.event_log import EventLog
     from launcher.run.logs.messages import Line
 
-    class Formats(Protocol):
+    class LineFormats(Protocol):
         """Lines other than the usual ones: "" for the usual one, None for none."""
 
         def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         """What the launch file wants, which it may change during the run."""
 
         @property
-        def formats(self) -> Formats | None: ...
+        def formats(self) -> LineFormats | None: ...
 
 
 class RunLog:

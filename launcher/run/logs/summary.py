@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from launcher.output.stdout import StdoutWriter
     from launcher.run.ending.shutdown import Shutdown
     from launcher.run.logs.run_log import RunLog
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.process import History
 
 MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
@@ -284,7 +284,7 @@ def _how_it_ended(process: Process) -> str:
     return _with_earlier(process.history, end, text) + ", restarts used up" * is_used_up
 
 
-def _with_earlier(history: History, end: Ended, text: str) -> str:
+def _with_earlier(history: History, end: ReportExit, text: str) -> str:
     """The last end, of which `text` tells, with those before it."""
     code = None if end.asked else end.outcome.returncode
     exits = history.exits - (code == 0 and end.retry_in_s is not None)

@@ -50,7 +50,7 @@ class Budget(Record):
         return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
 
 
-class Verdict(Record):
+class BudgetExcess(Record):
     """`process` has exceeded one limit of `budget` for `over_s` seconds."""
 
     process: str
@@ -88,7 +88,7 @@ class Judge:
         samples: Mapping[str, Sample],
         now: float,
         names: Mapping[str, Iterable[str]] = MappingProxyType({}),
-    ) -> list[Verdict]:
+    ) -> list[BudgetExcess]:
         """The verdicts for new samples, by process name; `now` is monotonic.
 
         `names` are further names of the processes.
@@ -105,7 +105,9 @@ class Judge:
                     over_s = now - stay.since
                     if not stay.is_reported and over_s >= budget.for_s:
                         stay = _Stay(since=stay.since, is_reported=True)
-                        verdicts.append(Verdict(process, budget, resource, value, limit, over_s))
+                        verdicts.append(
+                            BudgetExcess(process, budget, resource, value, limit, over_s)
+                        )
                     stays[key] = stay
         self._stays = stays
         return verdicts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.base.model.options import names_of
 from launcher.base.model.run_events import OverBudget
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 from launcher.run.monitor import budget_parser
 from launcher.run.monitor.budgets import BudgetAction, Judge
 from launcher.run.part import Part
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.options import RunOptions
     from launcher.base.model.run_events import Sample
-    from launcher.run.monitor.budgets import Verdict
+    from launcher.run.monitor.budgets import BudgetExcess
     from launcher.run.process import Process
     from launcher.run.run import Run
 
@@ -36,7 +36,7 @@ class BudgetEnforcement(Part):
         for verdict in self._judge.judge(samples, self.run.reactor.now(), names):
             self._enforce(processes[verdict.process], verdict)
 
-    def _enforce(self, process: Process, verdict: Verdict) -> None:
+    def _enforce(self, process: Process, verdict: BudgetExcess) -> None:
         """Carry out the action; under a debugger the excess is only reported."""
         is_debugged = process.debugger is not None
         but = "; nothing is done, since it is under a debugger" if is_debugged else ""
@@ -45,7 +45,7 @@ class BudgetEnforcement(Part):
         if is_debugged:
             return
         if verdict.action is BudgetAction.RESTART:
-            self.run.driver.advance(process, Command.RESTART)
+            self.run.driver.advance(process, MachineCommand.RESTART)
         elif verdict.action is BudgetAction.STOP_RUN:
             self.run.shutdown.over_budget(process, str(verdict))
 

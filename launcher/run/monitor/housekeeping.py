@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.posix.reactor import Reactor, Timer
     from launcher.run.logs.run_log import RunLog
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.monitor.resources import Sampler, Steps
     from launcher.run.process import Process
     from launcher.run.run import Run
@@ -202,7 +202,7 @@ class Housekeeping(Part):
         self.keeper.note_deaths()
         self.keeper.start()
 
-    def ended(self, process: Process, end: Ended) -> None:
+    def ended(self, process: Process, end: ReportExit) -> None:
         self.keeper.ended(process)
 
     def conclude(self, *, is_orderly: bool) -> None:

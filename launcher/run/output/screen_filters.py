@@ -11,7 +11,7 @@ from launcher.run.logs.run_log import RunLog
 from launcher.run.process import Process
 
 
-class Change(enum.Enum):
+class FilterChange(enum.Enum):
     """What a request has changed."""
 
     MUTED = enum.auto()
@@ -31,7 +31,7 @@ class Shown(Record):
     """
 
     process: str
-    change: Change
+    change: FilterChange
     hidden_lines: int = 0
     level: int = 0
     pattern: str | None = None
@@ -59,7 +59,7 @@ class ScreenFilters:
     def mute(self, processes: Sequence[Process]) -> list[Shown]:
         for process in processes:
             self._filter_of(process).muted = True
-        return [_shown(p, Change.MUTED) for p in processes]
+        return [_shown(p, FilterChange.MUTED) for p in processes]
 
     def unmute(self, processes: Sequence[Process]) -> list[Shown]:
         """Show them again; if these are all processes, a `solo` ends."""
@@ -69,12 +69,12 @@ class ScreenFilters:
 
     def _unmute(self, process: Process) -> Shown:
         if process.filter is None or not process.filter.is_silent:
-            return _shown(process, Change.NOT_MUTED)
+            return _shown(process, FilterChange.NOT_MUTED)
         line_filter = process.filter
         line_filter.muted = line_filter.outside = False
         hidden, line_filter.hidden_lines = line_filter.hidden_lines, 0
         _drop_if_open(process)
-        return _shown(process, Change.UNMUTED, hidden)
+        return _shown(process, FilterChange.UNMUTED, hidden)
 
     def show(self, processes: Sequence[Process]) -> list[Shown]:
         """Remove all filters of these processes."""
@@ -85,9 +85,9 @@ class ScreenFilters:
     @staticmethod
     def _show(process: Process) -> Shown:
         if process.filter is None:
-            return _shown(process, Change.NOT_HIDDEN)
+            return _shown(process, FilterChange.NOT_HIDDEN)
         hidden, process.filter = process.filter.hidden_lines, None
-        return _shown(process, Change.EVERYTHING, hidden)
+        return _shown(process, FilterChange.EVERYTHING, hidden)
 
     def solo(self, processes: Sequence[Process]) -> list[Shown]:
         alone = {process.process_id for process in processes}
@@ -98,7 +98,7 @@ class ScreenFilters:
             line_filter.outside = process.process_id not in alone
             line_filter.muted = line_filter.muted and line_filter.outside
             _drop_if_open(process)
-        return [_shown(p, Change.ALONE, was_muted=p.process_id in muted) for p in processes]
+        return [_shown(p, FilterChange.ALONE, was_muted=p.process_id in muted) for p in processes]
 
     def level(self, level: int, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines of this level (an index into LEVELS) and above."""
@@ -110,7 +110,7 @@ class ScreenFilters:
         return self.levels(processes)
 
     def levels(self, processes: Sequence[Process]) -> list[Shown]:
-        return [_shown(p, Change.LEVEL) for p in processes]
+        return [_shown(p, FilterChange.LEVEL) for p in processes]
 
     def grep(self, pattern: Pattern | None, processes: Sequence[Process]) -> list[Shown]:
         """Show only lines that match; None shows all."""
@@ -119,7 +119,7 @@ class ScreenFilters:
         for process in processes:
             self._filter_of(process).pattern = pattern
             _drop_if_open(process)
-        return [_shown(p, Change.PATTERN) for p in processes]
+        return [_shown(p, FilterChange.PATTERN) for p in processes]
 
     def _filter_of(self, process: Process) -> LineFilter:
         if process.filter is None:
@@ -145,7 +145,7 @@ def _drop_if_open(process: Process) -> None:
 
 
 def _shown(
-    process: Process, change: Change, hidden_lines: int = 0, *, was_muted: bool = False
+    process: Process, change: FilterChange, hidden_lines: int = 0, *, was_muted: bool = False
 ) -> Shown:
     one = process.filter
     if one is None:

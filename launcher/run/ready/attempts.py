@@ -44,7 +44,7 @@ class _Attempts:
             self._timer = None
 
 
-class Connection(_Attempts):
+class PortAttempts(_Attempts):
     """Connects to `ADDRESS:PORT`, and closes the connection at once."""
 
     _socket: socket.socket | None = None

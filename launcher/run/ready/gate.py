@@ -9,18 +9,18 @@ from collections.abc import Mapping, Sequence
 from launcher.base.model import run_events
 from launcher.base.model.supervision import StartRule
 from launcher.posix.reactor import Timer
-from launcher.run.machine import Command, ProcessState
+from launcher.run.machine import MachineCommand, ProcessState
 from launcher.run.part import StartStage
 from launcher.run.process import Process
 from launcher.run.ready import order
 from launcher.run.ready.order import StartOrder
-from launcher.run.ready.watch import Watch
+from launcher.run.ready.watch import ReadyWatch
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
     from launcher.run.helpers.graph_facts import GraphFacts
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
     from launcher.run.run import Run
 
 REPORT_EVERY_S = 10.0  # which processes still wait
@@ -36,7 +36,7 @@ class ReadyGate(StartStage):
         self._log = run.log
         self._order = StartOrder(run.options.start_rules, run.launched.switched_off)
         self._processes: dict[str, Process] = {}
-        self._watches: dict[str, Watch] = {}
+        self._watches: dict[str, ReadyWatch] = {}
         self._timer: Timer | None = None
         self._reported_s = 0.0
         self._is_closed = False
@@ -96,7 +96,7 @@ class ReadyGate(StartStage):
         self._check_soon()
 
     def waits(self, process: Process) -> bool:
-        return self._order[process.name].phase is order.Phase.WAITING
+        return self._order[process.name].phase is order.StartPhase.WAITING
 
     def admit(self, process: Process) -> None:
         entry, now = self._order[process.name], self._reactor.now()
@@ -139,7 +139,7 @@ class ReadyGate(StartStage):
         """Look for the facts of a running process that is not ready."""
         entry = self._order[process.name]
         if entry.is_running and entry.facts and entry.ready_s is None:
-            self._watches[process.name] = Watch(
+            self._watches[process.name] = ReadyWatch(
                 process,
                 entry.facts,
                 functools.partial(self._seen, process.name),
@@ -153,7 +153,7 @@ class ReadyGate(StartStage):
             return self.run.agent_env
         return self.run.spawner.settings_of(process, process.spec).env
 
-    def ended(self, process: Process, end: Ended) -> None:
+    def ended(self, process: Process, end: ReportExit) -> None:
         if process.name not in self._processes:
             return  # it is gone, and could not be ended before
         outcome = end.outcome
@@ -236,12 +236,12 @@ class ReadyGate(StartStage):
         for action in actions:
             process = self._processes[action.name]
             match action:
-                case order.Release(waited_s=waited_s):
+                case order.ReleaseStart(waited_s=waited_s):
                     self._note_release(process, waited_s, "ready")
                     self.pass_on(process)
                 case order.Expire():
                     self._expire(process, action)
-                case order.Ready(took_s=took_s):
+                case order.ReportReady(took_s=took_s):
                     self._log.log("INFO", process.name, f"ready after {took_s:.2f} s")
                     self._log.note(run_events.Ready(round(took_s, 6)), process)
                 case order.RestartWith(other=other):
@@ -256,7 +256,7 @@ class ReadyGate(StartStage):
             text = f"restarted, since {other} has been restarted"
             self._log.log("INFO", process.name, text)
             process.is_replaced = True
-            self.run.driver.advance(process, Command.RESTART)
+            self.run.driver.advance(process, MachineCommand.RESTART)
 
     def _expire(self, process: Process, expired: order.Expire) -> None:
         what = f"not ready after {expired.waited_s:.1f} s: {expired.text}"
@@ -282,7 +282,7 @@ class ReadyGate(StartStage):
             return {"ready": None, "ready_s": None, "waiting_for": None, "lacks": None}
         entry, now = self._order[process.name], self._reactor.now()
         reason = self._order.reason(process.name)
-        waits = entry.phase is order.Phase.WAITING
+        waits = entry.phase is order.StartPhase.WAITING
         since_s = entry.admitted_s if waits else entry.started_s
         text = f"{reason} ({now - since_s:.1f} s)" if reason else None
         is_ready = entry.ready_s is not None

@@ -23,7 +23,7 @@ from launcher.base.model.spec import ProcessSpec
 from launcher.base.model.supervision import Fact, StartRule, circle, rule_for
 
 
-class Release(Record):
+class ReleaseStart(Record):
     """Let it start, after a wait of so many seconds."""
 
     name: str
@@ -39,7 +39,7 @@ class Expire(Record):
     waited_s: float
 
 
-class Ready(Record):
+class ReportReady(Record):
     """It is ready, so many seconds after its start."""
 
     name: str
@@ -60,10 +60,10 @@ class Circle(Record):
     chain: tuple[str, ...]
 
 
-Action = Release | Expire | Ready | RestartWith | Circle
+Action = ReleaseStart | Expire | ReportReady | RestartWith | Circle
 
 
-class Phase(enum.Enum):
+class StartPhase(enum.Enum):
     """How far a process is on its way to its first start."""
 
     NEW = enum.auto()
@@ -71,7 +71,7 @@ class Phase(enum.Enum):
     PASSED = enum.auto()
 
 
-class Entry:
+class WaitingProcess:
     """One process. `needs` are those that it waits for, by the names in its rule."""
 
     def __init__(self, spec: ProcessSpec, rule: StartRule) -> None:
@@ -80,7 +80,7 @@ class Entry:
         self._said: dict[int, str] = {}
         self.rule = rule
         self.describe(spec, rule)
-        self.phase = Phase.NEW
+        self.phase = StartPhase.NEW
         self.admitted_s = self.passed_s = self.started_s = 0.0
         self.is_running = self.is_finished = False
         self.lives = 0
@@ -93,7 +93,9 @@ class Entry:
             self._held.clear()
             self._said.clear()
         self.spec, self.rule = spec, rule
-        self.needs: dict[str, list[Entry]] = {n: [] for n in rule.after.names} if rule.after else {}
+        self.needs: dict[str, list[WaitingProcess]] = (
+            {n: [] for n in rule.after.names} if rule.after else {}
+        )
 
     @property
     def facts(self) -> tuple[Fact, ...]:
@@ -159,21 +161,21 @@ class StartOrder:
     ) -> None:
         self._rules = rules
         self._switched_off = switched_off
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, WaitingProcess] = {}
         self._forgotten: list[ProcessSpec] = []
 
-    def __getitem__(self, name: str) -> Entry:
+    def __getitem__(self, name: str) -> WaitingProcess:
         return self._entries[name]
 
     @property
-    def waiting(self) -> list[Entry]:
-        return [one for one in self._entries.values() if one.phase is Phase.WAITING]
+    def waiting(self) -> list[WaitingProcess]:
+        return [one for one in self._entries.values() if one.phase is StartPhase.WAITING]
 
     # ---- events
 
     def add(self, spec: ProcessSpec) -> list[Action]:
         """A process that may be started from now on."""
-        return self._join(Entry(spec, rule_for(self._rules, spec)))
+        return self._join(WaitingProcess(spec, rule_for(self._rules, spec)))
 
     def adopt(self, spec: ProcessSpec) -> list[Action]:
         """The process of this name has this spec now; new facts count from its next start."""
@@ -199,12 +201,12 @@ class StartOrder:
         self._disconnect(entry)
         self._forgotten.append(entry.spec)
 
-    def _disconnect(self, entry: Entry) -> None:
+    def _disconnect(self, entry: WaitingProcess) -> None:
         for other in self._entries.values():
             for others in other.needs.values():
                 others[:] = [one for one in others if one is not entry]
 
-    def _join(self, new: Entry) -> list[Action]:
+    def _join(self, new: WaitingProcess) -> list[Action]:
         for other in self._entries.values():
             _connect(other, new)
             _connect(new, other)
@@ -216,7 +218,7 @@ class StartOrder:
         new.rule = replace(new.rule, after=None)
         return [Circle(new.name, tuple(chain))]
 
-    def _circle_with(self, new: Entry) -> list[str]:
+    def _circle_with(self, new: WaitingProcess) -> list[str]:
         reached: dict[str, list[str]] = {}
         left = [new]
         while left:
@@ -230,29 +232,29 @@ class StartOrder:
     def admit(self, name: str, now: float) -> bool:
         """Whether it may start at once; else it waits until a `check` releases it."""
         entry = self._entries[name]
-        if entry.phase is Phase.PASSED or not entry.needs:
+        if entry.phase is StartPhase.PASSED or not entry.needs:
             self._pass(entry, now)
             return True
-        entry.phase, entry.admitted_s = Phase.WAITING, now
+        entry.phase, entry.admitted_s = StartPhase.WAITING, now
         return False
 
     def withdraw(self, name: str) -> bool:
         """It shall not start any more; False if it was not waiting."""
         entry = self._entries.get(name)
-        if entry is None or entry.phase is not Phase.WAITING:
+        if entry is None or entry.phase is not StartPhase.WAITING:
             return False
-        entry.phase, entry.state = Phase.NEW, "it was stopped"
+        entry.phase, entry.state = StartPhase.NEW, "it was stopped"
         return True
 
     def skip(self, name: str, now: float) -> bool:
         """A user starts it: it does not wait any more; False if it was not waiting."""
         entry = self._entries[name]
-        is_waiting = entry.phase is Phase.WAITING
+        is_waiting = entry.phase is StartPhase.WAITING
         self._pass(entry, now)
         return is_waiting
 
-    def _pass(self, entry: Entry, now: float) -> None:
-        entry.phase, entry.passed_s = Phase.PASSED, now
+    def _pass(self, entry: WaitingProcess, now: float) -> None:
+        entry.phase, entry.passed_s = StartPhase.PASSED, now
         entry.state = "it is being started"
 
     def started(self, name: str, now: float) -> list[Action]:
@@ -284,17 +286,19 @@ class StartOrder:
         entry.gone = f"it has ended ({text})" if final and not entry.is_finished else ""
         return actions
 
-    def _look(self, entry: Entry, now: float) -> list[Action]:
+    def _look(self, entry: WaitingProcess, now: float) -> list[Action]:
         """Whether it is ready now."""
         if entry.ready_s is not None or entry.lacks:
             return []
         entry.ready_s = now
-        actions: list[Action] = [Ready(entry.name, now - entry.started_s)] if entry.facts else []
+        actions: list[Action] = (
+            [ReportReady(entry.name, now - entry.started_s)] if entry.facts else []
+        )
         if entry.lives > 1:
             actions += self._restarts_with(entry)
         return actions
 
-    def _restarts_with(self, entry: Entry) -> Iterator[Action]:
+    def _restarts_with(self, entry: WaitingProcess) -> Iterator[Action]:
         for other in self._entries.values():
             names = other.rule.restart_with or ()
             if other is entry or not other.is_running or other.started_s > entry.started_s:
@@ -312,9 +316,11 @@ class StartOrder:
             waited_s = now - entry.admitted_s
             if not lacking:
                 self._pass(entry, now)
-                actions.append(Release(entry.name, waited_s))
+                actions.append(ReleaseStart(entry.name, waited_s))
                 continue
-            gone = next((one for one in lacking if isinstance(one, Entry) and one.gone), None)
+            gone = next(
+                (one for one in lacking if isinstance(one, WaitingProcess) and one.gone), None
+            )
             deadline = self._deadline_of(entry)
             if gone is None and (deadline is None or now < deadline):
                 continue
@@ -330,35 +336,37 @@ class StartOrder:
         found = (self._deadline_of(entry) for entry in self.waiting)
         return min((one for one in found if one is not None), default=None)
 
-    def _deadline_of(self, entry: Entry) -> float | None:
+    def _deadline_of(self, entry: WaitingProcess) -> float | None:
         """The time limit begins when none of those that it waits for waits itself."""
         others = _needed(entry)
-        if any(other.phase is Phase.WAITING for other in others) or entry.rule.after is None:
+        if any(other.phase is StartPhase.WAITING for other in others) or entry.rule.after is None:
             return None
         since_s = max([entry.admitted_s, *(other.passed_s for other in others)])
         return since_s + entry.rule.after.timeout_s
 
-    def _lacking(self, entry: Entry) -> list[Entry | str]:
+    def _lacking(self, entry: WaitingProcess) -> list[WaitingProcess | str]:
         """The processes that are not ready, and the names that no process has."""
-        found: dict[str, Entry | str] = {}
+        found: dict[str, WaitingProcess | str] = {}
         for name, others in entry.needs.items():
             if not others and not self._is_no_matter(name, entry):
                 found[name] = name
             found.update((one.name, one) for one in others if not one.is_satisfied)
         return list(found.values())
 
-    def _is_no_matter(self, name: str, entry: Entry) -> bool:
+    def _is_no_matter(self, name: str, entry: WaitingProcess) -> bool:
         """Whether it means only the process itself, or one that is gone, or kept away."""
         none = (entry.spec, *self._forgotten, *self._switched_off())
         return any(matches(name, spec) for spec in none)
 
-    def _reason(self, lacking: Sequence[Entry | str], first: Entry | None = None) -> str:
+    def _reason(
+        self, lacking: Sequence[WaitingProcess | str], first: WaitingProcess | None = None
+    ) -> str:
         """`dispatcher: no publisher on /fleet/tasks, and for monitor`."""
         head = lacking[0] if first is None else first
         others = [_shown(one) for one in lacking if one is not head]
         if isinstance(head, str):
             text = f"{head}: it has not been started"
-        elif head.phase is Phase.WAITING:
+        elif head.phase is StartPhase.WAITING:
             text = f"{_shown(head)}, which waits for {_shown(self._lacking(head)[0])}"
         else:
             text = f"{_shown(head)}: {head.lack()}"
@@ -375,13 +383,13 @@ class StartOrder:
     def reason(self, name: str) -> str:
         """What it waits for, or lacks to be ready; empty if neither."""
         entry = self._entries[name]
-        if entry.phase is Phase.WAITING:
+        if entry.phase is StartPhase.WAITING:
             lacking = self._lacking(entry)
             return self._reason(lacking) if lacking else ""
         return entry.lack() if entry.is_running and entry.ready_s is None else ""
 
 
-def _shown(one: Entry | str) -> str:
+def _shown(one: WaitingProcess | str) -> str:
     """The name of its node, where the launch file gives one: several may have one executable."""
     if isinstance(one, str):
         return one
@@ -389,12 +397,12 @@ def _shown(one: Entry | str) -> str:
     return one.spec.label if node is None else node.rpartition("/")[2]
 
 
-def _connect(entry: Entry, other: Entry) -> None:
+def _connect(entry: WaitingProcess, other: WaitingProcess) -> None:
     """Note that an entry waits for another, if its names say so."""
     for name, others in entry.needs.items():
         if matches(name, other.spec):
             others.append(other)
 
 
-def _needed(entry: Entry) -> list[Entry]:
+def _needed(entry: WaitingProcess) -> list[WaitingProcess]:
     return [other for others in entry.needs.values() for other in others]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Tell = Callable[[bool, str], None]  # whether it holds, and what is seen instead
 
-    class GraphFacts(Protocol):
+    class GraphFactSource(Protocol):
         """What tells facts of the ROS graph."""
 
         def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, tell: Tell) -> int: ...
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
 
 
-class Watch:
+class ReadyWatch:
     """From the start of a process until it is ready or ends; close it.
 
     `tell(index, holds, text)` is called with what is seen of a fact. `env` is the environment of
@@ -44,14 +44,14 @@ class Watch:
         tell: Callable[[int, bool, str], None],
         *,
         reactor: Reactor,
-        graph: Callable[[], GraphFacts],
+        graph: Callable[[], GraphFactSource],
         env: Mapping[str, str],
     ) -> None:
         self._process = process
         self._tell = tell
         self._patterns: dict[int, Pattern] = {}
         self._attempts: list[Attempt] = []
-        self._graph: GraphFacts | None = None
+        self._graph: GraphFactSource | None = None
         self._numbers: list[int] = []
         for index, fact in enumerate(facts):
             self._begin(index, fact, reactor, graph, env)
@@ -63,7 +63,7 @@ class Watch:
         index: int,
         fact: Fact,
         reactor: Reactor,
-        graph: Callable[[], GraphFacts],
+        graph: Callable[[], GraphFactSource],
         env: Mapping[str, str],
     ) -> None:
         def tell(holds: bool, text: str) -> None:
@@ -75,10 +75,10 @@ class Watch:
             self._graph = graph()
             self._numbers.append(self._graph.watch(fact, env, reactor.now(), tell))
         elif fact.kind in ("port", "command"):
-            from launcher.run.ready.attempts import CommandRun, Connection
+            from launcher.run.ready.attempts import CommandRun, PortAttempts
 
             if fact.kind == "port":
-                self._attempts.append(Connection(fact, reactor, tell))
+                self._attempts.append(PortAttempts(fact, reactor, tell))
             else:
                 cwd = None if self._process.host is not None else self._process.spec.cwd
                 self._attempts.append(CommandRun(fact, reactor, tell, env=env, cwd=cwd))

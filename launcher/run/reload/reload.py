@@ -41,7 +41,7 @@ class Change(enum.Enum):
     SAME = "same"
 
 
-class Entry(Record):
+class ComparedProcess(Record):
     """A process in a comparison of the run with its launch file; `details`: what has changed.
 
     `result` is what was done; None if nothing was, or in a comparison without consequences. One
@@ -54,7 +54,7 @@ class Entry(Record):
     result: Result | None = None
 
 
-Done = Callable[[Sequence[Entry]], None]
+Done = Callable[[Sequence[ComparedProcess]], None]
 ResultDone = Callable[["Result | None"], None]
 
 
@@ -128,7 +128,7 @@ class Reloader(Part):
             raise LauncherError("an attached run cannot be reloaded")
         return core
 
-    def compare(self) -> list[Entry]:
+    def compare(self) -> list[ComparedProcess]:
         """What `reload` would do; LauncherError."""
         evaluation, options = self._evaluate()
         evaluation.discard()
@@ -222,7 +222,9 @@ class Reloader(Part):
                 self._core_driver.not_started(effect.process_id, errno.ECANCELED)
         waiting.done()
 
-    def _finish(self, entries: Sequence[Entry], results: Mapping[str, Result], done: Done) -> None:
+    def _finish(
+        self, entries: Sequence[ComparedProcess], results: Mapping[str, Result], done: Done
+    ) -> None:
         self.is_busy = False
         self._core_driver.nudge()
         done([replace(one, result=results.get(one.name, one.result)) for one in entries])
@@ -240,24 +242,26 @@ class Reloader(Part):
         elapsed_s = self._core_driver.elapsed_s
         return core.evaluate_again(known, options, adapt, elapsed_s), options
 
-    def _entries(self, reload: Reload, options: RunOptions) -> list[Entry]:
+    def _entries(self, reload: Reload, options: RunOptions) -> list[ComparedProcess]:
         now = self.run.options
         kept = [_kept(one, setting_changes(now, options, one.spec)) for one in reload.kept]
-        gone = [Entry(self._processes[number].name, Change.GONE) for number in reload.gone]
-        new = [Entry(one.name, Change.NEW, (one.command_line,)) for one in reload.new]
+        gone = [
+            ComparedProcess(self._processes[number].name, Change.GONE) for number in reload.gone
+        ]
+        new = [ComparedProcess(one.name, Change.NEW, (one.command_line,)) for one in reload.new]
         return [*kept, *gone, *new]
 
 
-def _kept(one: Kept, settings: Sequence[str]) -> Entry:
+def _kept(one: Kept, settings: Sequence[str]) -> ComparedProcess:
     name = one.spec.name
     if one.postponed:
         result = Result(name, Kind.UNDER_DEBUGGER, done=False)
-        return Entry(name, Change.CHANGED, one.postponed, result)
+        return ComparedProcess(name, Change.CHANGED, one.postponed, result)
     changes = (*one.changes, *settings)
-    return Entry(name, Change.CHANGED if changes else Change.SAME, changes)
+    return ComparedProcess(name, Change.CHANGED if changes else Change.SAME, changes)
 
 
-def _names(entries: Sequence[Entry]) -> dict[str, tuple[str, ...]]:
+def _names(entries: Sequence[ComparedProcess]) -> dict[str, tuple[str, ...]]:
     return {
         change.value: tuple(one.name for one in entries if one.change is change)
         for change in Change

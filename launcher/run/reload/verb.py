@@ -8,7 +8,7 @@ from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count
 from launcher.run.parts import DRY_RUN
-from launcher.run.reload.reload import Change, Entry, Reloader
+from launcher.run.reload.reload import Change, ComparedProcess, Reloader
 from launcher.run.requests.results import sentence
 
 TYPE_CHECKING = False
@@ -39,11 +39,11 @@ def _message(error: LauncherError) -> str:
     return text.removesuffix(f"\nhint: {error.hint}") if error.hint else text
 
 
-def _answer(exchange: Exchange, entries: Sequence[Entry]) -> None:
+def _answer(exchange: Exchange, entries: Sequence[ComparedProcess]) -> None:
     exchange.reply({"processes": [_document(one) for one in entries]}, lines(entries))
 
 
-def _document(one: Entry) -> dict[str, Any]:
+def _document(one: ComparedProcess) -> dict[str, Any]:
     return {
         "name": one.name,
         "change": one.change.value,
@@ -53,7 +53,7 @@ def _document(one: Entry) -> dict[str, Any]:
     }
 
 
-def lines(entries: Sequence[Entry]) -> list[str]:
+def lines(entries: Sequence[ComparedProcess]) -> list[str]:
     """A line for each change, and one for what is the same."""
     changes = [one for one in entries if one.change is not Change.SAME]
     same = [one.name for one in entries if one.change is Change.SAME]
@@ -64,6 +64,6 @@ def lines(entries: Sequence[Entry]) -> list[str]:
     return [*text, f"the same: {', '.join(same)}"] if same else text
 
 
-def _line(one: Entry, width: int) -> str:
+def _line(one: ComparedProcess, width: int) -> str:
     line = f"{one.change.value:<7}  {one.name:<{width}}  {'; '.join(one.details)}".rstrip()
     return line if one.result is None else f"{line}\n{'':7}  {sentence(one.result)}"

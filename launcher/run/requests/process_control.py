@@ -6,7 +6,7 @@ import functools
 
 from launcher.base.model import run_events
 from launcher.base.model.record import replace
-from launcher.run.machine import Command, Ended, ProcessState
+from launcher.run.machine import MachineCommand, ProcessState, ReportExit
 from launcher.run.part import Part
 from launcher.run.process import Process
 from launcher.run.requests.process_signals import (
@@ -20,14 +20,14 @@ from launcher.run.requests.request_queue import (
     Answer,
     Do,
     Done,
-    Order,
-    Phase,
+    ProcessPhase,
     ProcessRequest,
     Purpose,
     QueueAction,
+    RequestOrder,
     RequestQueue,
+    RequestStep,
     Situation,
-    Step,
 )
 from launcher.run.requests.request_result import Kind, Result
 
@@ -137,21 +137,21 @@ class ProcessControl(Part):
             is_cut_off=process.host is not None and process.host.unreachable_s is not None,
         )
 
-    def _phase(self, process: Process) -> Phase:
+    def _phase(self, process: Process) -> ProcessPhase:
         if process.machine.is_stuck:
-            return Phase.STUCK
+            return ProcessPhase.STUCK
         match process.machine.state:
             case ProcessState.STARTING if process.child is not None:
-                return Phase.STARTING
+                return ProcessPhase.STARTING
             case ProcessState.STARTING:
-                return Phase.WAITING if self._driver.waits(process) else Phase.QUEUED
+                return ProcessPhase.WAITING if self._driver.waits(process) else ProcessPhase.QUEUED
             case ProcessState.RUNNING:
-                return Phase.RUNNING
+                return ProcessPhase.RUNNING
             case ProcessState.STOPPING:
-                return Phase.STOPPING
+                return ProcessPhase.STOPPING
             case ProcessState.BACKOFF:
-                return Phase.BACKOFF
-        return Phase.ENDED
+                return ProcessPhase.BACKOFF
+        return ProcessPhase.ENDED
 
     def _carry_out(self, process: Process, actions: Sequence[QueueAction]) -> None:
         for action in actions:
@@ -166,24 +166,26 @@ class ProcessControl(Part):
                     (request,) = step.requests
                     request.act(functools.partial(self._acted, process, step, request))
 
-    def _acted(self, process: Process, step: Step, request: ProcessRequest, result: Result) -> None:
+    def _acted(
+        self, process: Process, step: RequestStep, request: ProcessRequest, result: Result
+    ) -> None:
         self._queues[process].finish(step)
         request.done(result)
         self._settle(process)
 
-    def _do(self, process: Process, order: Order, step: Step) -> None:
+    def _do(self, process: Process, order: RequestOrder, step: RequestStep) -> None:
         for request in step.requests:
             self._note(process, request)
         match order:
-            case Order.STOP:
+            case RequestOrder.STOP:
                 step.old_pid = _pid_of(process)
                 process.is_replaced = all(one.is_replacement for one in step.requests)
-                self._driver.advance(process, Command.USER_STOP)
-            case Order.START:
-                self._driver.advance(process, Command.USER_START)
-            case Order.SKIP_WAIT:
+                self._driver.advance(process, MachineCommand.USER_STOP)
+            case RequestOrder.START:
+                self._driver.advance(process, MachineCommand.USER_START)
+            case RequestOrder.SKIP_WAIT:
                 self._driver.skip_wait(process)
-            case Order.BEGIN_AGAIN:
+            case RequestOrder.BEGIN_AGAIN:
                 self._driver.begin_again(process)
 
     def _note(self, process: Process, request: ProcessRequest) -> None:
@@ -192,7 +194,9 @@ class ProcessControl(Part):
             request.is_noted = True
             self._log.note(run_events.Asked(request.purpose.name.lower()), process)
 
-    def _result(self, process: Process, request: ProcessRequest, kind: Kind, step: Step) -> Result:
+    def _result(
+        self, process: Process, request: ProcessRequest, kind: Kind, step: RequestStep
+    ) -> Result:
         is_stop, is_restart = request.purpose is Purpose.STOP, request.purpose > Purpose.START
         host, stopped = process.host, None
         if is_restart and step.first_end is not None:
@@ -221,7 +225,7 @@ class ProcessControl(Part):
         is_accepted = kind is Kind.STOP_WAITS
         return replace(result, done=is_accepted, host=host.name, elapsed_s=silent_s)
 
-    def _stopped(self, process: Process, elapsed_s: float, end: Ended | None) -> Result:
+    def _stopped(self, process: Process, elapsed_s: float, end: ReportExit | None) -> Result:
         return Result(
             process=process.name,
             kind=Kind.STOPPED,

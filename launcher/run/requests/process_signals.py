@@ -9,7 +9,7 @@ from launcher.base.model.run_events import Asked
 from launcher.base.model.spec import RestartMode
 from launcher.posix.reactor import Reactor
 from launcher.run.logs.run_log import RunLog
-from launcher.run.machine import POLITE, Command
+from launcher.run.machine import POLITE, MachineCommand
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
 from launcher.run.requests.request_result import Kind, Result
@@ -101,7 +101,7 @@ class ProcessSignals:
             done(refusal)
         else:
             self._log.note(Asked("pause"), process)
-            self._driver.advance(process, Command.SUSPEND)
+            self._driver.advance(process, MachineCommand.SUSPEND)
             self._await(process, Kind.SUSPENDED, signal.SIGSTOP, done)
 
     def resume(self, process: Process, done: Done) -> None:
@@ -111,7 +111,7 @@ class ProcessSignals:
             done(refusal)
         else:
             self._log.note(Asked("resume"), process)
-            self._driver.advance(process, Command.RESUME)
+            self._driver.advance(process, MachineCommand.RESUME)
             self._await(process, Kind.RESUMED, signal.SIGCONT, done)
 
     def _await(self, process: Process, kind: Kind, signum: signal.Signals, done: Done) -> None:

@@ -16,7 +16,7 @@ from launcher.run.requests.request_result import Kind, Result
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.run.machine import Ended
+    from launcher.run.machine import ReportExit
 
 Done = Callable[[Result], None]
 
@@ -64,7 +64,7 @@ class ProcessRequest:
         self.is_noted = False
 
 
-class Phase(enum.Enum):
+class ProcessPhase(enum.Enum):
     """What a process is doing, as far as requests depend on it."""
 
     ENDED = enum.auto()  # never started, stopped, exited, or given up
@@ -77,8 +77,8 @@ class Phase(enum.Enum):
     STUCK = enum.auto()  # SIGKILL has not ended it
 
 
-_OVER = (Phase.ENDED, Phase.BACKOFF)
-_ALIVE = (Phase.RUNNING, Phase.STOPPING, Phase.STUCK)
+_OVER = (ProcessPhase.ENDED, ProcessPhase.BACKOFF)
+_ALIVE = (ProcessPhase.RUNNING, ProcessPhase.STOPPING, ProcessPhase.STUCK)
 
 
 class Situation(Record):
@@ -88,13 +88,13 @@ class Situation(Record):
     """
 
     now: float
-    phase: Phase
-    last_end: Ended | None = None
+    phase: ProcessPhase
+    last_end: ReportExit | None = None
     refusal: Kind | None = None
     is_cut_off: bool = False
 
 
-class Order(enum.Enum):
+class RequestOrder(enum.Enum):
     """What is done with the process."""
 
     STOP = enum.auto()
@@ -106,8 +106,8 @@ class Order(enum.Enum):
 class Do(Record):
     """Do this for the requests of `step`."""
 
-    order: Order
-    step: Step
+    order: RequestOrder
+    step: RequestStep
 
 
 class Answer(Record):
@@ -115,19 +115,19 @@ class Answer(Record):
 
     requests: tuple[ProcessRequest, ...]
     kind: Kind
-    step: Step
+    step: RequestStep
 
 
 class Act(Record):
     """The turn of an ACT has come; call `finish(step)` when it is done."""
 
-    step: Step
+    step: RequestStep
 
 
 QueueAction = Do | Answer | Act
 
 
-class Part(enum.Enum):
+class StepPhase(enum.Enum):
     """How far a step is."""
 
     PENDING = enum.auto()  # not begun: dropped if those who asked have gone
@@ -136,7 +136,7 @@ class Part(enum.Enum):
     ACTING = enum.auto()
 
 
-class Step:
+class RequestStep:
     """Requests that are carried out together, and answered alike.
 
     `last_end` is the last exit before its present part, `stopped_s` and `first_end` are of the
@@ -146,9 +146,9 @@ class Step:
     def __init__(self, purpose: Purpose, requests: tuple[ProcessRequest, ...] = ()) -> None:
         self.purpose = purpose
         self.requests = list(requests)
-        self.part = Part.PENDING
-        self.last_end: Ended | None = None
-        self.first_end: Ended | None = None
+        self.part = StepPhase.PENDING
+        self.last_end: ReportExit | None = None
+        self.first_end: ReportExit | None = None
         self.stopped_s = 0.0
         self.old_pid: int | None = None
 
@@ -158,10 +158,10 @@ class Step:
 
     def leave(self, request: ProcessRequest) -> None:
         self.requests.remove(request)
-        if self.part is Part.PENDING and self.requests:
+        if self.part is StepPhase.PENDING and self.requests:
             self.purpose = max(one.purpose for one in self.requests)
 
-    def enter(self, part: Part, situation: Situation) -> None:
+    def enter(self, part: StepPhase, situation: Situation) -> None:
         self.part, self.last_end = part, situation.last_end
 
 
@@ -169,10 +169,10 @@ class RequestQueue:
     """The first step is the one that is being carried out."""
 
     def __init__(self) -> None:
-        self._steps: list[Step] = []
+        self._steps: list[RequestStep] = []
 
     @property
-    def current(self) -> Step | None:
+    def current(self) -> RequestStep | None:
         return self._steps[0] if self._steps else None
 
     def holds(self, request: ProcessRequest) -> bool:
@@ -188,17 +188,17 @@ class RequestQueue:
             return self._add_stop(request)
         if request.is_urgent and situation.phase in _ALIVE:
             acts = itertools.takewhile(lambda step: step.purpose is Purpose.ACT, self._steps)
-            self._steps.insert(len(list(acts)), Step(Purpose.ACT, (request,)))
+            self._steps.insert(len(list(acts)), RequestStep(Purpose.ACT, (request,)))
             return []
         last = next(
             (step for step in reversed(self._steps) if step.purpose is not Purpose.ACT), None
         )
         if request.purpose.starts and last is not None and _serves(last, request, situation.phase):
             last.join(request)
-            is_queued = last.part is Part.BEGINNING and situation.phase is Phase.QUEUED
+            is_queued = last.part is StepPhase.BEGINNING and situation.phase is ProcessPhase.QUEUED
             is_again = request.purpose > Purpose.START and is_queued
-            return [Do(Order.BEGIN_AGAIN, last)] if is_again else []
-        self._steps.append(Step(request.purpose, (request,)))
+            return [Do(RequestOrder.BEGIN_AGAIN, last)] if is_again else []
+        self._steps.append(RequestStep(request.purpose, (request,)))
         return []
 
     def _add_stop(self, request: ProcessRequest) -> list[QueueAction]:
@@ -209,8 +209,8 @@ class RequestQueue:
                 kept.append(step)
                 continue
             answers.append(Answer(tuple(step.requests), Kind.OVERTAKEN, step))
-            if step.part is Part.ENDING:  # the stop that it has begun goes on
-                stop = Step(Purpose.STOP)
+            if step.part is StepPhase.ENDING:  # the stop that it has begun goes on
+                stop = RequestStep(Purpose.STOP)
                 stop.part, stop.last_end = step.part, step.last_end
                 kept.append(stop)
         self._steps = kept
@@ -218,7 +218,7 @@ class RequestQueue:
             if step.purpose is Purpose.STOP:
                 step.join(request)
                 return answers
-        kept.append(Step(Purpose.STOP, (request,)))
+        kept.append(RequestStep(Purpose.STOP, (request,)))
         return answers
 
     def withdraw(self, request: ProcessRequest) -> None:
@@ -226,7 +226,7 @@ class RequestQueue:
         for step in self._steps:
             if request in step.requests:
                 step.leave(request)
-                if step.part is Part.PENDING and not step.requests:
+                if step.part is StepPhase.PENDING and not step.requests:
                     self._steps.remove(step)
                 return
 
@@ -238,70 +238,70 @@ class RequestQueue:
         if step is None:
             return []
         if step.purpose is Purpose.ACT:
-            is_due = step.part is Part.PENDING
-            step.enter(Part.ACTING, situation)
+            is_due = step.part is StepPhase.PENDING
+            step.enter(StepPhase.ACTING, situation)
             return [Act(step)] if is_due else []
-        if step.part is Part.PENDING:
+        if step.part is StepPhase.PENDING:
             begin = self._begin_stop if step.purpose is Purpose.STOP else self._begin_start
             return begin(step, situation)
-        if situation.phase is Phase.STUCK:
+        if situation.phase is ProcessPhase.STUCK:
             return self._answer(step, Kind.STUCK)
-        go_on = self._ending if step.part is Part.ENDING else self._beginning
+        go_on = self._ending if step.part is StepPhase.ENDING else self._beginning
         actions = go_on(step, situation)
         if not actions and situation.is_cut_off:
             return self._answer(step, Kind.LINK_LOST)
         return actions
 
-    def finish(self, step: Step) -> None:
+    def finish(self, step: RequestStep) -> None:
         """An ACT is done."""
         self._steps.remove(step)
 
-    def _answer(self, step: Step, kind: Kind) -> list[QueueAction]:
+    def _answer(self, step: RequestStep, kind: Kind) -> list[QueueAction]:
         self._steps.remove(step)
         return [Answer(tuple(step.requests), kind, step)]
 
-    def _begin_stop(self, step: Step, situation: Situation) -> list[QueueAction]:
+    def _begin_stop(self, step: RequestStep, situation: Situation) -> list[QueueAction]:
         match situation.phase:
-            case Phase.ENDED:
+            case ProcessPhase.ENDED:
                 return self._answer(step, Kind.NOT_RUNNING)
-            case Phase.STUCK:
+            case ProcessPhase.STUCK:
                 return self._answer(step, Kind.STUCK)
-        step.enter(Part.ENDING, situation)
+        step.enter(StepPhase.ENDING, situation)
         if situation.is_cut_off:
-            return [Do(Order.STOP, step), *self._answer(step, Kind.STOP_WAITS)]
-        if situation.phase is Phase.BACKOFF:
-            return [Do(Order.STOP, step), *self._answer(step, Kind.RESTART_CANCELLED)]
-        return [Do(Order.STOP, step)]
+            return [Do(RequestOrder.STOP, step), *self._answer(step, Kind.STOP_WAITS)]
+        if situation.phase is ProcessPhase.BACKOFF:
+            return [Do(RequestOrder.STOP, step), *self._answer(step, Kind.RESTART_CANCELLED)]
+        return [Do(RequestOrder.STOP, step)]
 
-    def _begin_start(self, step: Step, situation: Situation) -> list[QueueAction]:
+    def _begin_start(self, step: RequestStep, situation: Situation) -> list[QueueAction]:
         if situation.refusal is not None:
             return self._answer(step, situation.refusal)
         match situation.phase:
-            case Phase.STUCK:
+            case ProcessPhase.STUCK:
                 return self._answer(step, Kind.STUCK)
-            case Phase.ENDED | Phase.BACKOFF:
+            case ProcessPhase.ENDED | ProcessPhase.BACKOFF:
                 return self._start(step, situation)
-            case Phase.WAITING:
-                step.enter(Part.BEGINNING, situation)
-                return [Do(Order.SKIP_WAIT, step)]
-            case Phase.QUEUED if step.purpose is not Purpose.START:
-                return [Do(Order.BEGIN_AGAIN, step), *self._answer(step, Kind.QUEUED)]
-            case Phase.QUEUED:
+            case ProcessPhase.WAITING:
+                step.enter(StepPhase.BEGINNING, situation)
+                return [Do(RequestOrder.SKIP_WAIT, step)]
+            case ProcessPhase.QUEUED if step.purpose is not Purpose.START:
+                return [Do(RequestOrder.BEGIN_AGAIN, step), *self._answer(step, Kind.QUEUED)]
+            case ProcessPhase.QUEUED:
                 return self._answer(step, Kind.QUEUED)
             case _ if step.purpose is not Purpose.START:
-                step.enter(Part.ENDING, situation)
-                return [Do(Order.STOP, step)]
-            case Phase.RUNNING:
+                step.enter(StepPhase.ENDING, situation)
+                return [Do(RequestOrder.STOP, step)]
+            case ProcessPhase.RUNNING:
                 return self._answer(step, Kind.ALREADY_RUNNING)
-            case Phase.STARTING:
-                step.enter(Part.BEGINNING, situation)
+            case ProcessPhase.STARTING:
+                step.enter(StepPhase.BEGINNING, situation)
         return []  # it starts when it has ended
 
-    def _start(self, step: Step, situation: Situation) -> list[QueueAction]:
-        step.enter(Part.BEGINNING, situation)
-        return [Do(Order.START, step)]
+    def _start(self, step: RequestStep, situation: Situation) -> list[QueueAction]:
+        step.enter(StepPhase.BEGINNING, situation)
+        return [Do(RequestOrder.START, step)]
 
-    def _ending(self, step: Step, situation: Situation) -> list[QueueAction]:
+    def _ending(self, step: RequestStep, situation: Situation) -> list[QueueAction]:
         has_ended = situation.last_end is not step.last_end
         if not has_ended and situation.phase not in _OVER:
             return []
@@ -313,11 +313,11 @@ class RequestQueue:
             return self._answer(step, situation.refusal)
         if situation.phase in _OVER:
             return self._start(step, situation)
-        step.enter(Part.BEGINNING, situation)  # something else has started it
+        step.enter(StepPhase.BEGINNING, situation)  # something else has started it
         return self._beginning(step, situation)
 
-    def _beginning(self, step: Step, situation: Situation) -> list[QueueAction]:
-        if situation.phase is Phase.RUNNING:
+    def _beginning(self, step: RequestStep, situation: Situation) -> list[QueueAction]:
+        if situation.phase is ProcessPhase.RUNNING:
             return self._answer(step, Kind.STARTED)
         if situation.phase not in _OVER:
             return []
@@ -326,11 +326,11 @@ class RequestQueue:
         return self._answer(step, situation.refusal or Kind.START_CANCELLED)
 
 
-def _serves(step: Step, request: ProcessRequest, phase: Phase) -> bool:
+def _serves(step: RequestStep, request: ProcessRequest, phase: ProcessPhase) -> bool:
     """Whether the process that this step starts is what the request asks for."""
     if not step.purpose.starts:
         return False
     if request.purpose is Purpose.START:
         return True
-    has_begun = step.part is Part.BEGINNING and phase is Phase.STARTING
+    has_begun = step.part is StepPhase.BEGINNING and phase is ProcessPhase.STARTING
     return step.purpose is not Purpose.DEBUG and not has_begun

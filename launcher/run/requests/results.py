@@ -9,7 +9,7 @@ from launcher.base.model.events import signal_name
 from launcher.base.text import count
 from launcher.output.filters import LEVELS
 from launcher.run.machine import ProcessState
-from launcher.run.output.screen_filters import Change, Shown
+from launcher.run.output.screen_filters import FilterChange, Shown
 from launcher.run.requests.request_result import Kind, Result
 
 
@@ -103,9 +103,12 @@ def _remark(result: Result) -> str:
 # ---- screen filters
 
 SHOW = "`show` shows everything"
-_NO_EFFECT = {Change.NOT_MUTED: "no process was muted", Change.NOT_HIDDEN: "nothing was hidden"}
+_NO_EFFECT = {
+    FilterChange.NOT_MUTED: "no process was muted",
+    FilterChange.NOT_HIDDEN: "nothing was hidden",
+}
 # Verbs of which it matters whether another one hides the process.
-_OF_LINES = (Change.LEVEL, Change.PATTERN)
+_OF_LINES = (FilterChange.LEVEL, FilterChange.PATTERN)
 
 
 def shown_sentence(shown: Shown) -> str:
@@ -119,22 +122,22 @@ def _shown(shown: Shown) -> str:
 
 def _changed(shown: Shown) -> str:
     match shown.change:
-        case Change.MUTED:
+        case FilterChange.MUTED:
             return "is muted; its log files continue"
-        case Change.NOT_MUTED:
+        case FilterChange.NOT_MUTED:
             return "was not muted"
-        case Change.NOT_HIDDEN:
+        case FilterChange.NOT_HIDDEN:
             return "was not hidden"
-        case Change.UNMUTED | Change.EVERYTHING:
+        case FilterChange.UNMUTED | FilterChange.EVERYTHING:
             verb = "was" if shown.hidden_lines == 1 else "were"
             return f"is shown again; {count(shown.hidden_lines, 'line')} {verb} not shown"
-        case Change.ALONE:
+        case FilterChange.ALONE:
             unmuted = " and no longer muted" if shown.was_muted else ""
             return f"is shown alone{unmuted}; {SHOW}"
-        case Change.LEVEL:
+        case FilterChange.LEVEL:
             level = f"{LEVELS[shown.level]} and above" if shown.level else "all levels"
             return f"shows {level}"
-        case Change.PATTERN:
+        case FilterChange.PATTERN:
             if shown.pattern is None:
                 return "shows all lines"
             return f"shows only lines that match {shown.pattern!r}"
@@ -145,7 +148,7 @@ def _but(shown: Shown) -> str:
     hider = _hider(shown)
     if shown.change in _OF_LINES and hider:
         return f", but {hider} hides it"
-    filters = [] if shown.change is Change.MUTED else _line_filters(shown)
+    filters = [] if shown.change is FilterChange.MUTED else _line_filters(shown)
     return f"; {_still_hide(filters)}" if filters else ""
 
 
@@ -161,9 +164,9 @@ def _hider(shown: Shown) -> str:
 def _line_filters(shown: Shown) -> list[str]:
     """The filters of lines that are active, without the one that was just set."""
     filters = []
-    if shown.level and shown.change is not Change.LEVEL:
+    if shown.level and shown.change is not FilterChange.LEVEL:
         filters.append(f"`level {LEVELS[shown.level]}`")
-    if shown.pattern is not None and shown.change is not Change.PATTERN:
+    if shown.pattern is not None and shown.change is not FilterChange.PATTERN:
         filters.append(f"`grep {shown.pattern!r}`")
     return filters
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from launcher.posix import proc
 from launcher.posix.reactor import Reactor
-from launcher.run.stacks.dump import Dump, Frame, Thread, command_of
+from launcher.run.stacks.dump import Dump, StackFrame, Thread, command_of
 from launcher.run.warm.stack_answer import FILE
 
 ANSWER_S = 1.0  # it takes milliseconds, unless C code holds the GIL
@@ -95,7 +95,7 @@ def parse(pid: int, text: str) -> Dump | None:
     answer, end, _ = rest.partition(f"end {pid}\n")
     if not (begin and end):
         return None
-    threads: list[tuple[int, str, list[Frame]]] = []
+    threads: list[tuple[int, str, list[StackFrame]]] = []
     for line in answer.splitlines():
         word, _, more = line.partition(" ")
         if word == "thread":
@@ -103,7 +103,7 @@ def parse(pid: int, text: str) -> Dump | None:
             threads.append((int(tid), name, []))
         elif word.isdigit() and threads:
             function, _, path = more.partition("\0")
-            threads[-1][2].append(Frame(function, path, int(word)))
+            threads[-1][2].append(StackFrame(function, path, int(word)))
     threads.sort(key=lambda thread: (thread[0] != pid, thread[0]))
     found = (
         Thread(tid, name, proc.describe_state(tid) if tid else "-", tuple(frames))

@@ -9,7 +9,7 @@ from launcher.base.text import escape, shown_path
 from launcher.posix import proc
 
 
-class Frame(Record):
+class StackFrame(Record):
     """A call; `line` is 0 where it is not known. `locals` are (name, value)."""
 
     function: str
@@ -30,7 +30,7 @@ class Thread(Record):
     tid: int
     name: str
     state: str
-    frames: tuple[Frame, ...] = ()
+    frames: tuple[StackFrame, ...] = ()
 
 
 class Dump(Record):

@@ -11,7 +11,7 @@ import sys
 from launcher.base import strict_json
 from launcher.posix import proc
 from launcher.run.stacks.command import Completed
-from launcher.run.stacks.dump import Dump, Frame, Thread, command_of
+from launcher.run.stacks.dump import Dump, StackFrame, Thread, command_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -86,9 +86,9 @@ def _thread(entry: dict[str, Any]) -> Thread:
     return Thread(int(entry["os_thread_id"] or 0), entry["thread_name"] or "-", state, frames)
 
 
-def _frame(entry: dict[str, Any]) -> Frame:
+def _frame(entry: dict[str, Any]) -> StackFrame:
     found = tuple((one["name"], str(one["repr"])) for one in entry["locals"] or ())
-    return Frame(entry["name"], entry["filename"], int(entry["line"]), found)
+    return StackFrame(entry["name"], entry["filename"], int(entry["line"]), found)
 
 
 def is_denied(completed: Completed) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 from launcher.run.process import Process, adapted
 
 TYPE_CHECKING = False
@@ -32,6 +32,6 @@ class Starts:
         run.all_processes[effect.process_id] = process
         for part in run.parts:
             part.adding(process)
-        run.driver.advance(process, Command.START)
+        run.driver.advance(process, MachineCommand.START)
         for part in run.parts:
             part.added(process)

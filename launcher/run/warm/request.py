@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from launcher.run.process import Process
 
 
-class Start:
+class WarmStart:
     """`cwd` is where it runs, `folder` the first entry of its `sys.path`.
 
     The descriptors are open from `open` on; `close` closes ours, which ends a process that has

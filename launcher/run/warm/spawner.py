@@ -18,7 +18,7 @@ from launcher.posix import spawn
 from launcher.posix.cleanup import subreaper
 from launcher.run.warm.eligibility import Prepared, folder_of, judge, obstacle
 from launcher.run.warm.preparing_process import PreparingProcess
-from launcher.run.warm.request import Start
+from launcher.run.warm.request import WarmStart
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -79,8 +79,8 @@ class WarmSpawner:
         self._preparing: PreparingProcess | None = None
         self._prepared: Prepared | None = None
         self._base: Mapping[str, str] = {}
-        self._waiting: deque[Start] = deque()
-        self._sent: dict[int, Start] = {}
+        self._waiting: deque[WarmStart] = deque()
+        self._sent: dict[int, WarmStart] = {}
         self._count = 0
         self._failures = 0
         self._later: Timer | None = None
@@ -112,7 +112,7 @@ class WarmSpawner:
             self._go_on()
         return True
 
-    def _start_of(self, process: Process) -> Start | str:
+    def _start_of(self, process: Process) -> WarmStart | str:
         """What is to be forked, or why it cannot be."""
         if self._is_closed or self._failures >= MOST_FAILURES:
             return "the preparing process failed"
@@ -133,7 +133,7 @@ class WarmSpawner:
             why = obstacle(folder, settings.env, self._base, self._prepared)
             if why is not None:
                 return why
-        return Start(process, program, settings, cwd=cwd, folder=folder)
+        return WarmStart(process, program, settings, cwd=cwd, folder=folder)
 
     def settle(self) -> None:
         """The static part has been carried out: decide on what it has started."""
@@ -160,7 +160,7 @@ class WarmSpawner:
 
     # ---- preparing
 
-    def _prepare_later(self, *starts: Start) -> None:
+    def _prepare_later(self, *starts: WarmStart) -> None:
         if self._later is None and any(self._may_restart(start.process) for start in starts):
             prepare = functools.partial(self._prepare_for, starts)
             self._later = self._reactor.call_later(SETTLED_S, prepare)
@@ -170,7 +170,7 @@ class WarmSpawner:
         has_policy = process.spec.restart.mode is not RestartMode.NEVER
         return is_restart or has_policy or self._is_forced or self._is_interactive
 
-    def _prepare_for(self, starts: Sequence[Start]) -> None:
+    def _prepare_for(self, starts: Sequence[WarmStart]) -> None:
         """Prepare what these need, which do not wait for it."""
         if self._later is not None:
             self._later.cancel()
@@ -178,7 +178,7 @@ class WarmSpawner:
         if self._preparing is None and not self._is_closed:
             self._prepare(starts)
 
-    def _prepare(self, starts: Sequence[Start]) -> None:
+    def _prepare(self, starts: Sequence[WarmStart]) -> None:
         """Start the preparing process, with the environment that fits most of them."""
         fitting = _fitting(starts)
         base = self._base = fitting[0].settings.env
@@ -242,7 +242,7 @@ class WarmSpawner:
             self._start_cold(start, "the preparing process failed")
         self._prepare_later(*unstarted)
 
-    def _drop(self) -> list[Start]:
+    def _drop(self) -> list[WarmStart]:
         """Forget the preparing process; the starts that it has not carried out."""
         if self._preparing is not None:
             self._preparing.close()
@@ -256,7 +256,7 @@ class WarmSpawner:
 
     # ---- starts
 
-    def _send(self, start: Start) -> None:
+    def _send(self, start: WarmStart) -> None:
         assert self._preparing is not None
         number = self._count = self._count + 1
         try:
@@ -270,7 +270,7 @@ class WarmSpawner:
             start.close_theirs()
         self._sent[number] = start
 
-    def _forked(self, start: Start, pid: int) -> None:
+    def _forked(self, start: WarmStart, pid: int) -> None:
         """It waits for our word, or to be reaped."""
         spawn.started.add(pid)
         try:
@@ -296,7 +296,7 @@ class WarmSpawner:
         spawn.reap(pidfd)
         os.close(pidfd)
 
-    def _start_cold(self, start: Start, why: str) -> None:
+    def _start_cold(self, start: WarmStart, why: str) -> None:
         if not start.is_withdrawn:
             start.process.start_kind = f"cold, because {why}"
             self._driver.spawn(start.process)
@@ -312,7 +312,7 @@ class WarmSpawner:
             self._waiting.remove(start)
         return True
 
-    def _under_way(self, process: Process) -> Start | None:
+    def _under_way(self, process: Process) -> WarmStart | None:
         """Its start, until it is adopted, begun cold or given up."""
         for start in (*self._waiting, *self._sent.values()):
             if start.process is process and not start.is_withdrawn:
@@ -341,9 +341,9 @@ def _processors() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def _fitting(starts: Sequence[Start]) -> list[Start]:
+def _fitting(starts: Sequence[WarmStart]) -> list[WarmStart]:
     """Most of them: those that can be forked with the environment of the first one."""
-    most: list[Start] = []
+    most: list[WarmStart] = []
     for base in starts[:MOST_BASES]:
         env = base.settings.env
         found = [s for s in starts if obstacle(s.folder, s.settings.env, env, None) is None]

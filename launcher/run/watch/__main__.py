@@ -25,7 +25,7 @@ from launcher.base import strict_json
 from launcher.base.errors import LauncherError
 from launcher.posix import dispositions
 from launcher.run.watch.folders import Folders
-from launcher.run.watch.programs import Program
+from launcher.run.watch.programs import WatchedProgram
 from launcher.run.watch.settling import QUIET_S, Settling
 from launcher.run.watch.watched import Broken, Changed, Report, Watched
 
@@ -84,7 +84,7 @@ class Watcher:
             changed = self._watched.add_launch(request["launch"], started_ns)
         else:
             name = request["process"]
-            program = Program(
+            program = WatchedProgram(
                 tuple(request["argv"]),
                 request["env"],
                 request["cwd"],

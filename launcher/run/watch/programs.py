@@ -23,7 +23,7 @@ class PythonSource(Record):
     module: str
 
 
-class Program(Record):
+class WatchedProgram(Record):
     """A command as it was started; `parameters` are the parameter files of the user.
 
     `members` are the commands of the nodes that it runs itself, instead of its own. `sources` has,
@@ -46,7 +46,7 @@ class Program(Record):
         return [_absolute(path, self.cwd) for path in self.parameters]
 
 
-def resolved(program: Program, before: Program | None = None) -> Program:
+def resolved(program: WatchedProgram, before: WatchedProgram | None = None) -> WatchedProgram:
     """The same with `sources`: what it runs stays known while its script is deleted.
 
     `before` is the program of the last start, when the script may not have been deleted yet.
@@ -57,7 +57,7 @@ def resolved(program: Program, before: Program | None = None) -> Program:
     return replace(program, sources=tuple(sources))
 
 
-def files_of(program: Program) -> list[str]:
+def files_of(program: WatchedProgram) -> list[str]:
     """The absolute paths of its own source files and parameter files, the program first."""
     known = program if program.sources else resolved(program)
     found = zip(known.commands, known.sources, strict=True)
@@ -66,7 +66,7 @@ def files_of(program: Program) -> list[str]:
     return list(dict.fromkeys(os.path.normpath(path) for path in paths))
 
 
-def _files(argv: Sequence[str], source: PythonSource | None, program: Program) -> list[str]:
+def _files(argv: Sequence[str], source: PythonSource | None, program: WatchedProgram) -> list[str]:
     if source is None:
         return list(_executable(argv, program))
     path = (source.folder, *_python_path(program), *_own_path())
@@ -85,7 +85,7 @@ def forget_imports() -> None:
     importlib.invalidate_caches()
 
 
-def _source(argv: Sequence[str], program: Program) -> PythonSource | None:
+def _source(argv: Sequence[str], program: WatchedProgram) -> PythonSource | None:
     """The Python program that a command runs, also behind a prefix."""
     cwd = program.cwd or os.getcwd()
     for start in range(len(argv)):
@@ -107,7 +107,7 @@ def _script(path: str) -> PythonSource:
     return PythonSource(os.path.dirname(os.path.realpath(path)), path, "")
 
 
-def _executable(argv: Sequence[str], program: Program) -> Iterator[str]:
+def _executable(argv: Sequence[str], program: WatchedProgram) -> Iterator[str]:
     word = argv[0] if argv else ""
     if "/" in word:
         path = _absolute(word, program.cwd)
@@ -115,7 +115,7 @@ def _executable(argv: Sequence[str], program: Program) -> Iterator[str]:
             yield path
 
 
-def _python_path(program: Program) -> list[str]:
+def _python_path(program: WatchedProgram) -> list[str]:
     words = program.env.get("PYTHONPATH", "").split(os.pathsep)
     return [_absolute(word, program.cwd) for word in words if word]
 

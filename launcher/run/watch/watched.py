@@ -8,7 +8,7 @@ from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.run.watch import checks
 from launcher.run.watch.contents import State, digest_of, state_of
-from launcher.run.watch.programs import Program, files_of, forget_imports, resolved
+from launcher.run.watch.programs import WatchedProgram, files_of, forget_imports, resolved
 
 LAUNCH = ""  # in place of the name of a process: the launch file
 UNKNOWN = "unknown"  # in place of a digest: not what is in the file now
@@ -20,7 +20,7 @@ class _Entry:
     `wanted` are the others that it would load if it was started now.
     """
 
-    def __init__(self, program: Program | None, started_ns: int) -> None:
+    def __init__(self, program: WatchedProgram | None, started_ns: int) -> None:
         self.program = program
         self.started_ns = started_ns
         self.loaded: dict[str, str | None] = {}
@@ -59,7 +59,7 @@ Report = Changed | Broken | Deleted
 class Watched:
     """`find_files` tells which files a program loads; tests replace it."""
 
-    def __init__(self, find_files: Callable[[Program], list[str]] = files_of) -> None:
+    def __init__(self, find_files: Callable[[WatchedProgram], list[str]] = files_of) -> None:
         self._find_files = find_files
         self._entries: dict[str, _Entry] = {}
         self._states: dict[str, State] = {}
@@ -76,7 +76,7 @@ class Watched:
     def files(self, name: str) -> list[str]:
         return list(self._entries[name].loaded)
 
-    def add_process(self, name: str, program: Program, started_ns: int) -> list[str]:
+    def add_process(self, name: str, program: WatchedProgram, started_ns: int) -> list[str]:
         """It was started; the files that have changed since."""
         before = self._entries.get(name)
         if before is not None:
@@ -186,7 +186,7 @@ class Watched:
                 is_whole = self._check(name, path, entry.program) and is_whole
         return is_whole and not missing
 
-    def _check(self, name: str, path: str, program: Program) -> bool:
+    def _check(self, name: str, path: str, program: WatchedProgram) -> bool:
         error = checks.error_in(path, is_parameters=path in program.parameter_files)
         if error is not None:
             self._problem(path, error, name)

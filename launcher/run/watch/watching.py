@@ -16,7 +16,7 @@ from launcher.run.helpers.file_watcher import FileWatcher
 from launcher.run.machine import ProcessState
 from launcher.run.part import Part
 from launcher.run.process import Process
-from launcher.run.reload.reload import Change, Entry, Reloader, restart_changed
+from launcher.run.reload.reload import Change, ComparedProcess, Reloader, restart_changed
 from launcher.run.requests.request_result import Kind, Result
 
 TYPE_CHECKING = False
@@ -223,7 +223,7 @@ class Watching(Part):
         else:
             self._tell_launch(began_s)
 
-    def _reloaded(self, entries: Sequence[Entry]) -> None:
+    def _reloaded(self, entries: Sequence[ComparedProcess]) -> None:
         self._log.log("INFO", "launch", _summary(entries))
         for one in entries:
             if one.change is Change.GONE and self._files.pop(one.name, None) is not None:
@@ -277,7 +277,7 @@ def _named(paths: Sequence[str]) -> str:
     return f"{names[0]} and {count(len(names) - 1, 'more file')}"
 
 
-def _summary(entries: Sequence[Entry]) -> str:
+def _summary(entries: Sequence[ComparedProcess]) -> str:
     groups: dict[str, list[str]] = {}
     for change in _FAILED:
         for one in entries:
@@ -294,7 +294,7 @@ _FAILED = {
 }
 
 
-def _outcome(one: Entry) -> str:
+def _outcome(one: ComparedProcess) -> str:
     if one.result is None or one.result.done:
         return one.change.value
     if one.result.kind is Kind.UNDER_DEBUGGER:

@@ -27,7 +27,7 @@ OUT_OF_MEMORY = 3  # exit code
 MAX_REASON = 500  # characters
 
 
-class Condition(Protocol):
+class EvaluatedCondition(Protocol):
     @property
     def text(self) -> str: ...
 
@@ -62,7 +62,7 @@ def _end_with_parent() -> None:
 
 
 def _limited(
-    conditions: Iterable[Condition], contents: Sequence[bytes]
+    conditions: Iterable[EvaluatedCondition], contents: Sequence[bytes]
 ) -> list[tuple[bool, str | None]]:
     signal.setitimer(signal.ITIMER_PROF, CPU_S + CPU_MORE_S * len(contents))
     try:
@@ -71,7 +71,7 @@ def _limited(
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def judged(conditions: Iterable[Condition], content: Any) -> tuple[bool, str | None]:
+def judged(conditions: Iterable[EvaluatedCondition], content: Any) -> tuple[bool, str | None]:
     """Whether all hold, and why not."""
     for condition in conditions:
         fits, why = condition.holds(content)

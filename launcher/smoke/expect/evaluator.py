@@ -14,7 +14,7 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.model.run_events import exit_text
-from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, Condition
+from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, EvaluatedCondition
 
 Judged = tuple[bool, str | None]  # whether all conditions hold, and why not
 
@@ -50,7 +50,7 @@ class Evaluator:
 
     def judged(
         self,
-        conditions: Sequence[Condition],
+        conditions: Sequence[EvaluatedCondition],
         contents: Sequence[Any],
         patience_s: float | None = None,
     ) -> list[Judged]:
@@ -96,7 +96,7 @@ class Evaluator:
         self,
         key: bytes,
         known: dict[int, tuple[Any, Judged]],
-        conditions: Sequence[Condition],
+        conditions: Sequence[EvaluatedCondition],
         contents: Sequence[Any],
     ) -> None:
         """Add the results that are not known."""
@@ -119,7 +119,7 @@ class Evaluator:
             self._end()
 
     def _asked(
-        self, key: bytes, conditions: Sequence[Condition], batch: Sequence[Any]
+        self, key: bytes, conditions: Sequence[EvaluatedCondition], batch: Sequence[Any]
     ) -> list[Judged]:
         try:
             with self._bounded() as process:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.base.document.quantities import Span
+from launcher.base.document.quantities import NumberRange
 from launcher.base.document.source_location import Origin
 
 START, READY, STOP = "start", "ready", "stop"
@@ -28,7 +28,7 @@ class Expectation:
     subject: Any
     name: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)
-    within: Span | None = None
+    within: NumberRange | None = None
     after: str = START
     origin: Origin = COMMAND_LINE
     implicit: bool = False
@@ -42,7 +42,7 @@ class Expectation:
         return f"{self.kind} {self.name}"
 
 
-class Outcome(enum.Enum):
+class Decision(enum.Enum):
     """OPEN: not decided yet; it occurs only during the run."""
 
     MET = "met"
@@ -57,7 +57,7 @@ class Verdict:
     `about`: processes whose last lines are shown with a failure.
     """
 
-    outcome: Outcome
+    outcome: Decision
     expected: str
     seen: str = ""
     at_s: float | None = None

@@ -25,7 +25,7 @@ from launcher.base.document.quantities import (
     RATE,
     SIZE,
     WINDOW,
-    Span,
+    NumberRange,
 )
 from launcher.smoke.expect.fields import (
     CONDITIONS,
@@ -41,7 +41,7 @@ from launcher.smoke.expect.likeness import LIKENESS
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ExpectationKind:
     """`name` is the key whose value is the subject.
 
     `default_within` applies where no time is given; `timed`: takes `within` and `after`;
@@ -52,7 +52,7 @@ class Kind:
     subject: FieldType
     doc: str
     fields: tuple[Field, ...] = ()
-    default_within: Span | None = None
+    default_within: NumberRange | None = None
     timed: bool = True
     one_of: tuple[str, ...] = ()
     needs_ros: bool = False
@@ -68,7 +68,7 @@ COMMON = (
     Field("within", WINDOW, "time limit, `8 s` or `5 to 8 s`, from the start or from `after`"),
     Field("after", text("step name"), "step from which the time counts"),
 )
-WITHIN_10_S = Span(low=0.0, high=10.0, text="10 s")
+WITHIN_10_S = NumberRange(low=0.0, high=10.0, text="10 s")
 
 RELIABILITIES = ("reliable", "best_effort")
 DURABILITIES = ("volatile", "transient_local")
@@ -100,7 +100,7 @@ _FIELDS = Field("fields", CONDITIONS, "field path to value or limits")
 _KEY = Field("key", PATHS, "field path, or several, as in `task_id`", required=True)
 
 KINDS = (
-    Kind(
+    ExpectationKind(
         "node",
         _NODES,
         "A node is in the graph (full name or pattern).",
@@ -108,7 +108,7 @@ KINDS = (
         WITHIN_10_S,
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "topic",
         _TOPIC,
         "A topic exists, with a type and numbers of endpoints.",
@@ -120,7 +120,7 @@ KINDS = (
         WITHIN_10_S,
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "qos",
         _TOPIC,
         "The quality of service of all publishers or subscriptions of a topic.",
@@ -134,7 +134,7 @@ KINDS = (
         one_of=("publishers", "subscriptions", "compatible"),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "rate",
         _TOPIC,
         "Messages arrive at a rate.",
@@ -146,7 +146,7 @@ KINDS = (
         ),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "message",
         _TOPIC,
         "A message (or every message) satisfies conditions.",
@@ -160,14 +160,14 @@ KINDS = (
         ),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "unique",
         _TOPIC,
         "No two messages have the same values.",
         (_KEY, _WHERE, _FIELDS, _TYPE),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "refers",
         _TOPIC,
         "Each message has values that a message on another topic had before.",
@@ -180,7 +180,7 @@ KINDS = (
         ),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "tally",
         _TOPIC,
         "Messages on another topic count those with different values.",
@@ -195,7 +195,7 @@ KINDS = (
         ),
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "log",
         REGEX,
         "A line that matches is printed.",
@@ -205,26 +205,26 @@ KINDS = (
             Field("count", COUNT, "number of lines (default: at least one)"),
         ),
     ),
-    Kind(
+    ExpectationKind(
         "order",
         regexes(least=2),
         "The first matching lines come in this order.",
         (_PROCESS,),
     ),
-    Kind(
+    ExpectationKind(
         "no_errors",
         _PROCESSES,
         "No line of level ERROR or FATAL, from a process or (`*`) from any.",
         (Field("except", regexes(), "lines to ignore"),),
         of_process=True,
     ),
-    Kind(
+    ExpectationKind(
         "no_tracebacks",
         _PROCESSES,
         "No Python traceback, from a process or (`*`) from any.",
         of_process=True,
     ),
-    Kind(
+    ExpectationKind(
         "process",
         _PROCESSES,
         "A process runs at the end, exits with a code, or is restarted.",
@@ -235,19 +235,19 @@ KINDS = (
         ),
         of_process=True,
     ),
-    Kind(
+    ExpectationKind(
         "ready",
         _PROCESSES,
         "A process is ready, as its `ready_when` in the supervision file says.",
         (),
         WITHIN_10_S,
     ),
-    Kind(
+    ExpectationKind(
         "no_deaths",
         choice("*"),
         "No process exits unexpectedly. Implied in every run.",
     ),
-    Kind(
+    ExpectationKind(
         "cpu",
         _PROCESSES,
         "CPU usage of a process, in percent of one core.",
@@ -258,14 +258,14 @@ KINDS = (
         one_of=("below", "peak"),
         of_process=True,
     ),
-    Kind(
+    ExpectationKind(
         "memory",
         _PROCESSES,
         "Memory usage (USS) of a process, in every sample.",
         (Field("below", SIZE, "`200 MB`", required=True),),
         of_process=True,
     ),
-    Kind(
+    ExpectationKind(
         "parameter",
         text("parameter name"),
         "A parameter has a value.",
@@ -276,7 +276,7 @@ KINDS = (
         WITHIN_10_S,
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "service",
         name("service"),
         "A service responds as expected.",
@@ -291,21 +291,21 @@ KINDS = (
         WITHIN_10_S,
         needs_ros=True,
     ),
-    Kind(
+    ExpectationKind(
         "like",
         LIKENESS,
         "Topics, types, rates and gaps are like those of a bag.",
         timed=False,
         needs_ros=True,
     ),
-    Kind("start_up", DURATION, "The system is ready in time.", timed=False),
-    Kind(
+    ExpectationKind("start_up", DURATION, "The system is ready in time.", timed=False),
+    ExpectationKind(
         "clean_shutdown",
         DURATION,
         "All processes exit in time when the system is stopped, and leave nothing behind.",
         timed=False,
     ),
-    Kind("shared_memory", choice("clean"), "Nothing is left in /dev/shm.", timed=False),
+    ExpectationKind("shared_memory", choice("clean"), "Nothing is left in /dev/shm.", timed=False),
 )
 
 BY_NAME = {kind.name: kind for kind in KINDS}

@@ -7,7 +7,7 @@ from typing import Any
 
 from launcher.base.document.fields import ANYTHING, INTEGER, Field, FieldError, FieldType, text
 from launcher.base.document.quantities import DURATION
-from launcher.smoke.expect.expectation_kinds import KINDS, Kind
+from launcher.smoke.expect.expectation_kinds import KINDS, ExpectationKind
 from launcher.smoke.expect.fields import REGEX
 from launcher.smoke.expect.steps import COMMAND, chaos_type
 
@@ -87,7 +87,7 @@ def _mapping(required: Sequence[str], properties: Mapping[str, object]) -> dict[
     }
 
 
-def _kind_schema(kind: Kind) -> dict[str, Any]:
+def _kind_schema(kind: ExpectationKind) -> dict[str, Any]:
     subject = Field(kind.name, kind.subject, kind.doc, required=True)
     fields = (subject, *kind.all_fields())
     required = [field.name for field in fields if field.required]

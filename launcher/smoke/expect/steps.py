@@ -19,7 +19,7 @@ from launcher.smoke.expect.expectation import COMMAND_LINE, START
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Command:
+class StepCommand:
     """`words` depend on the verb: names, a topic, its type, a value."""
 
     verb: str
@@ -38,7 +38,7 @@ class Step:
     """
 
     name: str
-    command: Command
+    command: StepCommand
     delay_s: float = 0.0
     after: str = START
     after_log: re.Pattern[str] | None = None
@@ -92,7 +92,7 @@ _CHAOS = re.compile(
 )
 
 
-def _parse_command(value: object) -> Command:
+def _parse_command(value: object) -> StepCommand:
     if not isinstance(value, str) or not value.strip():
         raise FieldError(f"invalid command {value!r}: expected one such as 'kill robot_2'")
     verb, _, rest = value.strip().partition(" ")
@@ -109,7 +109,7 @@ def _parse_command(value: object) -> Command:
         words["signal"] = _signal(words.get("signal", "SIGKILL"))
     if "value" in words:
         words["value"] = _value(words["value"], read if verb == "set" else yaml_bounds.load)
-    return Command(verb=verb, text=value.strip(), words=words)
+    return StepCommand(verb=verb, text=value.strip(), words=words)
 
 
 def _signal(name: str) -> str:

@@ -12,19 +12,19 @@ from launcher.smoke.judges.common import (
     times_text,
     with_window,
 )
-from launcher.smoke.observe.facts import Answer, Facts
+from launcher.smoke.observe.facts import Facts, QueryAnswer
 
 
-def _answers(expectation: Expectation, facts: Facts, when: Window) -> list[Answer]:
+def _answers(expectation: Expectation, facts: Facts, when: Window) -> list[QueryAnswer]:
     return [a for a in facts.answers.get(expectation.key, ()) if a.at_s in when]
 
 
-def _fits(answer: Answer, when: Window) -> Verdict:
+def _fits(answer: QueryAnswer, when: Window) -> Verdict:
     seen = f"{answer.value!r} after {when.since(answer.at_s)}"
     return when.met(seen=seen, at_s=answer.at_s)
 
 
-def _last(answers: list[Answer]) -> str:
+def _last(answers: list[QueryAnswer]) -> str:
     """The last value rather than a later error, which there is for instance at the stop."""
     if not answers:
         return "there was no answer"
@@ -54,7 +54,7 @@ def parameter(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
-def _unanswered(answers: list[Answer], node: str, facts: Facts) -> str | None:
+def _unanswered(answers: list[QueryAnswer], node: str, facts: Facts) -> str | None:
     """The cause; a running node has given it in its answer."""
     alive = set(facts.graph().nodes) - set(facts.graph().ghosts)
     if node in alive and answers:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.base.document.quantities import INFINITY, Span, seconds_text
+from launcher.base.document.quantities import INFINITY, NumberRange, seconds_text
 from launcher.output.cpu_limit import CpuLimit, TooSlowError
 from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
-from launcher.smoke.expect.expectation import START, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
 from launcher.smoke.observe.facts import Facts
 
 # An event at the very end of a window may be reported this much later.
@@ -53,7 +53,7 @@ class Window:
         return violated(self.expected, **details)
 
     def open(self, **details: Any) -> Verdict:
-        return Verdict(outcome=Outcome.OPEN, expected=self.expected, **details)
+        return Verdict(outcome=Decision.OPEN, expected=self.expected, **details)
 
     def not_yet(self, **details: Any) -> Verdict:
         """Violated when the window is closed."""
@@ -63,7 +63,7 @@ class Window:
         """Met when the window is closed."""
         return self.met(**details) if self.closed else self.open(**details)
 
-    def is_enough(self, number: int, span: Span) -> bool:
+    def is_enough(self, number: int, span: NumberRange) -> bool:
         """Whether a number that can only grow is in a span for good."""
         return number in span and (span.high == INFINITY or self.closed)
 
@@ -107,7 +107,7 @@ def with_window(expected: Callable[[Expectation], str]) -> Callable[[WindowJudge
                 return _bounded(judge, expectation, facts, when)
             if facts.is_over:
                 return violated(text, seen=f"the step '{expectation.after}' never happened")
-            return Verdict(outcome=Outcome.OPEN, expected=text)
+            return Verdict(outcome=Decision.OPEN, expected=text)
 
         return judged
 
@@ -136,11 +136,11 @@ def search_limit() -> contextlib.AbstractContextManager[None]:
 
 
 def met(expected: str, **details: Any) -> Verdict:
-    return Verdict(outcome=Outcome.MET, expected=expected, **details)
+    return Verdict(outcome=Decision.MET, expected=expected, **details)
 
 
 def violated(expected: str, **details: Any) -> Verdict:
-    return Verdict(outcome=Outcome.VIOLATED, expected=expected, **details)
+    return Verdict(outcome=Decision.VIOLATED, expected=expected, **details)
 
 
 def judged(expectation: Expectation, contents: Sequence[Any]) -> list[tuple[bool, str | None]]:

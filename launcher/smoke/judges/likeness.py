@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from launcher.base.text import count
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import met, several, violated
@@ -24,7 +24,7 @@ def like(expectation: Expectation, facts: Facts) -> Verdict:
     reference = good.reference
     expected = f"{count(len(reference), 'topic')} as in {good}"
     if not facts.is_over:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
+        return Verdict(outcome=Decision.OPEN, expected=expected)
     if facts.recorded is None:
         return violated(expected, seen="; ".join(("nothing was recorded", *facts.troubles)))
     recorded = facts.recorded

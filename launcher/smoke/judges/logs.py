@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.smoke.expect.expectation import STOP, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
@@ -18,14 +18,14 @@ from launcher.smoke.observe.facts import Facts, LogLine
 
 _TRACEBACK = "Traceback (most recent call last):"
 _OF_A_STOP = re.compile(r"^(?:\w+\.)*(KeyboardInterrupt|ExternalShutdownException)\b")
-_AT_LEAST_ONE = Span(low=1, high=INFINITY, text=">= 1")
+_AT_LEAST_ONE = NumberRange(low=1, high=INFINITY, text=">= 1")
 
 
 # ---- lines
 
 
 def _log_text(expectation: Expectation) -> str:
-    count: Span | None = expectation.get("count")
+    count: NumberRange | None = expectation.get("count")
     number = "a line" if count is None else f"{count.text} lines"
     level = f" of level {expectation.get('level')}" if expectation.get("level") else ""
     process = f" from {expectation.get('process')}" if expectation.get("process") else ""
@@ -35,7 +35,7 @@ def _log_text(expectation: Expectation) -> str:
 
 @with_window(_log_text)
 def log(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
-    span: Span = expectation.get("count") or _AT_LEAST_ONE
+    span: NumberRange = expectation.get("count") or _AT_LEAST_ONE
     level, process = expectation.get("level"), expectation.get("process")
     same = [
         line
@@ -65,7 +65,7 @@ def log(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
-def _seen(found: Sequence[LogLine], span: Span, when: Window) -> dict[str, object]:
+def _seen(found: Sequence[LogLine], span: NumberRange, when: Window) -> dict[str, object]:
     if not found:
         return {"seen": "no such line", "value": 0.0}
     line = found[max(0, min(int(span.low), len(found)) - 1)]

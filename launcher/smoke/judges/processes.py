@@ -6,9 +6,9 @@ import statistics
 from collections.abc import Iterator
 from typing import Any
 
-from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.base.model.run_events import Ended, Ready, RunEvent, Started, exit_text
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
@@ -17,7 +17,7 @@ from launcher.smoke.judges.common import (
     times_text,
     with_window,
 )
-from launcher.smoke.observe.facts import Facts, ProcessEvent, Sample
+from launcher.smoke.observe.facts import Facts, ProcessEvent, UsageSample
 
 _MB = 1024 * 1024
 
@@ -49,7 +49,7 @@ def process(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     return max(verdicts, key=lambda verdict: _RANK[verdict.outcome])
 
 
-_RANK = {Outcome.MET: 0, Outcome.OPEN: 1, Outcome.VIOLATED: 2}
+_RANK = {Decision.MET: 0, Decision.OPEN: 1, Decision.VIOLATED: 2}
 
 
 def _verdicts(expectation: Expectation, facts: Facts, name: str, when: Window) -> Iterator[Verdict]:
@@ -81,7 +81,7 @@ def _end_text(end: ProcessEvent[Ended]) -> str:
     return exit_text(end.event.returncode)
 
 
-def _restarts(span: Span, facts: Facts, name: str, when: Window) -> Verdict:
+def _restarts(span: NumberRange, facts: Facts, name: str, when: Window) -> Verdict:
     starts = [e for e in facts.of(Started, name) if e.at_s in when]
     first = next(facts.of(Started, name), None)
     count = sum(event is not first for event in starts)
@@ -206,7 +206,7 @@ def cpu(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     return make(seen=seen, value=mean, unit="%", about=(name,) * is_over)
 
 
-def _samples(expectation: Expectation, facts: Facts, when: Window) -> list[Sample]:
+def _samples(expectation: Expectation, facts: Facts, when: Window) -> list[UsageSample]:
     names = facts.named(expectation.subject)
     return [s for s in facts.samples if s.process in names and s.at_s in when]
 

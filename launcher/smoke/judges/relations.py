@@ -12,7 +12,7 @@ from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import Window, condition_text, times_text, with_window
 from launcher.smoke.judges.traffic import fitting, sent_s, short
-from launcher.smoke.observe.facts import Facts, Message
+from launcher.smoke.observe.facts import Facts, ObservedMessage
 
 # Messages of different topics may arrive in another order than they were sent in.
 ARRIVAL_S = 1.0
@@ -23,7 +23,7 @@ class _NoKeyError(Exception):
     """A message lacks a field; the text has both."""
 
 
-def _found(expectation: Expectation, message: Message) -> list[Any]:
+def _found(expectation: Expectation, message: ObservedMessage) -> list[Any]:
     """The values of the key; _NoKeyError."""
     try:
         return values_at(message.content, expectation.get("key"))
@@ -31,7 +31,7 @@ def _found(expectation: Expectation, message: Message) -> list[Any]:
         raise _NoKeyError(f"{error.args[0]}: {short(message)}") from None
 
 
-def _values(expectation: Expectation, message: Message) -> str:
+def _values(expectation: Expectation, message: ObservedMessage) -> str:
     """The values of the key as text; _NoKeyError."""
     return _text_of(_found(expectation, message))
 
@@ -48,7 +48,7 @@ def _key_text(expectation: Expectation) -> str:
     return " and ".join(expectation.get("key"))
 
 
-def _messages(expectation: Expectation, facts: Facts, when: Window) -> list[Message]:
+def _messages(expectation: Expectation, facts: Facts, when: Window) -> list[ObservedMessage]:
     """Those on its topic that satisfy the conditions, in order of publication."""
     known = facts.received(expectation.subject, expectation.get("watch"))
     return sorted(fitting(expectation, [m for m in known if m.at_s in when]), key=sent_s)
@@ -59,7 +59,7 @@ def _silence(topic: str, facts: Facts, when: Window) -> Verdict:
     return when.not_yet(seen=f"no message on {topic}", guess=guess)
 
 
-def _fault(seen: str, message: Message, facts: Facts, when: Window) -> Verdict:
+def _fault(seen: str, message: ObservedMessage, facts: Facts, when: Window) -> Verdict:
     about = explain.processes_on(message.topic, facts)
     text = f"{seen} after {when.since(message.at_s)}: {short(message)}"
     return when.violated(seen=text, at_s=message.at_s, about=about)
@@ -78,7 +78,7 @@ def unique(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     received = _messages(expectation, facts, when)
     if not received:
         return _silence(expectation.subject, facts, when)
-    first: dict[str, Message] = {}
+    first: dict[str, ObservedMessage] = {}
     for message in received:
         try:
             values = _values(expectation, message)
@@ -177,7 +177,7 @@ def _until(times_s: Sequence[float], at_s: float) -> int:
     return sum(time_s <= at_s for time_s in times_s)
 
 
-def _text(message: Message) -> str:
+def _text(message: ObservedMessage) -> str:
     content = message.content
     text = content.get("data") if isinstance(content, dict) else None
     return text if isinstance(text, str) else strict_json.packed(content)

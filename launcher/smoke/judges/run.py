@@ -7,7 +7,7 @@ from typing import Any
 
 from launcher.base.document.quantities import INFINITY, seconds_text
 from launcher.base.model.run_events import Ended, Signalled, exit_text
-from launcher.smoke.expect.expectation import STOP, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import STOP, Decision, Expectation, Verdict
 from launcher.smoke.judges.common import listed, met, several, violated
 from launcher.smoke.observe.facts import Facts, ProcessEvent
 
@@ -21,7 +21,7 @@ def start_up(expectation: Expectation, facts: Facts) -> Verdict:
     ready_s = facts.ready_s
     if ready_s is None:
         is_late = facts.is_over or facts.now_s > expectation.subject
-        outcome = Outcome.VIOLATED if is_late else Outcome.OPEN
+        outcome = Decision.VIOLATED if is_late else Decision.OPEN
         return Verdict(outcome=outcome, expected=expected, seen="it was not ready")
     make = met if ready_s <= expectation.subject else violated
     seen = f"after {seconds_text(ready_s)}"
@@ -33,7 +33,7 @@ def clean_shutdown(expectation: Expectation, facts: Facts) -> Verdict:
     expected = f"all processes exit within {expectation.subject:g} s of the stop"
     ending = facts.ending
     if ending is None:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
+        return Verdict(outcome=Decision.OPEN, expected=expected)
     took_s = ending.down_s - facts.stop_s
     harder = {e.process: e for e in facts.of(Signalled) if _is_harder(e, facts)}
     faults = [f"{name} needed {_HARD[e.event.signal]}" for name, e in harder.items()]
@@ -89,7 +89,7 @@ def _is_harder(sent: ProcessEvent[Signalled], facts: Facts) -> bool:
 def shared_memory(expectation: Expectation, facts: Facts) -> Verdict:
     expected = "nothing is left in /dev/shm"
     if facts.ending is None:
-        return Verdict(outcome=Outcome.OPEN, expected=expected)
+        return Verdict(outcome=Decision.OPEN, expected=expected)
     left = facts.ending.left_memory
     if left:
         guess = "a killed process cannot free its shared memory"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.smoke.expect.expectation import START, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
@@ -16,7 +16,7 @@ from launcher.smoke.judges.common import (
     times_text,
     with_window,
 )
-from launcher.smoke.observe.facts import Facts, Message
+from launcher.smoke.observe.facts import Facts, ObservedMessage
 
 MIN_MESSAGES = 3  # fewer have no rate
 SILENT_INTERVALS = 2  # of the longest one: a topic that pauses longer has stopped
@@ -37,7 +37,7 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     times = sorted(sent_s(m) for m in fitting(expectation, received))
     if not when.closed:
         return when.open(seen=f"{len(times)} messages")
-    span: Span = expectation.get("is")
+    span: NumberRange = expectation.get("is")
     if len(times) < MIN_MESSAGES:
         if span.low == 0 and not times:
             return when.met(seen="no message", value=0.0, unit="Hz")
@@ -61,7 +61,7 @@ def rate(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     )
 
 
-def _refused(expectation: Expectation, received: Sequence[Message]) -> str:
+def _refused(expectation: Expectation, received: Sequence[ObservedMessage]) -> str:
     """How many more messages there were, and why the last one of them does not count."""
     reasons = [why for _, fits, why in _judged(expectation, received) if not fits]
     if not reasons:
@@ -92,7 +92,7 @@ def _max_pause_s(times: Sequence[float]) -> float:
     return SILENT_INTERVALS * max(b - a for a, b in itertools.pairwise(times))
 
 
-def sent_s(message: Message) -> float:
+def sent_s(message: ObservedMessage) -> float:
     """The publisher's time if known: ours includes the delays of a busy machine."""
     return message.at_s if message.sent_s is None else message.sent_s
 
@@ -104,7 +104,7 @@ def _message_text(expectation: Expectation) -> str:
     condition = condition_text(expectation)
     if expectation.get("all"):
         return f"every message on {expectation.subject}{condition}{times_text(expectation)}"
-    count: Span | None = expectation.get("count")
+    count: NumberRange | None = expectation.get("count")
     number = "a message" if count is None else f"{count.text} messages"
     return f"{number} on {expectation.subject}{condition}{times_text(expectation)}"
 
@@ -115,8 +115,8 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
     received = [m for m in known if m.at_s in when]
     if expectation.get("all"):
         return _all(expectation, facts, received, when)
-    count: Span | None = expectation.get("count")
-    span = count or Span(low=1, high=INFINITY, text=">= 1")
+    count: NumberRange | None = expectation.get("count")
+    span = count or NumberRange(low=1, high=INFINITY, text=">= 1")
     for early, fits, _ in _judged(expectation, [m for m in known if when.is_too_early(m.at_s)]):
         if fits:
             seen = f"too early, after {when.since(early.at_s)}: {short(early)}"
@@ -141,19 +141,21 @@ def message(expectation: Expectation, facts: Facts, when: Window) -> Verdict:
 
 
 def _judged(
-    expectation: Expectation, messages: Sequence[Message]
-) -> list[tuple[Message, bool, str | None]]:
+    expectation: Expectation, messages: Sequence[ObservedMessage]
+) -> list[tuple[ObservedMessage, bool, str | None]]:
     """Whether each satisfies the conditions, and why not."""
     results = judged(expectation, [m.content for m in messages])
     return [(m, fits, why) for m, (fits, why) in zip(messages, results, strict=True)]
 
 
-def fitting(expectation: Expectation, messages: Sequence[Message]) -> list[Message]:
+def fitting(expectation: Expectation, messages: Sequence[ObservedMessage]) -> list[ObservedMessage]:
     """Those that satisfy the conditions."""
     return [m for m, fits, _ in _judged(expectation, messages) if fits]
 
 
-def _missing(received: list[Message], fitting: list[Message], reasons: list[str]) -> str:
+def _missing(
+    received: list[ObservedMessage], fitting: list[ObservedMessage], reasons: list[str]
+) -> str:
     if not received:
         return "no message"
     text = (
@@ -166,7 +168,9 @@ def _silence(expectation: Expectation, facts: Facts) -> str | None:
     return explain.silence(expectation.subject, facts, expectation.get("qos"))
 
 
-def _all(expectation: Expectation, facts: Facts, received: list[Message], when: Window) -> Verdict:
+def _all(
+    expectation: Expectation, facts: Facts, received: list[ObservedMessage], when: Window
+) -> Verdict:
     for number, (message, fits, why) in enumerate(_judged(expectation, received), 1):
         if not fits:
             reason = f" ({why})" if why else ""
@@ -178,7 +182,7 @@ def _all(expectation: Expectation, facts: Facts, received: list[Message], when: 
     return when.so_far(seen=f"{len(received)} messages")
 
 
-def short(message: Message) -> str:
+def short(message: ObservedMessage) -> str:
     """The content, or the text that it consists of."""
     content = message.content
     if isinstance(content, dict) and list(content) == ["data"]:

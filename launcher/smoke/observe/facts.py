@@ -57,7 +57,7 @@ class LogLine:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Message:
+class ObservedMessage:
     """`content` is plain JSON; `sent_s`: when it was published, if known; `watch`: subscription."""
 
     at_s: float
@@ -99,7 +99,7 @@ class ProcessEvent(Generic[E]):
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class UsageSample:
     """Resource usage of a process; None where it is not known."""
 
     at_s: float
@@ -109,7 +109,7 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class QueryAnswer:
     """The value of a parameter or the response of a service, or an error with its hint."""
 
     at_s: float
@@ -143,11 +143,11 @@ class Facts:
 
     now_s: float = 0.0
     lines: tuple[LogLine, ...] = ()
-    messages: tuple[Message, ...] = ()
+    messages: tuple[ObservedMessage, ...] = ()
     graphs: tuple[GraphSeen, ...] = ()
     events: tuple[ProcessEvent[RunEvent], ...] = ()
-    samples: tuple[Sample, ...] = ()
-    answers: Mapping[str, tuple[Answer, ...]] = field(default_factory=dict)
+    samples: tuple[UsageSample, ...] = ()
+    answers: Mapping[str, tuple[QueryAnswer, ...]] = field(default_factory=dict)
     services: tuple[str, ...] = ()
     steps: Mapping[str, float] = field(default_factory=lambda: {START: 0.0})
     node_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -242,7 +242,7 @@ class Facts:
     def endpoints(self, topic: str) -> tuple[Endpoint, ...]:
         return self.graph().on(topic)
 
-    def received(self, topic: str, watch: str | None = None) -> tuple[Message, ...]:
+    def received(self, topic: str, watch: str | None = None) -> tuple[ObservedMessage, ...]:
         """The messages of a topic, received by one subscription of the probe or by any."""
         return tuple(m for m in self.messages if m.topic == topic and watch in (None, m.watch))
 

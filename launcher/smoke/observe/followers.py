@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.event_entries import entry_of
 from launcher.control.client import Connection
-from launcher.control.runs import Run, wait_for_run
+from launcher.control.runs import ListedRun, wait_for_run
 from launcher.posix.socket_directory import ControlError
 from launcher.smoke.observe import log_files
-from launcher.smoke.observe.facts import LogLine, Sample
+from launcher.smoke.observe.facts import LogLine, UsageSample
 from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.observe.leftovers import SharedMemory
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 
 if TYPE_CHECKING:
     from launcher.smoke.run.launcher_process import LauncherProcess
@@ -35,7 +35,7 @@ class Followers:
     def __init__(
         self,
         launcher: LauncherProcess,
-        recorder: Recorder,
+        recorder: FactRecorder,
         memory: SharedMemory,
         last_state: LastState,
     ) -> None:
@@ -43,7 +43,7 @@ class Followers:
         self._last_state = last_state
         self._recorder = recorder
         self._memory = memory
-        self.run: Run | None = None
+        self.run: ListedRun | None = None
         self.dropped_lines = 0
         self.is_over = threading.Event()
         self._listens = threading.Event()
@@ -57,7 +57,7 @@ class Followers:
         self._threads.append(thread)
         thread.start()
 
-    def wait_for_run(self, within_s: float) -> Run:
+    def wait_for_run(self, within_s: float) -> ListedRun:
         """ControlError if the run cannot be connected to in time."""
         self._listens.wait(within_s)
         if self.run is None:
@@ -129,7 +129,7 @@ class Followers:
         at_s = self._recorder.now_s
         self._last_state.take_rows(rows)
         samples = [
-            Sample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])
+            UsageSample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])
             for row in rows
             if row["pid"] is not None
         ]

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.control.runs import Run
+from launcher.control.runs import ListedRun
 
 
 class LastState:
     """`rows` of `ps`, and the probe's `graphs`, one for each set of nodes, until `stop`."""
 
     def __init__(self) -> None:
-        self.run: Run | None = None
+        self.run: ListedRun | None = None
         self.rows: tuple[Mapping[str, Any], ...] = ()
         self.graphs: list[dict[str, Any]] = []
         self._nodes: set[tuple[str, bool]] = set()

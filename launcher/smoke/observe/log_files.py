@@ -12,7 +12,7 @@ from launcher.base.model.run_events import Entry, RunEvent
 from launcher.output.lines import for_terminal
 from launcher.output.logs.rotating_file import BACKUPS
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 
 _STAMPED = re.compile(rb"(\d+\.\d{7}) (.*)", re.DOTALL)
 _OF_PROCESS = re.compile(rb"\[([^\]]+)\] ?(.*)", re.DOTALL)
@@ -24,14 +24,14 @@ def folder_of(log_root: Path, launcher_pid: int) -> Path | None:
     return next((p for p in log_root.glob(f"*-{launcher_pid}") if p.is_dir()), None)
 
 
-def events(folder: Path, recorder: Recorder) -> list[ProcessEvent[RunEvent]]:
+def events(folder: Path, recorder: FactRecorder) -> list[ProcessEvent[RunEvent]]:
     lines: list[bytes] = []
     with contextlib.suppress(OSError):
         lines = (folder / "events.jsonl").read_bytes().splitlines()
     return [event_of(entry, recorder) for entry in filter(None, map(entry_in, lines))]
 
 
-def event_of(entry: Entry, recorder: Recorder) -> ProcessEvent[RunEvent]:
+def event_of(entry: Entry, recorder: FactRecorder) -> ProcessEvent[RunEvent]:
     return ProcessEvent(
         at_s=recorder.of_monotonic(entry.monotonic_s),
         event=entry.event,
@@ -45,7 +45,7 @@ def is_complete(folder: Path) -> bool:
     return not (folder / f"launch.log.{BACKUPS}").exists()
 
 
-def lines(folder: Path, recorder: Recorder) -> list[LogLine]:
+def lines(folder: Path, recorder: FactRecorder) -> list[LogLine]:
     """The lines of launch.log, with texts as the control socket has them.
 
     Those without a timestamp have the time of the one before.

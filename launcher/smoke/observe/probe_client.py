@@ -17,8 +17,8 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
 from launcher.ros.snapshot.graph import Endpoint, TopicGraph
-from launcher.smoke.observe.facts import GraphSeen, Message
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.facts import GraphSeen, ObservedMessage
+from launcher.smoke.observe.recorder import FactRecorder
 
 READY_S = 20.0  # importing rclpy on a busy machine
 EXIT_S = 5.0
@@ -38,7 +38,7 @@ class ProbeClient:
     def __init__(
         self,
         environment: Mapping[str, str],
-        recorder: Recorder,
+        recorder: FactRecorder,
         stderr: Path,
         on_graph: Callable[[dict[str, Any]], None] | None = None,
     ) -> None:
@@ -182,7 +182,7 @@ class ProbeClient:
     def _record_message(self, report: dict[str, Any]) -> None:
         sent = report.get("sent")
         self._recorder.add(
-            Message(
+            ObservedMessage(
                 at_s=self._recorder.of_monotonic(report["mono"]),
                 topic=report["topic"],
                 content=report.get("data"),

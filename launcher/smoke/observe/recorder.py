@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from launcher.smoke.expect.expectation import START
 from launcher.smoke.observe.facts import (
-    Answer,
     Ending,
     Facts,
     GraphSeen,
     LogLine,
-    Message,
+    ObservedMessage,
     ProcessEvent,
-    Sample,
+    QueryAnswer,
+    UsageSample,
 )
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ T = TypeVar("T")
 MIN_WAIT_S = 0.01
 
 
-class Recorder:
+class FactRecorder:
     """One clock and one lock; every `add` wakes the callers of `wait_for`."""
 
     def __init__(self) -> None:
@@ -36,10 +36,10 @@ class Recorder:
         self._start_s = time.monotonic()
         self._wall_s = time.time()
         self._observed: dict[type, list[Any]] = {
-            kind: [] for kind in (LogLine, Message, GraphSeen, ProcessEvent)
+            kind: [] for kind in (LogLine, ObservedMessage, GraphSeen, ProcessEvent)
         }
-        self._samples: list[Sample] = []
-        self._answers: dict[str, list[Answer]] = {}
+        self._samples: list[UsageSample] = []
+        self._answers: dict[str, list[QueryAnswer]] = {}
         self._services: tuple[str, ...] = ()
         self._steps: dict[str, float] = {START: 0.0}
         self._nodes: dict[str, tuple[str, ...]] = {}
@@ -74,7 +74,7 @@ class Recorder:
 
     # ---- adding
 
-    def add(self, observed: LogLine | Message | GraphSeen | ProcessEvent[RunEvent]) -> None:
+    def add(self, observed: LogLine | ObservedMessage | GraphSeen | ProcessEvent[RunEvent]) -> None:
         with self._change():
             self._observed[type(observed)].append(observed)
 
@@ -86,13 +86,15 @@ class Recorder:
             self._observed[kind] = list(observed)
             self._sorted = ()
 
-    def add_samples(self, samples: Iterable[Sample], nodes: Mapping[str, tuple[str, ...]]) -> None:
+    def add_samples(
+        self, samples: Iterable[UsageSample], nodes: Mapping[str, tuple[str, ...]]
+    ) -> None:
         """`nodes` are the node names of each process."""
         with self._change():
             self._samples.extend(samples)
             self._nodes.update(nodes)
 
-    def add_answer(self, key: str, answer: Answer) -> None:
+    def add_answer(self, key: str, answer: QueryAnswer) -> None:
         with self._change():
             self._answers.setdefault(key, []).append(answer)
 
@@ -146,7 +148,7 @@ class Recorder:
             return Facts(
                 now_s=self.now_s,
                 lines=self._sorted,
-                messages=tuple(self._observed[Message]),
+                messages=tuple(self._observed[ObservedMessage]),
                 graphs=tuple(self._observed[GraphSeen]),
                 events=tuple(self._observed[ProcessEvent]),
                 samples=tuple(self._samples),

@@ -15,11 +15,11 @@ from launcher.base.document.source_location import KeyPath, Origin
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.text import suggest
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
-from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, Kind
+from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, ExpectationKind
 from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.steps import Command, Step
+from launcher.smoke.expect.steps import Step, StepCommand
 from launcher.smoke.preflight import checks
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
@@ -43,7 +43,7 @@ def load(path: str) -> Script:
 
 def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
     """The expectation of a command-line option, which errors name as `origin`."""
-    reader = _Reader(yaml.safe_dump({"expect": [entry]}), origin)
+    reader = _ExpectationsReader(yaml.safe_dump({"expect": [entry]}), origin)
     try:
         (expectation,) = reader.script().expectations
     except LauncherError as error:
@@ -53,10 +53,10 @@ def parse_entry(entry: Mapping[str, object], origin: str) -> Expectation:
 
 def parse(text: str, path: str) -> Script:
     """LauncherError with all mistakes of the text; `path` is for their places."""
-    return _Reader(text, path).script()
+    return _ExpectationsReader(text, path).script()
 
 
-class _Reader(DocumentReader):
+class _ExpectationsReader(DocumentReader):
     def __init__(self, text: str, path: str) -> None:
         super().__init__(text, path, what="an expectation file", hint="it begins with 'expect:'")
 
@@ -105,7 +105,7 @@ class _Reader(DocumentReader):
         for path, entry in self._entries(value, "scenario", "a step", example):
             values = self.fields(entry, STEP_FIELDS, path, "a step")
             if "do" in values or self.errors:
-                command = values.get("do", Command(verb="", text=f"step {path[1] + 1}"))
+                command = values.get("do", StepCommand(verb="", text=f"step {path[1] + 1}"))
                 yield Step(
                     name=values.get("name", command.text),
                     command=command,
@@ -122,7 +122,7 @@ class _Reader(DocumentReader):
             if kind is not None:
                 yield from self._expectation(kind, entry, path)
 
-    def _kind(self, entry: Mapping[object, object], path: KeyPath) -> Kind | None:
+    def _kind(self, entry: Mapping[object, object], path: KeyPath) -> ExpectationKind | None:
         """The kind by its key; `process` may also be an entry of another kind."""
         known = [BY_NAME[str(name)] for name in entry if str(name) in BY_NAME]
         entries = {field.name for kind in known for field in kind.fields}
@@ -143,7 +143,7 @@ class _Reader(DocumentReader):
         return None
 
     def _expectation(
-        self, kind: Kind, entry: Mapping[object, object], path: KeyPath
+        self, kind: ExpectationKind, entry: Mapping[object, object], path: KeyPath
     ) -> Iterator[Expectation]:
         before = len(self.errors)
         subject = self.parsed(kind.subject, entry[kind.name], (*path, kind.name))
@@ -194,7 +194,7 @@ class _Reader(DocumentReader):
 ENTRIES = frozenset(field.name for kind in KINDS for field in kind.all_fields())
 
 
-def misspelt_kind(names: Sequence[str], own: Sequence[Kind]) -> str | None:
+def misspelt_kind(names: Sequence[str], own: Sequence[ExpectationKind]) -> str | None:
     """The name among those of an entry that is a misspelt kind, as `parametr`.
 
     `own`: kinds that the other names are. `node` beside `parametr` is an entry of it.
@@ -208,5 +208,5 @@ def misspelt_kind(names: Sequence[str], own: Sequence[Kind]) -> str | None:
     return None
 
 
-def _entries(kind: Kind) -> set[str]:
+def _entries(kind: ExpectationKind) -> set[str]:
     return {field.name for field in kind.all_fields()}

@@ -13,14 +13,14 @@ import yaml
 from launcher.base.errors import LauncherError
 from launcher.base.text import count, escape
 from launcher.base.yaml_dumper import Dumper
-from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.expect.script import Script
 from launcher.smoke.judges import judge
 from launcher.smoke.preflight import checks, forecast
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.preflight.loader import parse_entry
 from launcher.smoke.record.entries import sections
-from launcher.smoke.record.runs import Entry, Runs, limit_s, note
+from launcher.smoke.record.runs import RecordedExpectation, Runs, limit_s, note
 
 WIDTH = 100
 MORE_S, TIMES_SLOWER = 1.0, 1.2
@@ -91,7 +91,7 @@ def _flow(value: Any) -> str:
     return text.strip()
 
 
-def _entry_lines(entry: Entry) -> Iterator[str]:
+def _entry_lines(entry: RecordedExpectation) -> Iterator[str]:
     seen = escape(entry.seen, keep="")
     if not entry.values:
         yield f"  # left out: {seen}"
@@ -112,7 +112,9 @@ def _entry_lines(entry: Entry) -> Iterator[str]:
 # ---- the check of what is written
 
 
-def _checked(entry: Entry, runs: Runs, foreseen: Forecast | None) -> Entry:
+def _checked(
+    entry: RecordedExpectation, runs: Runs, foreseen: Forecast | None
+) -> RecordedExpectation:
     """The entry, or why it is left out: each run must meet what is recorded from it."""
     if not entry.values:
         return entry
@@ -129,7 +131,7 @@ def _checked(entry: Entry, runs: Runs, foreseen: Forecast | None) -> Entry:
         return note(f"{kind} {subject}: {errors[0].message}")
     for run in runs:
         verdict = judge(expectation, run.as_judged())
-        if not _is_asked(expectation) and verdict.outcome is not Outcome.MET:
+        if not _is_asked(expectation) and verdict.outcome is not Decision.MET:
             return note(f"{kind} {subject}: {verdict.seen}")
     return entry
 

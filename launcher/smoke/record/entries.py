@@ -6,14 +6,21 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.judges.run import clean_shutdown
 from launcher.smoke.record import lines, topics
 from launcher.smoke.record.identities import identities
 from launcher.smoke.record.names import is_pattern
-from launcher.smoke.record.runs import Entry, Runs, after_text, note, rounded_up_s, within
-from launcher.smoke.record.seen import SEND_GOAL, Seen
+from launcher.smoke.record.runs import (
+    RecordedExpectation,
+    Runs,
+    after_text,
+    note,
+    rounded_up_s,
+    within,
+)
+from launcher.smoke.record.seen import SEND_GOAL, ObservedRun
 from launcher.smoke.record.watch import GET_STATE
 
 EARLY = 0.6  # of the watched time: what comes later may come after the end of another run
@@ -24,7 +31,7 @@ SHOWN = 60  # characters of a line
 _OF_LIFECYCLE = "lifecycle_msgs/srv/"
 
 
-def sections(runs: Runs) -> Iterator[tuple[str, list[Entry]]]:
+def sections(runs: Runs) -> Iterator[tuple[str, list[RecordedExpectation]]]:
     """Title and entries of each section that has any."""
     for title, make in _SECTIONS.items():
         found = list(make(runs))
@@ -35,7 +42,7 @@ def sections(runs: Runs) -> Iterator[tuple[str, list[Entry]]]:
 # ---- nodes and processes
 
 
-def _nodes(runs: Runs) -> Iterator[Entry]:
+def _nodes(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in runs.nodes.common():
         times_s = [
             min(run.node_since(node) for node in run.nodes if runs.nodes.of(node, number) == name)
@@ -43,12 +50,12 @@ def _nodes(runs: Runs) -> Iterator[Entry]:
         ]
         several = max(run.nodes[name] for run in runs)
         seen = after_text(times_s) + (f", {several} nodes of this name" if several > 1 else "")
-        yield Entry({"node": name, "within": within(times_s)}, seen)
+        yield RecordedExpectation({"node": name, "within": within(times_s)}, seen)
     for name in runs.nodes.missing():
         yield note(f"{name}: not in every run")
 
 
-def _of_label(name: str, runs: Runs) -> list[tuple[Seen, str]]:
+def _of_label(name: str, runs: Runs) -> list[tuple[ObservedRun, str]]:
     """(run, label) of the processes of this label or pattern."""
     return [
         (run, label)
@@ -58,22 +65,26 @@ def _of_label(name: str, runs: Runs) -> list[tuple[Seen, str]]:
     ]
 
 
-def _processes(runs: Runs) -> Iterator[Entry]:
+def _processes(runs: Runs) -> Iterator[RecordedExpectation]:
     names = runs.labels.common()
     alive = [
         name for name in names if all(run.are_alive(one) for run, one in _of_label(name, runs))
     ]
     if alive == names and not runs.labels.missing():
         counts = " and ".join(dict.fromkeys(str(len(run.facts.processes())) for run in runs))
-        yield Entry({"process": "*", "alive": True}, f"{counts} processes")
+        yield RecordedExpectation({"process": "*", "alive": True}, f"{counts} processes")
         return
     for name in names:
-        yield Entry({"process": name, "alive": True}, "") if name in alive else _ended(name, runs)
+        yield (
+            RecordedExpectation({"process": name, "alive": True}, "")
+            if name in alive
+            else _ended(name, runs)
+        )
     for name in runs.labels.missing():
         yield note(f"{name}: not in every run")
 
 
-def _ended(name: str, runs: Runs) -> Entry:
+def _ended(name: str, runs: Runs) -> RecordedExpectation:
     found = _of_label(name, runs)
     if any(run.was_restarted(label) for run, label in found):
         return note(f"{name}: it was restarted")
@@ -81,22 +92,24 @@ def _ended(name: str, runs: Runs) -> Entry:
     times_s = [end_s for _, end_s in ends if end_s is not None]
     if len(times_s) < len(ends) or any(_is_late(run, end_s or 0.0) for run, end_s in ends):
         return note(f"{name}: it exited late or not in every run")
-    return Entry({"process": name, "exits": 0}, after_text(times_s).replace("seen", "exited"))
+    return RecordedExpectation(
+        {"process": name, "exits": 0}, after_text(times_s).replace("seen", "exited")
+    )
 
 
-def _is_late(run: Seen, at_s: float) -> bool:
+def _is_late(run: ObservedRun, at_s: float) -> bool:
     """Unless the system ended by itself, which it does whenever its processes have exited."""
     ending = run.facts.ending
     was_stopped = ending is not None and ending.asked_s is not None
     return was_stopped and at_s > _early_until_s(run)
 
 
-def _early_until_s(run: Seen) -> float:
+def _early_until_s(run: ObservedRun) -> float:
     """From the begin of the watched time: the start takes longer on a busy machine."""
     return run.begin_s + EARLY * run.for_s
 
 
-def _memory(runs: Runs) -> Iterator[Entry]:
+def _memory(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in runs.labels.common():
         found = _of_label(name, runs)
         if any(run.measured_s(label) > _early_until_s(run) for run, label in found):
@@ -105,10 +118,12 @@ def _memory(runs: Runs) -> Iterator[Entry]:
         limit = MEMORY_STEP_MB * math.ceil(
             (MEMORY_FACTOR * most_mb + MEMORY_MORE_MB) / MEMORY_STEP_MB
         )
-        yield Entry({"memory": name, "below": f"{limit} MB"}, f"seen {most_mb:.0f} MB at most")
+        yield RecordedExpectation(
+            {"memory": name, "below": f"{limit} MB"}, f"seen {most_mb:.0f} MB at most"
+        )
 
 
-def _lines(runs: Runs) -> Iterator[Entry]:
+def _lines(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in runs.labels.common():
         by_run = [
             [
@@ -131,13 +146,15 @@ def _lines(runs: Runs) -> Iterator[Entry]:
             yield note(f"{name}: its first line came late")
             continue
         values = {"log": pattern, "process": name, "within": within(times_s)}
-        yield Entry(values, f"{after_text(times_s)}: {shorten(lines.message(first[0]), SHOWN)}")
+        yield RecordedExpectation(
+            values, f"{after_text(times_s)}: {shorten(lines.message(first[0]), SHOWN)}"
+        )
 
 
 # ---- services
 
 
-def _services(runs: Runs) -> Iterator[Entry]:
+def _services(runs: Runs) -> Iterator[RecordedExpectation]:
     names = runs.services.common()
     for name in names:
         if is_pattern(name):
@@ -153,12 +170,12 @@ def _services(runs: Runs) -> Iterator[Entry]:
                 values["type"] = next(iter(types))
             times_s = [run.service_since(name) for run in runs]
             values |= {"call": False, "within": within(times_s)}
-            yield Entry(values, after_text(times_s))
+            yield RecordedExpectation(values, after_text(times_s))
     for name in runs.services.missing():
         yield note(f"{name}: not in every run")
 
 
-def _state(name: str, types: set[str], runs: Runs) -> Entry | None:
+def _state(name: str, types: set[str], runs: Runs) -> RecordedExpectation | None:
     """The state of a lifecycle node; to ask for it has no effect."""
     states = {run.states.get(name) for run in runs}
     if GET_STATE not in types or len(states) != 1 or None in states:
@@ -170,7 +187,7 @@ def _state(name: str, types: set[str], runs: Runs) -> Entry | None:
         "where": f"m.current_state.label == '{state}'",
         "within": within([run.begin_s for run in runs]),
     }
-    return Entry(values, f"the lifecycle node was {state}")
+    return RecordedExpectation(values, f"the lifecycle node was {state}")
 
 
 def _is_of_known_lifecycle(name: str, types: set[str], runs: Runs) -> bool:
@@ -183,26 +200,26 @@ def _is_of_known_lifecycle(name: str, types: set[str], runs: Runs) -> bool:
 # ---- errors and the end
 
 
-def _end(runs: Runs) -> Iterator[Entry]:
-    yield Entry({"no_errors": "*"}, "")
-    yield Entry({"no_tracebacks": "*"}, "")
+def _end(runs: Runs) -> Iterator[RecordedExpectation]:
+    yield RecordedExpectation({"no_errors": "*"}, "")
+    yield RecordedExpectation({"no_tracebacks": "*"}, "")
     took_s = [run.facts.ending.down_s - run.facts.stop_s for run in runs if run.facts.ending]
     limit_s = rounded_up_s(max(LEAST_STOP_S, STOP_FACTOR * max(took_s)))
     if all(_stops_cleanly(run, limit_s) for run in runs):
         seen = " and ".join(dict.fromkeys(f"{time_s:.1f}" for time_s in took_s))
-        yield Entry({"clean_shutdown": f"{limit_s:g} s"}, f"seen {seen} s")
+        yield RecordedExpectation({"clean_shutdown": f"{limit_s:g} s"}, f"seen {seen} s")
     else:
         yield note("clean_shutdown: a process needed more than the first signal")
     if all(run.facts.ending is not None and not run.facts.ending.left_memory for run in runs):
-        yield Entry({"shared_memory": "clean"}, "")
+        yield RecordedExpectation({"shared_memory": "clean"}, "")
 
 
-def _stops_cleanly(run: Seen, limit_s: float) -> bool:
+def _stops_cleanly(run: ObservedRun, limit_s: float) -> bool:
     wanted = Expectation(kind="clean_shutdown", subject=limit_s)
-    return clean_shutdown(wanted, run.facts).outcome is Outcome.MET
+    return clean_shutdown(wanted, run.facts).outcome is Decision.MET
 
 
-_SECTIONS: Mapping[str, Callable[[Runs], Iterator[Entry]]] = {
+_SECTIONS: Mapping[str, Callable[[Runs], Iterator[RecordedExpectation]]] = {
     "nodes": _nodes,
     "processes": _processes,
     "topics": topics.topics,

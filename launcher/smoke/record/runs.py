@@ -10,7 +10,7 @@ from typing import Any
 
 from launcher.base.document.quantities import seconds_text
 from launcher.smoke.record.names import Names
-from launcher.smoke.record.seen import Seen
+from launcher.smoke.record.seen import ObservedRun
 
 # A busy machine is several times slower than the one of the recording.
 LEAST_WITHIN_S = 20.0
@@ -20,15 +20,15 @@ _MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class RecordedExpectation:
     """An expectation as it is written, and what was seen. Without `values`: why there is none."""
 
     values: Mapping[str, Any]
     seen: str
 
 
-def note(text: str) -> Entry:
-    return Entry({}, text)
+def note(text: str) -> RecordedExpectation:
+    return RecordedExpectation({}, text)
 
 
 def rounded_up_s(time_s: float) -> float:
@@ -52,10 +52,10 @@ def after_text(times_s: Sequence[float]) -> str:
     return f"seen after {' and '.join(texts)} s"
 
 
-class Runs(Sequence[Seen]):
+class Runs(Sequence[ObservedRun]):
     """The runs, and the names of each kind that they have in common."""
 
-    def __init__(self, runs: Iterable[Seen]) -> None:
+    def __init__(self, runs: Iterable[ObservedRun]) -> None:
         self._runs = tuple(runs)
 
     def __getitem__(self, index: Any) -> Any:
@@ -64,7 +64,7 @@ class Runs(Sequence[Seen]):
     def __len__(self) -> int:
         return len(self._runs)
 
-    def _names(self, of: Callable[[Seen], Iterable[str]]) -> Names:
+    def _names(self, of: Callable[[ObservedRun], Iterable[str]]) -> Names:
         return Names([of(run) for run in self._runs], [run.pids for run in self._runs])
 
     @functools.cached_property

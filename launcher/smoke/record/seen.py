@@ -19,7 +19,7 @@ _NO_GRAPH = GraphSeen(at_s=0.0, snapshot=TopicGraph(nodes=(), endpoints=()))
 
 
 @dataclass(frozen=True)
-class Seen:
+class ObservedRun:
     """`facts` are of a run that is over; `states` are those of its lifecycle nodes."""
 
     facts: Facts

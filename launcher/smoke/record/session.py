@@ -18,11 +18,11 @@ from launcher.base.text import count
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.record.document import Document, Head, document_of
 from launcher.smoke.record.runs import Runs
-from launcher.smoke.record.seen import Seen
-from launcher.smoke.record.watch import Watch, script_of
+from launcher.smoke.record.seen import ObservedRun
+from launcher.smoke.record.watch import RecordedRunner, script_of
 from launcher.smoke.reports import artifacts, text_report
-from launcher.smoke.reports.result import Result
-from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.reports.result import SmokeResult
+from launcher.smoke.run.progress import PipeSafeStdout, SmokeProgress
 from launcher.smoke.run.runner import code_of, terminable
 from launcher.smoke.run.session import HARD_ROOM_S
 
@@ -32,7 +32,7 @@ RUNS = 2  # what differs between them differs in other runs, too
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recording:
+class RecordingOptions:
     """Options of a recording. `words` are for the launcher; `is_forced`: replace the file."""
 
     path: Path
@@ -63,7 +63,7 @@ def _exists(path: Path) -> LauncherError:
 
 
 class RecordSession:
-    def __init__(self, recording: Recording, *, colour: bool) -> None:
+    def __init__(self, recording: RecordingOptions, *, colour: bool) -> None:
         self._recording = recording
         self._colour = colour
         self._forecast: Forecast | None = None
@@ -86,7 +86,7 @@ class RecordSession:
 
     def _record(self, folder: Path) -> ExitCode:
         recording = self._recording
-        seen: list[Seen] = []
+        seen: list[ObservedRun] = []
         for number, path in enumerate(artifacts.runs_in(folder, recording.repeat), 1):
             print(f"--- run {number} of {recording.repeat}", flush=True)
             result, one = self._watch(path)
@@ -101,14 +101,14 @@ class RecordSession:
         print(f"smoke: wrote {_summary(document)} to {recording.path}")
         return ExitCode.OK
 
-    def _watch(self, folder: Path) -> tuple[Result, Seen]:
+    def _watch(self, folder: Path) -> tuple[SmokeResult, ObservedRun]:
         recording, for_s = self._recording, self._recording.head.for_s
-        progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
+        progress = SmokeProgress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         faulthandler.dump_traceback_later(
             2 * for_s + recording.ready_within_s + HARD_ROOM_S, exit=True
         )
         try:
-            watch = Watch(
+            watch = RecordedRunner(
                 script_of(for_s, recording.ready_within_s),
                 recording.words,
                 folder,
@@ -119,9 +119,9 @@ class RecordSession:
             faulthandler.cancel_dump_traceback_later()
             progress.close()
         self._forecast = self._forecast or watch.forecast
-        return result, Seen(result.facts, for_s, watch.states)
+        return result, ObservedRun(result.facts, for_s, watch.states)
 
-    def _refuse(self, result: Result, number: int) -> ExitCode:
+    def _refuse(self, result: SmokeResult, number: int) -> ExitCode:
         path = self._recording.path
         if result.exit_code is ExitCode.USAGE:
             print("\n".join(result.last_lines), file=sys.stderr)

@@ -11,7 +11,7 @@ from launcher.smoke.expect.expectation import READY
 from launcher.smoke.expect.expectation_kinds import DURABILITIES, RELIABILITIES
 from launcher.smoke.record.names import is_pattern
 from launcher.smoke.record.rates import number_text, rate_of
-from launcher.smoke.record.runs import Entry, Runs, after_text, note, within
+from launcher.smoke.record.runs import RecordedExpectation, Runs, after_text, note, within
 from launcher.smoke.record.watch import is_heavy
 
 SIDES = ("publishers", "subscriptions")
@@ -24,7 +24,7 @@ def names_of(runs: Runs) -> list[str]:
     return [name for name in runs.topics.common() if not is_pattern(name)]
 
 
-def topics(runs: Runs) -> Iterator[Entry]:
+def topics(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in names_of(runs):
         yield _topic(name, runs)
     for name in runs.topics.common():
@@ -34,7 +34,7 @@ def topics(runs: Runs) -> Iterator[Entry]:
         yield note(f"{name}: not in every run")
 
 
-def _topic(name: str, runs: Runs) -> Entry:
+def _topic(name: str, runs: Runs) -> RecordedExpectation:
     values: dict[str, Any] = {"topic": name}
     types = {end.type for run in runs for end in run.topics[name]}
     if len(types) == 1:
@@ -51,13 +51,13 @@ def _topic(name: str, runs: Runs) -> Entry:
             values[side] = f">= {least}"
     times_s = [run.topic_since(name) for run in runs]
     values["within"] = within(times_s)
-    return Entry(values, ", ".join([after_text(times_s), *varied]))
+    return RecordedExpectation(values, ", ".join([after_text(times_s), *varied]))
 
 
 # ---- quality of service
 
 
-def qualities(runs: Runs) -> Iterator[Entry]:
+def qualities(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in names_of(runs):
         ends = [end for run in runs for end in run.topics[name]]
         common: dict[str, Any] = {}
@@ -70,7 +70,7 @@ def qualities(runs: Runs) -> Iterator[Entry]:
         yield from _of_all(name, common, runs)
 
 
-def _of_all(name: str, common: dict[str, Any], runs: Runs) -> Iterator[Entry]:
+def _of_all(name: str, common: dict[str, Any], runs: Runs) -> Iterator[RecordedExpectation]:
     ends = [run.topics[name] for run in runs]
     seen = ""
     if all(len({e.is_publisher for e in one}) == 2 for one in ends):
@@ -81,10 +81,10 @@ def _of_all(name: str, common: dict[str, Any], runs: Runs) -> Iterator[Entry]:
             names = dict.fromkeys(one.subscription.node for one in unmatched[0])
             seen = f"{', '.join(names)} requests more than is offered"
     if common:
-        yield Entry({"qos": name, **common, "within": _qos_within(name, runs)}, seen)
+        yield RecordedExpectation({"qos": name, **common, "within": _qos_within(name, runs)}, seen)
 
 
-def _by_node(name: str, side: str, runs: Runs) -> Iterator[Entry]:
+def _by_node(name: str, side: str, runs: Runs) -> Iterator[RecordedExpectation]:
     """Where the endpoints of a topic differ."""
     found: dict[str | None, list[Endpoint]] = {}
     for number, run in enumerate(runs):
@@ -98,7 +98,7 @@ def _by_node(name: str, side: str, runs: Runs) -> Iterator[Entry]:
             yield note(f"{side} of {name} in {nodes}: not the same in every run, or several")
             continue
         values = {"qos": name, "node": node, side: policies[0], "within": _qos_within(name, runs)}
-        yield Entry(values, "")
+        yield RecordedExpectation(values, "")
 
 
 def _qos_within(name: str, runs: Runs) -> str:
@@ -128,7 +128,7 @@ def _seconds(nanoseconds: int) -> str:
 # ---- messages
 
 
-def rates(runs: Runs) -> Iterator[Entry]:
+def rates(runs: Runs) -> Iterator[RecordedExpectation]:
     for name in names_of(runs):
         ends = [end for run in runs for end in run.topics[name]]
         if not any(end.is_publisher for end in ends):
@@ -141,20 +141,22 @@ def rates(runs: Runs) -> Iterator[Entry]:
         if rate is not None:
             gaps = f"intervals of {number_text(rate.shortest_s)} to {number_text(rate.longest_s)} s"
             values = {"rate": name, "is": rate.text, "after": READY}
-            yield Entry(values, f"seen {_rates_text(times)} Hz, {gaps}")
+            yield RecordedExpectation(values, f"seen {_rates_text(times)} Hz, {gaps}")
             continue
         yield from _some_messages(name, ends, runs)
 
 
-def _some_messages(name: str, ends: Sequence[Endpoint], runs: Runs) -> Iterator[Entry]:
+def _some_messages(
+    name: str, ends: Sequence[Endpoint], runs: Runs
+) -> Iterator[RecordedExpectation]:
     """Of a topic without a rate: that there are messages, if that is certain."""
     numbers = [len(run.facts.received(name)) for run in runs]
     seen = f"{' and '.join(map(str, numbers))} messages"
     is_kept = all(end.durability == "TRANSIENT_LOCAL" for end in ends if end.is_publisher)
     if is_kept and all(numbers):
-        yield Entry({"message": name}, f"seen {seen}, kept for late subscriptions")
+        yield RecordedExpectation({"message": name}, f"seen {seen}, kept for late subscriptions")
     elif min(numbers) >= MANY_MESSAGES:
-        yield Entry({"message": name}, f"seen {seen}, at no steady rate")
+        yield RecordedExpectation({"message": name}, f"seen {seen}, at no steady rate")
     elif any(numbers):
         yield note(f"{name}: {seen}, at no steady rate")
 

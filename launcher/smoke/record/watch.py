@@ -15,7 +15,7 @@ from launcher.smoke.expect.expectation import START, Expectation
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import Facts, GraphSeen
 from launcher.smoke.preflight.forecast import Forecast
-from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.progress import SmokeProgress
 from launcher.smoke.run.prospects import unstarted
 from launcher.smoke.run.runner import Runner
 
@@ -71,7 +71,7 @@ def _accept(forecast: Forecast) -> None:
     """Whatever is started is recorded."""
 
 
-class Watch(Runner):
+class RecordedRunner(Runner):
     """A run without expectations but its health; `states` are those of lifecycle nodes."""
 
     def __init__(
@@ -79,7 +79,7 @@ class Watch(Runner):
         script: Script,
         words: Sequence[str],
         folder: Path,
-        progress: Progress,
+        progress: SmokeProgress,
     ) -> None:
         super().__init__(script, words, folder, progress, judge=_accept, always_probed=True)
         self._subscribed: set[str] = set()

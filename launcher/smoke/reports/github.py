@@ -8,10 +8,10 @@ from launcher.base.errors import LauncherError
 from launcher.base.github import annotation, plain, table
 from launcher.smoke.reports import text_report
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.reports.result import Result
+from launcher.smoke.reports.result import SmokeResult
 
 
-def commands(result: Result) -> Iterator[str]:
+def commands(result: SmokeResult) -> Iterator[str]:
     for one in result.failures:
         origin = one.expectation.origin
         yield annotation(
@@ -23,7 +23,7 @@ def commands(result: Result) -> Iterator[str]:
         yield annotation(result.trouble, title="smoke")
 
 
-def summary(results: Sequence[Result], target: str) -> Iterator[str]:
+def summary(results: Sequence[SmokeResult], target: str) -> Iterator[str]:
     """The expectations, what was expected and seen; of several runs, how often they were met."""
     yield f"### smoke: {plain(target)}\n"
     if len(results) > 1:
@@ -49,7 +49,7 @@ def summary(results: Sequence[Result], target: str) -> Iterator[str]:
     yield f"\n{plain(text_report.summary(result))}"
 
 
-def _of_several(results: Sequence[Result]) -> Iterator[str]:
+def _of_several(results: Sequence[SmokeResult]) -> Iterator[str]:
     rows = text_report.flake_rows(results)[: text_report.ROWS]
     head = ("", "met", "expectation", "min / median / max")
     yield from table(

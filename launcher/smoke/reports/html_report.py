@@ -16,7 +16,7 @@ from launcher.smoke.preflight.planned import planned
 from launcher.smoke.reports import json_report, page_lines, page_processes
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.moments import item, moment_s
-from launcher.smoke.reports.result import Result
+from launcher.smoke.reports.result import SmokeResult
 from launcher.web import assets
 from launcher.web.frozen import FrozenRun, freeze
 from launcher.web.graph_state import GraphState
@@ -37,7 +37,7 @@ def check() -> None:
     assets.libraries()
 
 
-def write(path: Path, results: Sequence[Result], target: str, words: Sequence[str]) -> None:
+def write(path: Path, results: Sequence[SmokeResult], target: str, words: Sequence[str]) -> None:
     """One file for all runs; the first that failed is shown first. OSError.
 
     `words` name the launch file, its arguments, and how it is read; without them there is no tree.
@@ -72,7 +72,7 @@ def write_refusal(path: Path, error: LauncherError, target: str) -> None:
 
 
 def messages(
-    result: Result,
+    result: SmokeResult,
     target: str,
     tree: Tree | None = None,
     most: tuple[int, int] = (page_lines.MAX_LINES, page_lines.MAX_CHARACTERS),
@@ -101,11 +101,11 @@ def messages(
     return [one for one in found if one is not None]
 
 
-def _label(number: int, result: Result) -> str:
+def _label(number: int, result: SmokeResult) -> str:
     return f"run {number}: {_word(result)}"
 
 
-def _word(result: Result) -> str:
+def _word(result: SmokeResult) -> str:
     if result.exit_code is ExitCode.OK:
         return "passed"
     return "interrupted" if result.interrupted else f"failed, exit code {int(result.exit_code)}"
@@ -114,7 +114,7 @@ def _word(result: Result) -> str:
 # ---- the messages
 
 
-def _hello(run: Message, ended: float, result: Result | None, text: str) -> Message:
+def _hello(run: Message, ended: float, result: SmokeResult | None, text: str) -> Message:
     report = None if result is None else json_report.of_result(result)
     return {
         "event": "hello",
@@ -130,7 +130,7 @@ def _hello(run: Message, ended: float, result: Result | None, text: str) -> Mess
     }
 
 
-def _run(result: Result, target: str) -> Message:
+def _run(result: SmokeResult, target: str) -> Message:
     last = result.last_state
     run = None if last is None else last.run
     given = [word for word in result.words[1:] if ":=" in word]
@@ -145,7 +145,7 @@ def _run(result: Result, target: str) -> Message:
     }
 
 
-def _events(result: Result) -> list[Message]:
+def _events(result: SmokeResult) -> list[Message]:
     """The event log; samples of resources are in the history."""
     events = [one for one in result.facts.events if not one.event.is_sample]
     entries = [
@@ -155,7 +155,7 @@ def _events(result: Result) -> list[Message]:
     return [{**entry.item, "text": entry.event.text} for entry in entries]
 
 
-def _graph(result: Result, rows: Sequence[Message], wall_s: float) -> Message | None:
+def _graph(result: SmokeResult, rows: Sequence[Message], wall_s: float) -> Message | None:
     """The last graph before the stop, with the nodes that had gone."""
     graphs = [] if result.last_state is None else result.last_state.graphs
     state = GraphState()
@@ -172,7 +172,7 @@ def _graph(result: Result, rows: Sequence[Message], wall_s: float) -> Message | 
     return {**document, "positions": layout.positions()}
 
 
-def _messages(result: Result, graph: Message | None) -> list[Message]:
+def _messages(result: SmokeResult, graph: Message | None) -> list[Message]:
     """The last messages of each topic that was watched."""
     types = {one["name"]: one["types"] for one in (graph or {}).get("topics", ())}
     found: list[Message] = []
@@ -195,7 +195,7 @@ def _messages(result: Result, graph: Message | None) -> list[Message]:
     return found
 
 
-def _topics(result: Result) -> Message | None:
+def _topics(result: SmokeResult) -> Message | None:
     """The rates before the stop of the topics whose messages were received."""
     facts, topics = result.facts, {}
     for topic in dict.fromkeys(message.topic for message in facts.messages):
@@ -216,7 +216,7 @@ def _topics(result: Result) -> Message | None:
     return {"event": "topics", "wall": result.started_s + facts.stop_s, "topics": topics}
 
 
-def _plan(result: Result, tree: Tree | None) -> Message | None:
+def _plan(result: SmokeResult, tree: Tree | None) -> Message | None:
     """What the launch file has done, from the files of the run."""
     try:
         plan: Message = strict_json.loads((result.folder / _PLAN).read_text(encoding="utf-8"))
@@ -226,7 +226,7 @@ def _plan(result: Result, tree: Tree | None) -> Message | None:
     return {"event": "plan", **plan, "processes": processes, "tree": named(tree, processes)}
 
 
-def _expectations(result: Result) -> list[Message]:
+def _expectations(result: SmokeResult) -> list[Message]:
     facts = result.facts
     end_s = facts.stop_s if facts.ending is None else facts.ending.down_s
     found = []

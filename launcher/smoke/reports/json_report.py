@@ -6,12 +6,12 @@ from dataclasses import asdict
 from typing import Any
 
 from launcher.smoke.reports import measures
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 
 VERSION = 1
 
 
-def of_result(result: Result) -> dict[str, Any]:
+def of_result(result: SmokeResult) -> dict[str, Any]:
     facts = result.facts
     ending = facts.ending
     return {

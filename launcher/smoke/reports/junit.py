@@ -11,13 +11,13 @@ from xml.etree import ElementTree
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 
 # Characters that XML 1.0 cannot represent.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write(path: Path, results: Sequence[Result], target: str) -> None:
+def write(path: Path, results: Sequence[SmokeResult], target: str) -> None:
     """One suite for each run."""
     names = [target]
     if len(results) > 1:
@@ -41,7 +41,7 @@ def _save(path: Path, suites: Sequence[ElementTree.Element]) -> None:
     save(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
 
-def _of_run(result: Result, name: str, target: str) -> ElementTree.Element:
+def _of_run(result: SmokeResult, name: str, target: str) -> ElementTree.Element:
     judged = () if result.exit_code is ExitCode.USAGE else result.judged
     cases = [_case(one, result, target) for one in judged]
     reasons = ["interrupted"] * bool(result.interrupted) + ["not ready in time"] * result.gave_up
@@ -68,7 +68,7 @@ def _suite(
     return suite
 
 
-def _case(one: Judged, result: Result, target: str) -> ElementTree.Element:
+def _case(one: Judged, result: SmokeResult, target: str) -> ElementTree.Element:
     verdict, origin = one.verdict, one.expectation.origin
     time_s = max(0.0, verdict.at_s or 0.0)
     names = {"classname": target, "name": one.expectation.name}

@@ -10,10 +10,10 @@ from pathlib import Path
 from launcher.base import strict_json, text_file
 from launcher.base.document.source_location import Origin
 from launcher.base.errors import UsageError
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.observe.facts import label_of
 from launcher.smoke.reports.artifacts import save
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 
 VERSION = 1
 _MB = 1024 * 1024
@@ -55,7 +55,7 @@ TOLERANCES = {
 }
 
 
-def of_result(result: Result) -> list[Measure]:
+def of_result(result: SmokeResult) -> list[Measure]:
     facts = result.facts
     found = [
         Measure(one.expectation.name, "rate", one.verdict.value, "Hz")
@@ -129,8 +129,8 @@ def _compared(before: Measure, now: Measure | None, tolerance: Tolerance) -> Ver
     limit = f"{low:.3g} to {high:.3g}" if tolerance.both else f"at most {high:.3g}"
     expected = f"{limit} {before.unit} (the baseline is {before.value:.3g})"
     if now is None:
-        return Verdict(outcome=Outcome.VIOLATED, expected=expected, seen="not measured")
-    outcome = Outcome.MET if low <= now.value <= high else Outcome.VIOLATED
+        return Verdict(outcome=Decision.VIOLATED, expected=expected, seen="not measured")
+    outcome = Decision.MET if low <= now.value <= high else Decision.VIOLATED
     seen = f"{now.value:.3g} {now.unit}"
     return Verdict(outcome=outcome, expected=expected, seen=seen, value=now.value, unit=now.unit)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from launcher.base.model.run_events import Ended, Resources, Started, exit_text
 from launcher.smoke.observe.facts import Facts, label_of
-from launcher.smoke.reports.result import Result
+from launcher.smoke.reports.result import SmokeResult
 
 MAX_SAMPLES = 600  # as a page keeps of a run that it follows
 _GONE = ("pid", "uptime_s", "cpu_percent", "memory_bytes", "rss_bytes", "threads", "fds")
@@ -18,7 +18,7 @@ Row = dict[str, Any]
 
 
 def rows_of(
-    result: Result, errors: Mapping[str | None, Row], history: Mapping[str, Row]
+    result: SmokeResult, errors: Mapping[str | None, Row], history: Mapping[str, Row]
 ) -> list[Row]:
     """The rows of `ps` as they were when the system was stopped."""
     facts, last = result.facts, result.last_state
@@ -54,7 +54,7 @@ def _unknown(name: str, facts: Facts) -> Row:
     }
 
 
-def _bring_up_to_date(row: Row, result: Result) -> None:
+def _bring_up_to_date(row: Row, result: SmokeResult) -> None:
     """The rows are up to a second old; an exit since then is what a reader looks for."""
     facts = result.facts
     events = [

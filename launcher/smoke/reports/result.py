@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from launcher.base.errors import ExitCode
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.observe.last_state import LastState
 
@@ -22,11 +22,11 @@ class Judged:
 
     @property
     def is_met(self) -> bool:
-        return self.verdict.outcome is Outcome.MET
+        return self.verdict.outcome is Decision.MET
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Result:
+class SmokeResult:
     """`trouble`: why the run failed as a whole; `gave_up`: the system was not ready in time.
 
     `interrupted`: the exit code of an interrupted run; `last_lines`: of the output of a launcher

@@ -15,7 +15,7 @@ from rich.text import Text
 
 from launcher.base.text import escape
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 
 PLAIN_WIDTH = 120  # without a terminal, as in a CI log
 ROWS = 200  # at most; of more expectations only failures are shown
@@ -33,7 +33,7 @@ def console_for(stream: IO[str], *, colour: bool) -> Console:
     )
 
 
-def show(console: Console, result: Result) -> None:
+def show(console: Console, result: SmokeResult) -> None:
     rows = shown_rows(result)
     if rows:
         table = _table("", "expectation", "seen")
@@ -60,11 +60,11 @@ def _table(*heads: str) -> Table:
     return table
 
 
-def shown_rows(result: Result) -> tuple[Judged, ...]:
+def shown_rows(result: SmokeResult) -> tuple[Judged, ...]:
     return result.judged if len(result.judged) <= ROWS else result.failures[:ROWS]
 
 
-def left_out(result: Result, rows: Sequence[Judged]) -> str:
+def left_out(result: SmokeResult, rows: Sequence[Judged]) -> str:
     """`... and 300 met: smoke.log and report.json list all`, for those without a row."""
     met = len(result.judged) - len(result.failures)
     unmet = len(result.failures) - len(rows)
@@ -81,7 +81,7 @@ def _mark(one: Judged) -> Text:
     return Text("met", style="green") if one.is_met else Text("NOT MET", style="bold red")
 
 
-def summary(result: Result) -> str:
+def summary(result: SmokeResult) -> str:
     """`smoke: 12 of 12 expectations met, exit code 0`."""
     met = len(result.judged) - len(result.failures)
     parts = [f"smoke: {met} of {len(result.judged)} expectations met"]
@@ -95,7 +95,7 @@ def summary(result: Result) -> str:
     return ", ".join(parts)
 
 
-def show_flakes(console: Console, results: Sequence[Result]) -> None:
+def show_flakes(console: Console, results: Sequence[SmokeResult]) -> None:
     """How often each expectation was met, and the spread of its values."""
     table = _table("", "met", "expectation", "min / median / max")
     for row in flake_rows(results):
@@ -110,7 +110,7 @@ def show_flakes(console: Console, results: Sequence[Result]) -> None:
     console.print(Text(flake_summary(results)))
 
 
-def flake_summary(results: Sequence[Result]) -> str:
+def flake_summary(results: Sequence[SmokeResult]) -> str:
     good = sum(not result.exit_code for result in results)
     return f"smoke: {good} of {len(results)} runs without a failure"
 
@@ -138,13 +138,13 @@ class FlakeRow:
         return f"{least:.3g} / {median:.3g} / {most:.3g} {self.unit}".rstrip()
 
 
-def flake_rows(results: Sequence[Result]) -> list[FlakeRow]:
+def flake_rows(results: Sequence[SmokeResult]) -> list[FlakeRow]:
     """One for each expectation, in their order."""
     names = dict.fromkeys(one.expectation.name for result in results for one in result.judged)
     return [_flake_row(name, results) for name in names]
 
 
-def _flake_row(name: str, results: Sequence[Result]) -> FlakeRow:
+def _flake_row(name: str, results: Sequence[SmokeResult]) -> FlakeRow:
     found = [one for r in results for one in r.judged if one.expectation.name == name]
     measured = [one.verdict for one in found if one.verdict.value is not None]
     # Some expectations have a row only where they are not met.

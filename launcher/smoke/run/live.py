@@ -12,7 +12,7 @@ from pathlib import Path
 
 from launcher.base import strict_json
 from launcher.smoke.expect.expectation import Expectation, Verdict
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.reports.moments import item, moment_s
 
 FILE = "expectations.json"
@@ -21,7 +21,7 @@ FILE = "expectations.json"
 class LiveExpectations:
     """Writes the file as a whole, whenever one more is decided."""
 
-    def __init__(self, folder: Path, recorder: Recorder) -> None:
+    def __init__(self, folder: Path, recorder: FactRecorder) -> None:
         self._path = folder / FILE
         self._recorder = recorder
         self._written: int | None = None

@@ -9,11 +9,11 @@ from dataclasses import replace
 from typing import Any
 
 from launcher.base.errors import LauncherError
-from launcher.smoke.expect.expectation import Expectation, Outcome
+from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.expect.expectation_kinds import OF_MESSAGES, OTHER_TOPICS
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.common import window
-from launcher.smoke.observe.facts import Answer
+from launcher.smoke.observe.facts import QueryAnswer
 from launcher.smoke.observe.probe_client import ProbeClient
 from launcher.smoke.run.system import System
 
@@ -74,11 +74,11 @@ class AnswerPoller:
             if when is not None and facts.now_s >= when.from_s:
                 recorder.add_answer(expectation.key, self._answer(expectation))
                 verdict = judge(expectation, self._system.facts())
-                if verdict.outcome is not Outcome.OPEN:
+                if verdict.outcome is not Decision.OPEN:
                     return
             self._is_over.wait(POLL_S)
 
-    def _answer(self, expectation: Expectation) -> Answer:
+    def _answer(self, expectation: Expectation) -> QueryAnswer:
         recorder, name = self._system.recorder, expectation.subject
         try:
             if expectation.kind == "parameter":
@@ -87,5 +87,5 @@ class AnswerPoller:
                 type_, request = expectation.get("type"), expectation.get("request")
                 value = self._system.call(name, type_, request, ANSWER_S)
         except LauncherError as error:
-            return Answer(at_s=recorder.now_s, error=error.message, hint=error.hint)
-        return Answer(at_s=recorder.now_s, value=value)
+            return QueryAnswer(at_s=recorder.now_s, error=error.message, hint=error.hint)
+        return QueryAnswer(at_s=recorder.now_s, value=value)

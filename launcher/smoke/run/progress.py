@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, TextIO
 
 from launcher.base.document.quantities import seconds_text
 from launcher.base.text import count, escape
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import Ending, Facts
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _GREEN, _RED, _DIM, _PLAIN = "\x1b[32m", "\x1b[31m", "\x1b[2m", "\x1b[0m"
 
 
-class Progress:
+class SmokeProgress:
     """Writes lines from any thread; `trouble` is set if `smoke.log` cannot be written."""
 
     def __init__(self, folder: Path, screen: IO[str], *, colour: bool = False) -> None:
@@ -72,7 +72,7 @@ class Progress:
 
     def decided(self, at_s: float, expectation: Expectation, verdict: Verdict) -> None:
         word, colour = (
-            ("met     ", _GREEN) if verdict.outcome is Outcome.MET else ("NOT MET ", _RED)
+            ("met     ", _GREEN) if verdict.outcome is Decision.MET else ("NOT MET ", _RED)
         )
         seen = f": {verdict.seen}" if verdict.seen else ""
         self.log(at_s, f"{word} {expectation.name}{seen}", colour)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from launcher.base.model.run_events import Ended, Started
 from launcher.run.requests.selection import ProcessNames
-from launcher.smoke.expect.expectation import READY, STOP, Expectation, Outcome
+from launcher.smoke.expect.expectation import READY, STOP, Decision, Expectation
 from launcher.smoke.expect.steps import Step
 from launcher.smoke.judges import judge
 from launcher.smoke.judges.common import EVENT_LATENCY_S
@@ -46,7 +46,7 @@ def lost(
     starts += _restarting(forecast, facts)
     components = forecast.components if _is_any_running(facts) else ()
     for expectation in late:
-        if judge(expectation, facts).outcome is not Outcome.VIOLATED:
+        if judge(expectation, facts).outcome is not Decision.VIOLATED:
             continue
         if not _may_come(expectation, starts, components):
             return expectation

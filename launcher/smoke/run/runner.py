@@ -14,7 +14,7 @@ from launcher.base.document.quantities import INFINITY, seconds_text
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.posix.dispositions import Handled
 from launcher.smoke.expect.evaluator import EVALUATOR
-from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import READY, Decision, Expectation, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
@@ -23,10 +23,10 @@ from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports.graph_files import GraphFiles
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 from launcher.smoke.run.live import LiveExpectations
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
-from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.progress import SmokeProgress
 from launcher.smoke.run.prospects import lost
 from launcher.smoke.run.scenario import Scenario
 from launcher.smoke.run.system import STOP_S, System
@@ -76,7 +76,7 @@ class Runner:
         script: Script,
         words: Sequence[str],
         folder: Path,
-        progress: Progress,
+        progress: SmokeProgress,
         *,
         keeps_graph: bool = False,
         judge: Callable[[Forecast], None] | None = None,
@@ -113,7 +113,7 @@ class Runner:
         """What the launch file starts, if it was asked for and is known."""
         return self._system.forecast
 
-    def run(self) -> Result:
+    def run(self) -> SmokeResult:
         """Start, observe, stop, judge. Ctrl-C stops the system, too.
 
         LauncherError if the `judge` refuses what would be started.
@@ -200,7 +200,7 @@ class Runner:
         if facts.unready():
             return False
         wanted = (replace(e, within=None) for e in self._script.presence())
-        return all(judge(e, facts).outcome is Outcome.MET for e in wanted)
+        return all(judge(e, facts).outcome is Decision.MET for e in wanted)
 
     def _unready_text(self, facts: Facts) -> str:
         """What is missing, after `not ready after 10.0 s`."""
@@ -221,7 +221,7 @@ class Runner:
             if self._now_s >= end_s:
                 break
             verdict = judge(expectation, facts)
-            if verdict.outcome is not Outcome.OPEN:
+            if verdict.outcome is not Decision.OPEN:
                 self._decided[expectation.name] = verdict, facts.now_s
                 self._progress.decided(self._now_s, expectation, verdict)
         self._tell()
@@ -287,7 +287,7 @@ class Runner:
             if fault is not None:
                 self._system.recorder.add_trouble(fault)
 
-    def _result(self) -> Result:
+    def _result(self) -> SmokeResult:
         facts = self._system.facts()
         judged = [self._judged(e, facts) for e in self._script.expectations]
         for one in judged:
@@ -296,7 +296,7 @@ class Runner:
         judged += _forced(judged, facts)
         is_complete = not self._gave_up and not self._interrupted
         judged += self._scenario.failures(with_waiting=is_complete)
-        return Result(
+        return SmokeResult(
             judged=tuple(judged),
             facts=facts,
             folder=self._folder,

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 from launcher.base.errors import LauncherError
 from launcher.output.cpu_limit import TooSlowError
-from launcher.smoke.expect.expectation import READY, Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import READY, Decision, Expectation, Verdict
 from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.steps import Chaos, Command, Step
+from launcher.smoke.expect.steps import Chaos, Step, StepCommand
 from launcher.smoke.judges.common import TOO_SLOW, search_limit
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged
-from launcher.smoke.run.progress import Progress
+from launcher.smoke.run.progress import SmokeProgress
 from launcher.smoke.run.system import System
 
 POLL_S = 0.05
@@ -30,12 +30,12 @@ class Scenario:
     """Runs the steps and the chaos of a script; `is_over` ends pauses."""
 
     def __init__(
-        self, script: Script, system: System, progress: Progress, is_over: threading.Event
+        self, script: Script, system: System, progress: SmokeProgress, is_over: threading.Event
     ) -> None:
         self._system = system
         self._progress = progress
         self._is_over = is_over
-        self._timeline = Timeline(script.steps, self._too_slow)
+        self._timeline = StepSchedule(script.steps, self._too_slow)
         self._chaos = None if script.chaos is None else ChaosTimeline(script.chaos)
         self._failures: list[tuple[Step, str]] = []
 
@@ -91,7 +91,10 @@ class Scenario:
         self._start(step.command, done, over)
 
     def _start(
-        self, command: Command, on_done: Callable[[str | None], None], on_over: Callable[[], None]
+        self,
+        command: StepCommand,
+        on_done: Callable[[str | None], None],
+        on_over: Callable[[], None],
     ) -> None:
         """`on_done` gets the error, if any; `on_over` is called at the end of a pause."""
 
@@ -107,7 +110,7 @@ class Scenario:
 
         threading.Thread(target=work, daemon=True, name=command.text).start()
 
-    def _end_pause(self, command: Command, on_over: Callable[[], None]) -> None:
+    def _end_pause(self, command: StepCommand, on_over: Callable[[], None]) -> None:
         end_s = time.monotonic() + command.words["time_s"]
         while time.monotonic() < end_s and not self._is_over.is_set():
             time.sleep(min(POLL_S, max(0.0, end_s - time.monotonic())))
@@ -117,7 +120,7 @@ class Scenario:
             return  # it has exited meanwhile
         on_over()
 
-    def _execute(self, command: Command) -> None:
+    def _execute(self, command: StepCommand) -> None:
         system, words = self._system, command.words
         match command.verb:
             case "kill":
@@ -140,7 +143,7 @@ def _failure(step: Step, seen: str) -> Judged:
         expectation=Expectation(
             kind="step", subject=step.name, name=f"step {step.name}", origin=step.origin
         ),
-        verdict=Verdict(outcome=Outcome.VIOLATED, expected=expected, seen=seen),
+        verdict=Verdict(outcome=Decision.VIOLATED, expected=expected, seen=seen),
     )
 
 
@@ -150,7 +153,7 @@ def _missed(step: Step) -> Judged:
     return _failure(step, "the run was over before")
 
 
-class Timeline:
+class StepSchedule:
     """Hands out each step once, when it is due; `after` a step: once that is done.
 
     A step with an `after_log` that takes too long is dropped, and `on_slow` is called.
@@ -204,7 +207,7 @@ class ChaosAction:
 
     number: int
     process: str | None
-    command: Command
+    command: StepCommand
 
 
 class ChaosTimeline:
@@ -233,5 +236,5 @@ class ChaosTimeline:
         name = names[int(number * len(names))] if names else None
         words = {"name": name, "signal": "SIGKILL", "time_s": self._chaos.time_s}
         text = f"{self._chaos.verb} {name}"
-        command = Command(verb=self._chaos.verb, text=text, words=words)
+        command = StepCommand(verb=self._chaos.verb, text=text, words=words)
         return ChaosAction(number=self._done, process=name, command=command)

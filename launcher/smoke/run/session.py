@@ -21,8 +21,8 @@ from launcher.smoke.observe import recording
 from launcher.smoke.preflight import forecast
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports import artifacts, github, json_report, junit, measures, text_report
-from launcher.smoke.reports.result import Judged, Result, worst
-from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.reports.result import Judged, SmokeResult, worst
+from launcher.smoke.run.progress import PipeSafeStdout, SmokeProgress
 from launcher.smoke.run.runner import Runner, code_of, terminable
 from launcher.smoke.run.system import STOP_S
 
@@ -113,7 +113,7 @@ class Session:
         return code
 
     def _all(self, folder: Path) -> ExitCode:
-        results: list[Result] = []
+        results: list[SmokeResult] = []
         try:
             self._runs(folder, results)
         except LauncherError:
@@ -141,7 +141,7 @@ class Session:
             print(f"smoke: exit code {int(code)}")  # each run has printed its own
         return code
 
-    def _runs(self, folder: Path, results: list[Result]) -> None:
+    def _runs(self, folder: Path, results: list[SmokeResult]) -> None:
         folders = [*artifacts.runs_in(folder, self._options.repeat)]
         for number, path in enumerate(folders, 1):
             if len(folders) > 1:
@@ -150,12 +150,12 @@ class Session:
             if results[-1].interrupted or results[-1].exit_code == ExitCode.USAGE:
                 break
 
-    def _run(self, folder: Path) -> Result:
+    def _run(self, folder: Path) -> SmokeResult:
         folder.mkdir(parents=True, exist_ok=True)
         for name in artifacts.MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
         _remove_recording(folder)
-        progress = Progress(folder, cast("IO[str]", self._stdout), colour=self._colour)
+        progress = SmokeProgress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
         # The last resort for a command that hangs; the launcher then stops by itself.
         faulthandler.dump_traceback_later(min(limit_s, MAX_LIMIT_S), exit=True)
@@ -186,7 +186,7 @@ class Session:
             text_report.show(self._console, result)
         return result
 
-    def _keep(self, result: Result) -> None:
+    def _keep(self, result: SmokeResult) -> None:
         folder = result.folder
         text = strict_json.dumps(json_report.of_result(result), indent=2, ensure_ascii=False)
         artifacts.save(folder / "report.json", f"{text}\n")
@@ -199,7 +199,7 @@ class Session:
 
     # ---- over all runs
 
-    def _compare(self, results: Sequence[Result]) -> list[Judged]:
+    def _compare(self, results: Sequence[SmokeResult]) -> list[Judged]:
         """Compare with the baseline; a missing one is written."""
         path = self._options.baseline
         if path is None or any(result.interrupted for result in results):
@@ -224,7 +224,7 @@ class Session:
             self._unwritten = True
             print(f"smoke: cannot write {what}: {error.strerror}")
 
-    def _report(self, results: Sequence[Result], regressions: Sequence[Judged]) -> None:
+    def _report(self, results: Sequence[SmokeResult], regressions: Sequence[Judged]) -> None:
         last = replace(results[-1], judged=(*results[-1].judged, *regressions))
         results = [*results[:-1], last]
         if len(results) > 1:
@@ -246,7 +246,7 @@ class Session:
             if problem is not None:
                 print(f"smoke: warning: {problem}", file=sys.stderr)
 
-    def _write_page(self, path: Path, results: Sequence[Result]) -> None:
+    def _write_page(self, path: Path, results: Sequence[SmokeResult]) -> None:
         from launcher.smoke.reports import html_report
 
         with self._writing(f"--html {path}"):

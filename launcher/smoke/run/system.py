@@ -20,12 +20,12 @@ from launcher.posix.socket_directory import ControlError
 from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
-from launcher.smoke.observe.facts import Ending, Facts, LogLine, Message, ProcessEvent
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, ObservedMessage, ProcessEvent
 from launcher.smoke.observe.followers import Followers
 from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.observe.recording import SNAPSHOT, Recording, RecordingError
 from launcher.smoke.observe.recording import STOP_S as RECORDING_STOP_S
 from launcher.smoke.preflight.forecast import Forecast
@@ -67,7 +67,7 @@ class System(Waits):
         self.words = list(words)
         self.folder = folder
         self.log_root = folder / "log"
-        super().__init__(Recorder())
+        super().__init__(FactRecorder())
         given = os.environ if environment is None else environment
         self._environment = {k: v for k, v in given.items() if k not in _NOT_INHERITED}
         self._wants_probe = probe
@@ -253,12 +253,12 @@ class System(Waits):
         *,
         within_s: float = 10.0,
         since_s: float = 0.0,
-    ) -> Message:
+    ) -> ObservedMessage:
         """The first message after `since_s` for whose content `where` is true."""
         if not any(m.topic == topic for m in self.facts().messages):
             self.watch(topic)
 
-        def found(facts: Facts) -> Message | None:
+        def found(facts: Facts) -> ObservedMessage | None:
             later = (m for m in facts.received(topic) if m.at_s >= since_s)
             return next((m for m in later if where is None or where(m.content)), None)
 

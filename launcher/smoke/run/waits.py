@@ -6,12 +6,12 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from launcher.base.document.quantities import INFINITY, Span
+from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.base.model.run_events import Ended
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges import explain, judge
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 
 T = TypeVar("T")
 
@@ -23,7 +23,7 @@ class NotSeenError(AssertionError):
 class Waits:
     """All times are bounded; a wait that times out raises NotSeenError."""
 
-    def __init__(self, recorder: Recorder) -> None:
+    def __init__(self, recorder: FactRecorder) -> None:
         self.recorder = recorder
 
     def facts(self) -> Facts:
@@ -50,7 +50,7 @@ class Waits:
     def wait_for_expectation(self, expectation: Expectation, within_s: float) -> Verdict:
         def if_met(facts: Facts) -> Verdict | None:
             verdict = judge(expectation, facts)
-            return verdict if verdict.outcome is Outcome.MET else None
+            return verdict if verdict.outcome is Decision.MET else None
 
         found = self.recorder.wait_for(if_met, within_s)
         if found is not None:
@@ -108,8 +108,10 @@ class Waits:
     ) -> Verdict:
         """Until the topic exists with at least so many endpoints."""
         values: dict[str, Any] = {
-            "publishers": Span(low=publishers, high=INFINITY, text=f">= {publishers}"),
-            "subscriptions": Span(low=subscriptions, high=INFINITY, text=f">= {subscriptions}"),
+            "publishers": NumberRange(low=publishers, high=INFINITY, text=f">= {publishers}"),
+            "subscriptions": NumberRange(
+                low=subscriptions, high=INFINITY, text=f">= {subscriptions}"
+            ),
         }
         if type is not None:
             values["type"] = type

@@ -23,7 +23,7 @@ from launcher.workspace.building.toolchain.compiler import Compiler, choose, zig
 
 
 @dataclass(frozen=True)
-class Options:
+class BuildOptions:
     """`words` are colcon's, from behind `--`; `compiler` as for `compiler.choose`."""
 
     compiler: str = "auto"
@@ -35,7 +35,7 @@ class Options:
 
 
 @dataclass
-class Failure:
+class BuildFailure:
     """A package that was not built, with the step and what its tools wrote to stderr."""
 
     package: Package
@@ -45,20 +45,20 @@ class Failure:
 
 
 @dataclass
-class Outcome:
+class BuildOutcome:
     """What became of the packages, by name; `code` is colcon's exit code."""
 
     place: Place
     built: list[str] = field(default_factory=list)
     unchanged: list[str] = field(default_factory=list)
-    failed: list[Failure] = field(default_factory=list)
+    failed: list[BuildFailure] = field(default_factory=list)
     not_tried: list[str] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     code: int = 0
     errors: str = ""
 
 
-def build(place: Place, options: Options, environ: Mapping[str, str]) -> Outcome:
+def build(place: Place, options: BuildOptions, environ: Mapping[str, str]) -> BuildOutcome:
     """Build what has changed. LauncherError if nothing can be tried."""
     found = preflight.approved(place, environ, options.words, keep_going=options.keep_going)
     progress = Progress(len(found.packages))
@@ -70,7 +70,7 @@ class _Build:
     def __init__(
         self,
         place: Place,
-        options: Options,
+        options: BuildOptions,
         environ: Mapping[str, str],
         found: preflight.Approved,
         progress: Progress,
@@ -81,12 +81,12 @@ class _Build:
         self._packages = found.packages
         self._selected = found.selected
         self._progress = progress
-        self._outcome = Outcome(place, refused=[*found.refused])
+        self._outcome = BuildOutcome(place, refused=[*found.refused])
         self._now: dict[str, dict[str, Any]] = {}
         self._steps: dict[str, str] = {}
         self._stderr: dict[str, list[str]] = {}
 
-    def run(self, held: int) -> Outcome:
+    def run(self, held: int) -> BuildOutcome:
         compiler = self._compiler()
         self._make_records(compiler)
         changed = self._changed()
@@ -113,7 +113,7 @@ class _Build:
 
     def _make_records(self, compiler: Compiler | None) -> None:
         prefixes = environment.prefixes(self._environ, self._place)
-        setting = records.Setting(
+        setting = records.BuildSetting(
             place=self._place,
             links=self._options.links,
             tools=tools.fingerprint(),
@@ -239,7 +239,7 @@ class _Build:
         # Options of colcon may have selected one that is not among ours.
         unknown = Package(name, self._place.base, "")
         self._outcome.failed.append(
-            Failure(
+            BuildFailure(
                 package=next((one for one in self._packages if one.name == name), unknown),
                 step=self._steps.get(name, ""),
                 stderr=stderr,

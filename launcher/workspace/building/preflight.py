@@ -14,13 +14,13 @@ from launcher.workspace.building import checks, sources
 from launcher.workspace.building.colcon import options as colcon_options
 from launcher.workspace.building.colcon import words as colcon_words
 from launcher.workspace.building.place import Place
-from launcher.workspace.building.sources import Found, Package
+from launcher.workspace.building.sources import FoundPackages, Package
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning
 
 _NAMING = ("--packages-select", "--packages-up-to", "--packages-skip")
 
 
-class RefusedError(SeveralErrors):
+class BuildRefusedError(SeveralErrors):
     """Packages that cannot be built: all that is wrong with them, and how to build the others."""
 
     def __init__(self, errors: Sequence[SourceError], others: int) -> None:
@@ -83,19 +83,19 @@ def approved(
     left = [one for one in found.packages if one.name in named - refused]
     if errors and not keep_going:
         others = {one.name for one in left} & (named if checked is None else checked)
-        raise RefusedError(errors, len(others))
+        raise BuildRefusedError(errors, len(others))
     _print(errors)
     return Approved(tuple(sources.in_order(left)), tuple(sorted(refused)), selected)
 
 
-def _refused(found: Found, errors: Iterable[SourceError]) -> set[str]:
+def _refused(found: FoundPackages, errors: Iterable[SourceError]) -> set[str]:
     """The packages with errors, and those that need one to be built."""
     names = {error.package for error in errors if error.package}
     names |= sources.in_cycles(found.packages)
     return sources.with_dependents(found.everything, names, "build")
 
 
-def _named(found: Found, place: Place) -> set[str]:
+def _named(found: FoundPackages, place: Place) -> set[str]:
     """The packages that the command line names, with what they need; all if it names none."""
     if not place.named:
         return {package.name for package in found.everything}
@@ -104,7 +104,7 @@ def _named(found: Found, place: Place) -> set[str]:
     return sources.with_dependencies(found.everything, named)
 
 
-def _selected(found: Found, place: Place, words: Sequence[str]) -> set[str]:
+def _selected(found: FoundPackages, place: Place, words: Sequence[str]) -> set[str]:
     """The packages that options of colcon select; it is asked for others than the usual ones."""
     chosen = {package.name for package in found.everything}
     for flag, names in _selections(words):
@@ -119,7 +119,7 @@ def _selected(found: Found, place: Place, words: Sequence[str]) -> set[str]:
     return chosen
 
 
-def _check_names(found: Found, words: Sequence[str]) -> None:
+def _check_names(found: FoundPackages, words: Sequence[str]) -> None:
     """UsageError for names that no package has; those to skip need not exist."""
     known = {one.name for one in found.everything}
     for flag, names in _selections(words):

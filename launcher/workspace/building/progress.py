@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TextIO
 
-from launcher.workspace.building.status_line import StatusLine
+from launcher.workspace.building.status_line import BuildStatusLine
 
 _NINJA = re.compile(r"\[(\d+)/(\d+)\] (\w+)")  # NINJA_STATUS of `environment`
 _STEPS = {"cmake": "configure", "build": "compile", "install": "install"}
@@ -42,7 +42,7 @@ class Progress:
     _began: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
-        self._line = StatusLine(self.stream)
+        self._line = BuildStatusLine(self.stream)
 
     def start(self, package: str) -> None:
         self._jobs[package] = _Job(time.monotonic())

@@ -37,7 +37,7 @@ _MADE_FROM = (
 
 
 @dataclass(frozen=True)
-class Setting:
+class BuildSetting:
     """What is the same for all packages of a build."""
 
     place: Place
@@ -79,7 +79,7 @@ def read(place: Place, name: str) -> dict[str, Any] | None:
 
 
 def make(
-    package: Package, setting: Setting, digests: Mapping[str, str], last: dict[str, Any] | None
+    package: Package, setting: BuildSetting, digests: Mapping[str, str], last: dict[str, Any] | None
 ) -> dict[str, Any]:
     """The record of a package as it is now, without `installed`.
 
@@ -151,7 +151,7 @@ def changes(last: dict[str, Any] | None, now: dict[str, Any], place: Place) -> l
 
 def source_changes(package: Package, last: dict[str, Any], place: Place) -> list[str]:
     """What has changed in a package and its installed files since its build, in any setting."""
-    setting = Setting(place, last["setting"]["links"], "", "", ())
+    setting = BuildSetting(place, last["setting"]["links"], "", "", ())
     now = make(package, setting, last["dependencies"], last)
     return changes(last, {**now, "setting": last["setting"]}, place)
 

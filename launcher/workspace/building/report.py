@@ -11,15 +11,15 @@ from collections.abc import Sequence
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.base.program import program
 from launcher.base.text import count, escape
-from launcher.workspace.building.builder import Failure, Outcome
-from launcher.workspace.building.explain import Output, evidence, explain
+from launcher.workspace.building.builder import BuildFailure, BuildOutcome
+from launcher.workspace.building.explain import BuildOutput, evidence, explain
 from launcher.workspace.building.place import FULL_DISK_HINT, full_folders
 from launcher.workspace.building.sources.source_text import shown
 
 _LINES = 15  # of what a tool has written
 
 
-def show(outcome: Outcome) -> ExitCode:
+def show(outcome: BuildOutcome) -> ExitCode:
     """Print the failures and the summary; the exit code."""
     is_bad = outcome.code or outcome.failed
     full = full_folders(outcome.place) if is_bad else []
@@ -35,7 +35,7 @@ def show(outcome: Outcome) -> ExitCode:
     return ExitCode.USAGE if outcome.refused else ExitCode.OK
 
 
-def _colcon_failed(outcome: Outcome) -> str:
+def _colcon_failed(outcome: BuildOutcome) -> str:
     if outcome.code < 0:
         return (
             f"colcon was killed by {signal.Signals(-outcome.code).name}; the next build continues"
@@ -48,7 +48,7 @@ def full_disk(folders: Sequence[str]) -> LauncherError:
     return LauncherError(f"No space left on device: {where}", hint=FULL_DISK_HINT)
 
 
-def _render(failure: Failure, outcome: Outcome, *, is_disk_full: bool = False) -> str:
+def _render(failure: BuildFailure, outcome: BuildOutcome, *, is_disk_full: bool = False) -> str:
     """The failure of a package: its cause, or its last lines, and where the rest is.
 
     If the disk is full, which is told before, that is the cause of all that has no place in a file.
@@ -56,7 +56,7 @@ def _render(failure: Failure, outcome: Outcome, *, is_disk_full: bool = False) -
     package = failure.package
     text = evidence.output_of(package.folder, failure.log, failure.stderr)
     build = os.path.join(outcome.place.build, package.name)
-    error = explain(Output(package.name, package.folder, build, text))
+    error = explain(BuildOutput(package.name, package.folder, build, text))
     error = error or _missing_packages(package.name, outcome.errors)
     rest = escape(f"all of its output: {shown(evidence.log_of(failure.log))}")
     end = f"package '{package.name}' was not built; {rest}"
@@ -81,7 +81,7 @@ def _missing_packages(package: str, errors: str) -> LauncherError | None:
     )
 
 
-def summary(outcome: Outcome) -> str:
+def summary(outcome: BuildOutcome) -> str:
     """`3 built, 1 unchanged, 1 failed (a), 1 not tried (b)`."""
     parts = [f"{len(outcome.built)} built", f"{len(outcome.unchanged)} unchanged"]
     if outcome.failed:

@@ -10,7 +10,7 @@ from launcher.base.text import escape
 _MIN_WIDTH = 40
 
 
-class StatusLine:
+class BuildStatusLine:
     """Writes nothing where the stream is not a terminal, or a narrow one."""
 
     def __init__(self, stream: TextIO) -> None:

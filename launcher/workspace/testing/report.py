@@ -13,25 +13,25 @@ from launcher.base.errors import ExitCode
 from launcher.base.program import program
 from launcher.base.text import drop_controls, escape
 from launcher.workspace.building.sources.source_text import shown
-from launcher.workspace.building.status_line import StatusLine
+from launcher.workspace.building.status_line import BuildStatusLine
 from launcher.workspace.testing import results
 from launcher.workspace.testing.jobs import NO_TESTS_COLLECTED, Job
-from launcher.workspace.testing.results import Failure, Results
-from launcher.workspace.testing.runner import Listener, Outcome
+from launcher.workspace.testing.results import FailedTest, Results
+from launcher.workspace.testing.runner import JobOutcome, RunnerListener
 
 _LAST_LINES = 300  # of the output of a package that failed
 _TAIL_BYTES = 256 * 1024
 _LINTER = re.compile(r"No module named '(ament_\w+)")
 
 
-class Report(Listener):
+class Report(RunnerListener):
     """Prints as it goes. With `in_foreground` the tests write to the terminal themselves."""
 
     def __init__(self, total: int, *, in_foreground: bool, verbose: bool) -> None:
         self._total = total
         self._in_foreground = in_foreground
         self._verbose = verbose
-        self._line = StatusLine(sys.stdout)
+        self._line = BuildStatusLine(sys.stdout)
         self.judged: dict[str, tuple[Results, str]] = {}  # package -> results, what went wrong
         self._incomplete: dict[str, list[str]] = {}  # `timed out`, `not built`, ... -> packages
 
@@ -42,7 +42,7 @@ class Report(Listener):
             parts = ", ".join(f"{name} {seconds:.0f} s" for name, seconds in running.items())
             self._line.write(f"[{len(self.judged)}/{self._total}] {parts}")
 
-    def finished(self, outcome: Outcome) -> None:
+    def finished(self, outcome: JobOutcome) -> None:
         self._line.clear()
         was_ended = outcome.is_timeout or outcome.is_interrupted
         found = results.read(outcome.job, is_complete=not was_ended)
@@ -64,7 +64,7 @@ class Report(Listener):
 
     # ---- at the end
 
-    def summarize(self, outcomes: Sequence[Outcome], not_built: Sequence[str]) -> ExitCode:
+    def summarize(self, outcomes: Sequence[JobOutcome], not_built: Sequence[str]) -> ExitCode:
         """Print it; the exit code without regard to signals."""
         for outcome in outcomes:
             if outcome.job.package not in self.judged:
@@ -96,7 +96,7 @@ class Report(Listener):
         self._incomplete.setdefault(why, []).append(package)
 
 
-def problem_of(outcome: Outcome, found: Results) -> str:
+def problem_of(outcome: JobOutcome, found: Results) -> str:
     """Why the package did not pass; empty if it did, or has no tests."""
     code = outcome.returncode
     if outcome.problem:
@@ -118,7 +118,7 @@ def problem_of(outcome: Outcome, found: Results) -> str:
     return f"{tool} ended with {code}" if code else ""
 
 
-def _hint(failure: Failure) -> str | None:
+def _hint(failure: FailedTest) -> str | None:
     """About the tests of style that `ros2 pkg create` puts into a package."""
     missing = _LINTER.search(failure.message)
     if missing is None:
@@ -129,7 +129,7 @@ def _hint(failure: Failure) -> str | None:
     )
 
 
-def _row(outcome: Outcome, found: Results, problem: str) -> str:
+def _row(outcome: JobOutcome, found: Results, problem: str) -> str:
     has_counts = found.passed or found.failed or found.skipped
     parts = [str(found) if has_counts or not problem else "", "" if found.failed else problem]
     return escape(

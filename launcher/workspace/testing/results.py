@@ -28,7 +28,7 @@ _SHORT = 200
 
 
 @dataclass(frozen=True)
-class Failure:
+class FailedTest:
     """A test that failed, or could not be run; `place` is `FILE:LINE`, or empty."""
 
     test: str
@@ -46,7 +46,7 @@ class Results:
     passed: int = 0
     failed: int = 0
     skipped: int = 0
-    failures: list[Failure] = field(default_factory=list)
+    failures: list[FailedTest] = field(default_factory=list)
     problem: str = ""  # why there may be more
 
     def __str__(self) -> str:
@@ -120,9 +120,9 @@ def _count(case: ElementTree.Element, results: Results, job: Job) -> None:
         results.passed += 1
 
 
-def _failure(case: ElementTree.Element, bad: list[ElementTree.Element], job: Job) -> Failure:
+def _failure(case: ElementTree.Element, bad: list[ElementTree.Element], job: Job) -> FailedTest:
     text = (bad[0].text or "") if bad else ""
-    return Failure(
+    return FailedTest(
         test=case.get("name", "?"),
         message=_message(bad[0].get("message") or "" if bad else "", text),
         place=_place(text, job) or _place_of_test(case, job),

@@ -31,7 +31,7 @@ TICK_S = 0.5
 
 
 @dataclass
-class Outcome:
+class JobOutcome:
     """How a job ended; `returncode` is negative for a signal, None if it was not started."""
 
     job: Job
@@ -58,12 +58,12 @@ class Outcome:
         return "killed" if self.returncode is not None and self.returncode < 0 else ""
 
 
-class Listener:
+class RunnerListener:
     """Receives what a Runner does; every method may be left out."""
 
     def started(self, job: Job) -> None: ...
 
-    def finished(self, outcome: Outcome) -> None: ...
+    def finished(self, outcome: JobOutcome) -> None: ...
 
     def tick(self, running: Mapping[str, float]) -> None:
         """Several times a second; package -> seconds since its start."""
@@ -71,7 +71,7 @@ class Listener:
     def warn(self, text: str) -> None: ...
 
 
-class Runner:
+class JobRunner:
     """`workers` jobs at a time; each may take `timeout_s`.
 
     With `in_foreground` jobs have the launcher's own terminal or files, else their output goes to
@@ -82,7 +82,7 @@ class Runner:
         self,
         jobs: Sequence[Job],
         environ: Mapping[str, str],
-        listener: Listener,
+        listener: RunnerListener,
         *,
         workers: int,
         timeout_s: float | None = None,
@@ -94,11 +94,11 @@ class Runner:
         self._workers = workers
         self.timeout_s = timeout_s
         self.in_foreground = in_foreground
-        self._running: dict[str, _Run] = {}
-        self.outcomes: list[Outcome] = []
+        self._running: dict[str, _JobRun] = {}
+        self.outcomes: list[JobOutcome] = []
         self.signum: int | None = None  # that has ended it
 
-    def run(self) -> list[Outcome]:
+    def run(self) -> list[JobOutcome]:
         """Run all; the outcomes in the order of their ends."""
         with Reactor() as self.reactor:
             self.reactor.on_signals(dispositions.ENDING, self._interrupt)
@@ -116,14 +116,14 @@ class Runner:
     def _start_more(self) -> None:
         while self._waiting and len(self._running) < self._workers and self.signum is None:
             job = self._waiting.pop(0)
-            run = _Run(self, job, self._environ)
+            run = _JobRun(self, job, self._environ)
             self._running[job.package] = run
             self._listener.started(job)
             run.start()
         if not self._running:
             self.reactor.stop()
 
-    def ended(self, outcome: Outcome) -> None:
+    def ended(self, outcome: JobOutcome) -> None:
         outcome.is_interrupted = self.signum is not None
         del self._running[outcome.job.package]
         self.outcomes.append(outcome)
@@ -133,7 +133,7 @@ class Runner:
     def _interrupt(self, signum: int) -> None:
         if self.signum is None:
             self.signum = signum
-            self.outcomes += [Outcome(job, is_interrupted=True) for job in self._waiting]
+            self.outcomes += [JobOutcome(job, is_interrupted=True) for job in self._waiting]
             self._waiting.clear()
         for run in [*self._running.values()]:  # the second signal shortens the wait
             run.stop()
@@ -144,14 +144,14 @@ class Runner:
         self.reactor.call_later(TICK_S, self._tick)
 
 
-class _Run:
+class _JobRun:
     """One job, from its lease of a domain to the end of the last process that it has started."""
 
-    def __init__(self, runner: Runner, job: Job, environ: Mapping[str, str]) -> None:
+    def __init__(self, runner: JobRunner, job: Job, environ: Mapping[str, str]) -> None:
         self._runner = runner
         self._reactor = runner.reactor
         self._environ = environ
-        self._outcome = Outcome(job)
+        self._outcome = JobOutcome(job)
         self._run_id = _run_id()
         self._stack = contextlib.ExitStack()
         self._pid = self._pidfd = -1

@@ -66,7 +66,7 @@ def main(words: Sequence[str]) -> int:
         if not os.path.isdir(path):
             text = f"warning: it was built on {path}, which does not exist any more"
             print(escape(text), file=sys.stderr)
-    asked = builder.Options(
+    asked = builder.BuildOptions(
         compiler=options.compiler,
         links=not options.copy,
         cpp=options.cpp,
@@ -77,7 +77,7 @@ def main(words: Sequence[str]) -> int:
     try:
         with signals.end_the_build():
             return report.show(builder.build(where, asked, environ))
-    except (KeyboardInterrupt, signals.Terminated) as stop:
+    except (KeyboardInterrupt, signals.BuildTerminated) as stop:
         return signals.interrupted(stop, "the next build continues")
     except OSError as error:
         full = place.full_folders(where)

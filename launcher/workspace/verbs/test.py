@@ -80,7 +80,7 @@ def main(words: Sequence[str]) -> int:
     is_single = len(chosen) == 1
     shown = report.Report(len(todo), in_foreground=is_single, verbose=options.verbose)
     with lock.held(where):
-        running = runner.Runner(
+        running = runner.JobRunner(
             todo,
             env,
             shown,

@@ -61,7 +61,7 @@ def main(words: Sequence[str]) -> int:
     try:
         with signals.end_the_build():
             wheels = _make(where, options.package, output, env, alone=options.no_deps)
-    except (KeyboardInterrupt, signals.Terminated) as stop:
+    except (KeyboardInterrupt, signals.BuildTerminated) as stop:
         return signals.interrupted(stop, "finished wheels are kept")
     # By their files: by name, pip would take a newer package of the same name from PyPI.
     print(f"install with: {shlex.join(['pip', 'install', *map(shown, wheels)])}")

@@ -75,7 +75,7 @@ def edit(path: Path, offset: int, new: bytes) -> None:
         file.write(new)
 
 
-def repaired(folder: Path) -> check.Report:
+def repaired(folder: Path) -> check.BagReport:
     check.repair(check.check(str(folder)), "jazzy")
     report = check.check(str(folder))
     assert report.is_whole, report

@@ -8,7 +8,7 @@ import pytest
 
 from launcher.bag import snapshot
 from launcher.bag.reader import Bag
-from launcher.bag.snapshot import Contents
+from launcher.bag.snapshot import SnapshotContents
 from launcher.base.model.run_events import Entry
 from tests.support.bags import START_NS, message, string_topic
 from tests.support.run_events import event, line
@@ -17,7 +17,7 @@ LEFT, RIGHT = b"l" * 16, b"r" * 16
 END_S = 60.0
 
 
-def contents(run_folder: Path | None, **more: object) -> Contents:
+def contents(run_folder: Path | None, **more: object) -> SnapshotContents:
     messages = [
         (message("/talk", 10, "old"), LEFT),
         (message("/talk", 50.8, "last of left"), LEFT),
@@ -25,7 +25,7 @@ def contents(run_folder: Path | None, **more: object) -> Contents:
         (message("/alone", 40, "x"), b"?" * 16),
     ]
     messages.sort(key=lambda one: one[0].log_ns)
-    return Contents(
+    return SnapshotContents(
         reason="robot_2-4 died (SIGKILL)",
         end_ns=START_NS + round(END_S * 1e9),
         keep_s=30.0,

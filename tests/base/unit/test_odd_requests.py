@@ -10,13 +10,13 @@ import pytest
 from launcher.base.ros_errors import VerbError
 from launcher.control.protocol import RequestError, parse_request
 from launcher.foxglove.protocol import ProtocolError, parse_text
-from launcher.hosts.engine.frames import Frame, FrameError, Kind
-from launcher.ros.probe.protocol import Request
+from launcher.hosts.engine.frames import Frame, FrameError, FrameKind
+from launcher.ros.probe.protocol import ProbeRequest
 
 Parse = Callable[[str], Any]
 PARSERS: dict[str, tuple[Parse, type[Exception]]] = {
     "control socket": (lambda text: parse_request(text.encode()), RequestError),
-    "probe": (lambda text: Request(text.encode()), VerbError),
+    "probe": (lambda text: ProbeRequest(text.encode()), VerbError),
     "foxglove": (parse_text, ProtocolError),
 }
 ODD = {
@@ -44,4 +44,4 @@ def test_what_is_no_request_is_refused(parse: Parse, error: type[Exception], tex
 @pytest.mark.parametrize("name", ["deep list", "deep object", "long number", "list", "nothing"])
 def test_a_frame_of_a_host_is_no_object(name: str):
     with pytest.raises(FrameError):
-        Frame(Kind.OPEN, 0, 0.0, ODD[name].encode()).content()
+        Frame(FrameKind.OPEN, 0, 0.0, ODD[name].encode()).content()

@@ -34,10 +34,10 @@ from launcher.launch.analyze import report, timeline
 from launcher.output.logs.event_log import EventLog
 from launcher.smoke.observe import log_files
 from launcher.smoke.observe.facts import Facts
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.reports import html_report, page_processes
-from launcher.smoke.reports.result import Result
-from launcher.web.hub import Hub, Outbox
+from launcher.smoke.reports.result import SmokeResult
+from launcher.web.hub import Hub, PageOutbox
 from launcher.web.run_feed import RunFeed
 from tests.smoke.unit.facts import verdict
 from tests.support.repository import REPOSITORY
@@ -153,7 +153,7 @@ def index_of_a_snapshot(entries: Sequence[Entry], folder: Path) -> Iterator[str]
     run = folder / "run"
     run.mkdir()
     (run / "events.jsonl").write_text("\n".join(map(line, entries)))
-    contents = snapshot.Contents(
+    contents = snapshot.SnapshotContents(
         reason="x", end_ns=round((T0 + 3600) * 1e9), keep_s=7200.0, topics=[], messages=[],
         run_folder=str(run),
     )  # fmt: skip
@@ -177,7 +177,7 @@ def items_of_the_page(entries: Sequence[Entry], folder: Path) -> Iterator[str]:
 
 async def _sent(items: Sequence[Any]) -> list[dict[str, Any]]:
     """The items that a page gets when the run has told these."""
-    page, hub = Outbox(), Hub(lambda: None)
+    page, hub = PageOutbox(), Hub(lambda: None)
     hub.join(page)
     feed = RunFeed(hub, lambda: None)
     feed.rows = [{"name": "a-1", "state": "RUNNING"}]
@@ -207,15 +207,17 @@ def judges_of_smoke(entries: Sequence[Entry], folder: Path) -> Iterator[str]:
 
 def _facts(entries: Sequence[Entry], folder: Path) -> Facts:
     (folder / "events.jsonl").write_text("\n".join(map(line, entries)))
-    recorder = Recorder()
+    recorder = FactRecorder()
     recorder.begin()
     for one in log_files.events(folder, recorder):
         recorder.add(one)
     return recorder.facts()
 
 
-def _result(facts: Facts) -> Result:
-    return Result(judged=(), facts=facts, started_s=T0, folder=Path("x"), words=("x",), domain_id=1)
+def _result(facts: Facts) -> SmokeResult:
+    return SmokeResult(
+        judged=(), facts=facts, started_s=T0, folder=Path("x"), words=("x",), domain_id=1
+    )
 
 
 def reports_of_analyze(entries: Sequence[Entry], folder: Path) -> Iterator[str]:
@@ -266,7 +268,7 @@ def test_lines_that_are_no_entries_are_left_out_of_what_is_read_from_files(tmp_p
     with (tmp_path / "events.jsonl").open("ab") as file:
         file.write(b"\n\xff\xfe{\0}\0\n" + line(whole).encode()[:40])
     assert timeline.read(str(tmp_path)).processes["a-1"].started_s == pytest.approx(1.0)
-    recorder = Recorder()
+    recorder = FactRecorder()
     known = [one for text in texts if (one := entry_in(text)) is not None]
     assert [one.event for one in log_files.events(tmp_path, recorder)] == [x.event for x in known]
 

@@ -25,7 +25,7 @@ from launcher.ros import parameters
 from launcher.ros.snapshot import diff
 from launcher.smoke.preflight import loader
 from launcher.smoke.reports import measures
-from launcher.workspace.building.sources.source_text import SourceText
+from launcher.workspace.building.sources.source_text import PackageText
 
 READERS: dict[str, Callable[[str], object]] = {
     "supervision": supervision.read,
@@ -80,7 +80,7 @@ def test_a_manifest_and_metadata_of_gigabytes(huge: str, tmp_path: Path):
     with pytest.raises(LauncherError, match="it has more than 16 MiB"):
         metadata.read(str(tmp_path))
     with pytest.raises(LauncherError, match="it has more than 16 MiB"):
-        SourceText(str(tmp_path / "package.xml"))
+        PackageText(str(tmp_path / "package.xml"))
 
 
 def test_a_pipe_is_read_once(tmp_path: Path):

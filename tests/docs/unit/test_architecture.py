@@ -55,7 +55,7 @@ ONLY_IN = {
 }
 MAX_PLACES = 20  # at the top of `launcher`
 MAX_MODULES = 32  # in a folder
-MAX_SHARED = 0.125  # of the names of classes
+MAX_SHARED = 0.03  # of the names of classes
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,12 +15,12 @@ from launcher.cli import dispatch as cli
 from launcher.doctor import verb as doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
-from launcher.doctor.facts import Facts, Finding, Leftover, Prefix, Space, Unreachable
+from launcher.doctor.facts import DoctorFacts, Finding, Leftover, Prefix, Space, Unreachable
 from launcher.posix import proc
 from launcher.posix.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
 from launcher.run.monitor.shared_memory import Stale
 
-HEALTHY = Facts(
+HEALTHY = DoctorFacts(
     stale=(),
     leftovers=(),
     stale_groups=(),

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from launcher.base.model.level import Level
-from launcher.doctor.facts import Finding, NetworkFacts, Node
+from launcher.doctor.facts import Finding, NetworkFacts, ParticipantProcess
 from launcher.doctor.network import _unknown_servers
 from launcher.doctor.network_checks import check_network
 
@@ -85,18 +85,22 @@ def test_blocked_multicast_is_a_problem_where_it_is_used(settings: dict[str, str
 
 
 def test_nodes_with_another_shared_memory_are_named():
-    node = Node(pid=7, command="talker", domain=0, shares_memory=False)
+    node = ParticipantProcess(pid=7, command="talker", domain=0, shares_memory=False)
     finding = found("shared memory of nodes", nodes=(node,))
     assert finding.level is Level.PROBLEM and "talker [7]" in finding.text
     udp = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
-    careful = Node(pid=7, command="talker", domain=0, settings=udp, shares_memory=False)
+    careful = ParticipantProcess(
+        pid=7, command="talker", domain=0, settings=udp, shares_memory=False
+    )
     assert found("shared memory of nodes", nodes=(careful,)).level is Level.OK
-    unknown = Node(pid=7, command="talker", domain=0)
+    unknown = ParticipantProcess(pid=7, command="talker", domain=0)
     assert found("shared memory of nodes", nodes=(unknown,)).level is Level.OK
 
 
-def node(domain: int = 0, **settings: str) -> Node:
-    return Node(pid=7, command="talker", domain=domain, settings=settings, shares_memory=True)
+def node(domain: int = 0, **settings: str) -> ParticipantProcess:
+    return ParticipantProcess(
+        pid=7, command="talker", domain=domain, settings=settings, shares_memory=True
+    )
 
 
 @pytest.mark.parametrize(
@@ -111,7 +115,7 @@ def node(domain: int = 0, **settings: str) -> Node:
     ],
 )
 def test_nodes_that_this_shell_would_not_see(
-    nodes: tuple[Node, ...], settings: dict[str, str], words: str | None
+    nodes: tuple[ParticipantProcess, ...], settings: dict[str, str], words: str | None
 ):
     finding = found("other nodes", nodes=nodes, settings=settings)
     assert finding.level is (Level.OK if words is None else Level.NOTE)

@@ -146,7 +146,7 @@ def test_a_build_by_another_environment_is_told(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(workspace.tools, "fingerprint", lambda: f"{version} /my envs/b 34cd")
 
     def after(tools: str, *prefixes: str) -> WorkspaceFacts:
-        setting = records.Setting(place, True, tools, "", (), prefixes or (sys.prefix,))
+        setting = records.BuildSetting(place, True, tools, "", (), prefixes or (sys.prefix,))
         records.complete(place, records.make(package, setting, {}, None))
         return workspace.inspect(Workspace(str(tmp_path), place.install), {})
 

@@ -9,12 +9,12 @@ import yaml
 
 from launcher.base.model.options import RunOptions
 from launcher.base.model.spec import ProcessSpec
-from launcher.export.model import Output, System
+from launcher.export.model import ExportedFiles, ExportedSystem
 from launcher.export.system import system_of
 from launcher.hosts.file.model import Discovery, Host
 from launcher.launch.plan.planner import make_plan
 
-Export = Callable[..., System]
+Export = Callable[..., ExportedSystem]
 BOT = Host(
     name="bot1",
     address="10.0.0.2",
@@ -50,7 +50,7 @@ def exported(tmp_path: Path) -> Export:
         before: str = "",
         prefix: str = "",
         discovery: Discovery | None = None,
-    ) -> System:
+    ) -> ExportedSystem:
         path = tmp_path / "demo.launch.py"
         path.write_text(before + HEAD.replace("{}", actions))
         plan = make_plan(str(path), [])
@@ -71,5 +71,5 @@ def first_on_bot(spec: ProcessSpec) -> Host | None:
     return BOT if spec.ros and spec.ros.node_name == "a" else None
 
 
-def manifests(output: Output, name: str) -> list[dict[str, Any]]:
+def manifests(output: ExportedFiles, name: str) -> list[dict[str, Any]]:
     return list(yaml.safe_load_all(output.files[f"manifests/{name}.yaml"]))

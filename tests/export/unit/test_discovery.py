@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from launcher.base.model.spec import ProcessSpec
-from launcher.export.model import System
+from launcher.export.model import ExportedSystem
 from launcher.hosts.file.model import Discovery, DiscoveryMode, Host
 
-Export = Callable[..., System]
+Export = Callable[..., ExportedSystem]
 HOSTS = {
     "a": Host(name="bot1", address="10.0.0.2"),
     "b": Host(name="bot2", address="10.0.0.3", environment={"ROS_STATIC_PEERS": "10.9.9.9"}),

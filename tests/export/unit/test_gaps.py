@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.options import RunOptions
-from launcher.export.engines import Settings, export
-from launcher.export.model import System
+from launcher.export.engines import ExportSettings, export
+from launcher.export.model import ExportedSystem
 from launcher.launch.options import with_settings_beside
 
-Export = Callable[..., System]
+Export = Callable[..., ExportedSystem]
 
 
-def told(system: System) -> list[tuple[str, tuple[str, ...], bool]]:
+def told(system: ExportedSystem) -> list[tuple[str, tuple[str, ...], bool]]:
     return [(gap.what, gap.names, gap.is_note) for gap in system.gaps]
 
 
@@ -118,5 +118,5 @@ def test_what_a_supervision_file_says_is_exported_or_told(exported: Export, tmp_
         "demo.supervise.yaml:3: budget (arm_1, arm_2): "
         "nothing is done if it needs more than its budget",
     ]
-    unit = export("systemd", system, Settings()).files["dispatcher.service"]
+    unit = export("systemd", system, ExportSettings()).files["dispatcher.service"]
     assert "Restart=always" in unit

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.record import replace
-from launcher.export.engines import Settings, export
+from launcher.export.engines import ExportSettings, export
 from launcher.export.image import build_commands, files, image_of
-from launcher.export.model import System
+from launcher.export.model import ExportedSystem
 from launcher.export.verbs.export import ENGINES
 from launcher.packages.sources import MARKERS
 from tests.support.repository import REPOSITORY
@@ -67,18 +67,18 @@ def test_what_is_not_known_is_missing(package: str):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_image_of_the_user_needs_no_recipe(exported: Callable[..., System], engine: str):
+def test_an_image_of_the_user_needs_no_recipe(exported: Callable[..., ExportedSystem], engine: str):
     system = exported("node('a')")
     (process,) = system.processes
     system = replace(system, processes=(replace(process, package="no_such_package"),))
     is_lacking = "package no_such_package"
 
-    with_recipe = export(engine, system, Settings())
+    with_recipe = export(engine, system, ExportSettings())
     in_containers = engine != "systemd"
     assert ("image/Containerfile" in with_recipe.files) is in_containers
     assert (is_lacking in [gap.what for gap in with_recipe.gaps]) is in_containers
 
-    own = export(engine, system, Settings(image="own:1"))
+    own = export(engine, system, ExportSettings(image="own:1"))
     assert not [name for name in own.files if name.startswith("image/")]
     assert is_lacking not in [gap.what for gap in own.gaps]
     assert "podman build" not in own.files["README.md"]

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from launcher.export.command import Where, words_of
-from launcher.export.model import System
+from launcher.export.model import ExportedSystem
 from launcher.hosts.file.model import Host
 
-Export = Callable[..., System]
+Export = Callable[..., ExportedSystem]
 THERE = Where(python="PYTHON", folder="/files", scratch="/scratch")
 
 

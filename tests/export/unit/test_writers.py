@@ -15,9 +15,9 @@ import yaml
 from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
 from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
-from launcher.export.engines import Settings, export
+from launcher.export.engines import ExportSettings, export
 from launcher.export.kubernetes import Kubernetes
-from launcher.export.model import System
+from launcher.export.model import ExportedSystem
 from launcher.export.verbs.export import ENGINES
 from launcher.export.yaml_text import document
 from launcher.hosts.file.model import Host
@@ -25,16 +25,16 @@ from launcher.launch.process_options import parse_limit
 from tests.export.unit.conftest import BOT, Export, first_on_bot, manifests
 
 
-def unit_of(system: System, name: str, **settings: Any) -> str:
-    return export("systemd", system, Settings(**settings)).files[name]
+def unit_of(system: ExportedSystem, name: str, **settings: Any) -> str:
+    return export("systemd", system, ExportSettings(**settings)).files[name]
 
 
 def lines_of(text: str, key: str) -> list[str]:
     return [line.partition("=")[2] for line in text.splitlines() if line.startswith(f"{key}=")]
 
 
-def container(system: System, name: str, **settings: Any) -> dict[str, Any]:
-    found = manifests(export("kubernetes", system, Settings(**settings)), name)[-1]
+def container(system: ExportedSystem, name: str, **settings: Any) -> dict[str, Any]:
+    found = manifests(export("kubernetes", system, ExportSettings(**settings)), name)[-1]
     (only,) = found["spec"]["template"]["spec"]["containers"]
     return dict(only)
 
@@ -63,7 +63,7 @@ def test_a_delayed_process_is_started_by_a_timer(exported: Export):
 def test_a_host_without_a_python_uses_what_sync_brings(exported: Export):
     host = Host(name="bot1", address="10.0.0.2", workspace="~/ws/")
     system = exported("node('a')", host_of=lambda spec: host)
-    files = export("systemd", system, Settings()).files
+    files = export("systemd", system, ExportSettings()).files
 
     (command,) = lines_of(files["bot1/a.service"], "ExecStart")
     assert " ${HOME}/ws/current/bin/python -m launcher run " in command
@@ -75,7 +75,7 @@ def test_a_host_without_a_python_uses_what_sync_brings(exported: Export):
 
 def test_no_value_of_a_secret_is_on_a_command_line_of_the_readme(exported: Export, tmp_path):
     system = exported("node('a')", host_of=lambda spec: BOT)
-    text = export("kubernetes", system, Settings()).files["README.md"]
+    text = export("kubernetes", system, ExportSettings()).files["README.md"]
 
     (made,) = re.findall(r"^\(umask.*\)(?= &&)", text, re.MULTILINE)
     subprocess.run(["sh", "-c", made], cwd=tmp_path, check=True)
@@ -88,7 +88,7 @@ def test_no_value_of_a_secret_is_on_a_command_line_of_the_readme(exported: Expor
 def test_a_secret_of_podman_is_made_of_the_same_file(exported: Export, tmp_path):
     """Podman 4.3 passes on what this prints, which was tried by hand."""
     system = exported("node('a')", host_of=lambda spec: BOT)
-    text = export("kubernetes", system, Settings()).files["README.md"]
+    text = export("kubernetes", system, ExportSettings()).files["README.md"]
     (script,) = re.findall(r"^as_json\(\) .*?(?= \| podman secret create a-env)", text, re.M | re.S)
     (tmp_path / "a-environment.env").write_text("FLEET_TOKEN=hu=sh ü\n\n")
 
@@ -110,7 +110,7 @@ def test_a_host_has_its_python_and_its_set_up(exported: Export):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_secret_is_written(exported: Export, engine: str):
     system = exported("node('a', additional_env={'API_KEY': 'hush'})", host_of=lambda spec: BOT)
-    files = export(engine, system, Settings()).files
+    files = export(engine, system, ExportSettings()).files
     assert "hush" not in "".join(files.values())
     assert "FLEET_TOKEN" in "".join(files.values())
 
@@ -145,7 +145,7 @@ def test_shared_memory_instead_of_udp(exported: Export):
 
 def test_parameter_files_are_a_config_map(exported: Export):
     system = exported("node('a', parameters=[{'x': 1}])")
-    config, deployment = manifests(export("kubernetes", system, Settings()), "a")
+    config, deployment = manifests(export("kubernetes", system, ExportSettings()), "a")
     assert config["data"] == {"a.params.yaml": "/**:\n  ros__parameters:\n    x: 1\n"}
     spec = deployment["spec"]["template"]["spec"]
     assert spec["volumes"] == [{"name": "files", "configMap": {"name": config["metadata"]["name"]}}]
@@ -154,7 +154,7 @@ def test_parameter_files_are_a_config_map(exported: Export):
 
 def test_a_program_without_restart_is_a_pod(exported: Export):
     system = exported("ExecuteProcess(cmd=['echo', '$(HOME)'], name='once')")
-    (pod,) = manifests(export("kubernetes", system, Settings()), "once")
+    (pod,) = manifests(export("kubernetes", system, ExportSettings()), "once")
     assert pod["kind"] == "Pod"
     assert pod["spec"]["restartPolicy"] == "Never"
     assert pod["spec"]["shareProcessNamespace"] is True
@@ -210,7 +210,7 @@ def test_where_a_pod_runs(exported: Export):
         (labelled, {"role": "robot"}),
     ):
         system = exported("node('a')", host_of=lambda spec, host=host: host)
-        (found,) = manifests(export("kubernetes", system, Settings()), "a")
+        (found,) = manifests(export("kubernetes", system, ExportSettings()), "a")
         assert found["spec"]["template"]["spec"]["nodeSelector"] == selector
 
 
@@ -242,14 +242,14 @@ def test_limits_in_containers(exported: Export):
 @pytest.mark.parametrize(
     ("variables", "settings", "is_told"),
     [
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Settings(), True),
-        ({"ROS_LOCALHOST_ONLY": "1"}, Settings(), True),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, Settings(shared_memory=True), False),
-        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, Settings(), False),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, ExportSettings(), True),
+        ({"ROS_LOCALHOST_ONLY": "1"}, ExportSettings(), True),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, ExportSettings(shared_memory=True), False),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, ExportSettings(), False),
     ],
 )
 def test_a_range_that_loses_all_messages_is_told(
-    exported: Export, variables: dict[str, str], settings: Settings, is_told: bool
+    exported: Export, variables: dict[str, str], settings: ExportSettings, is_told: bool
 ):
     host = Host(name="bot", address="10.0.0.2", environment=variables)
     output = export("compose", exported("node('a')", host_of=lambda spec: host), settings)
@@ -259,8 +259,10 @@ def test_a_range_that_loses_all_messages_is_told(
 # ---- Compose and Quadlet
 
 
-def compose(system: System, **settings: Any) -> dict[str, Any]:
-    document = yaml.safe_load(export("compose", system, Settings(**settings)).files["compose.yaml"])
+def compose(system: ExportedSystem, **settings: Any) -> dict[str, Any]:
+    document = yaml.safe_load(
+        export("compose", system, ExportSettings(**settings)).files["compose.yaml"]
+    )
     return dict(document["services"])
 
 
@@ -276,7 +278,7 @@ def test_services_of_a_host_have_its_profile(exported: Export):
 def test_compose_has_no_profiles_without_hosts(exported: Export):
     system = exported("node('a')")
     assert "profiles" not in compose(system)["a"]
-    assert "--profile" not in export("compose", system, Settings()).files["README.md"]
+    assert "--profile" not in export("compose", system, ExportSettings()).files["README.md"]
 
 
 def test_compose_variables_are_not_replaced(exported: Export):
@@ -301,7 +303,7 @@ def test_restart_policies_of_compose(exported: Export, policy: RestartPolicy, ex
 
 def test_a_quadlet_file_and_its_timer(exported: Export):
     system = exported("node('a'), TimerAction(period=1.0, actions=[node('b')])")
-    files = export("podman", system, Settings()).files
+    files = export("podman", system, ExportSettings()).files
     text = files["a.container"]
     assert lines_of(text, "ContainerName") == ["a"]
     assert lines_of(text, "Network") == ["host"]
@@ -339,13 +341,13 @@ def test_what_an_engine_cannot_do_is_told(
 ):
     policies = {name: (("*", policy),) for name, policy in change.items()}
     system = exported("node('a')", options=RunOptions(**policies))
-    output = export(engine, system, Settings())
+    output = export(engine, system, ExportSettings())
     assert what in [gap.what for gap in output.gaps]
     assert re.search(rf"\* demo.launch.py:\d+: {what} \(a\): ", output.files["README.md"])
 
 
 def test_a_terminal_of_its_own_is_none_in_a_unit(exported: Export):
-    output = export("systemd", exported("node('a', emulate_tty=True)"), Settings())
+    output = export("systemd", exported("node('a', emulate_tty=True)"), ExportSettings())
     assert "emulate_tty" in [gap.what for gap in output.gaps]
 
 

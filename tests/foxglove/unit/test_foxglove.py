@@ -16,10 +16,10 @@ from rcl_interfaces.msg import ParameterEvent
 from launcher.base.ros_errors import VerbError
 from launcher.foxglove import protocol, session
 from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.look import Choice, Connections, look
+from launcher.foxglove.look import Connections, TopicChoice, look
 from launcher.foxglove.parameters import changed_by, to_json, to_parameter
 from launcher.foxglove.protocol import ClientData, ProtocolError, ServiceCall
-from launcher.foxglove.session import Outbox
+from launcher.foxglove.session import ClientOutbox
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.snapshot.graph import Endpoint, EndpointInfo
@@ -27,7 +27,7 @@ from launcher.ros.snapshot.graph import Endpoint, EndpointInfo
 NOTHING = Connections()
 
 
-def taken(box: Outbox) -> list[str | bytes]:
+def taken(box: ClientOutbox) -> list[str | bytes]:
     return list(iter(box.take, None))
 
 
@@ -36,7 +36,7 @@ def data(*numbers: int, payload: bytes = b"12345678") -> list[bytes]:
 
 
 def test_the_oldest_data_is_dropped_where_it_does_not_fit():
-    box = Outbox(24)
+    box = ClientOutbox(24)
     for number in range(10):
         box.put_data(1, number, b"12345678")
     assert taken(box) == data(7, 8, 9)
@@ -44,7 +44,7 @@ def test_the_oldest_data_is_dropped_where_it_does_not_fit():
 
 
 def test_data_above_the_bound_is_sent_if_it_is_alone():
-    box = Outbox(4)
+    box = ClientOutbox(4)
     box.put_data(1, 0, b"12345678")
     assert taken(box) == data(0)
     box.put_data(1, 1, b"12345678")
@@ -53,7 +53,7 @@ def test_data_above_the_bound_is_sent_if_it_is_alone():
 
 
 def test_other_messages_overtake_data_and_are_never_dropped():
-    box = Outbox(16)
+    box = ClientOutbox(16)
     for number in range(5):
         box.put_data(1, number, b"12345678")
         box.put(f"message {number}")
@@ -61,7 +61,7 @@ def test_other_messages_overtake_data_and_are_never_dropped():
 
 
 def test_only_an_idle_taker_is_woken():
-    box = Outbox(100)
+    box = ClientOutbox(100)
     assert box.put_data(1, 0, b"x")
     assert not box.put("text")
     assert not box.put_data(1, 1, b"x")
@@ -72,7 +72,7 @@ def test_only_an_idle_taker_is_woken():
 
 
 def test_data_of_an_ended_subscription_is_forgotten():
-    box = Outbox(1000)
+    box = ClientOutbox(1000)
     for number in range(4):
         box.put_data(number % 2, number, b"12345678")
     box.forget(0)
@@ -81,7 +81,7 @@ def test_data_of_an_ended_subscription_is_forgotten():
 
 def test_a_client_that_does_not_even_take_other_messages_is_lost(monkeypatch):
     monkeypatch.setattr(session, "CONTROL_BYTES", 10)
-    box = Outbox(100)
+    box = ClientOutbox(100)
     box.put("123456")
     assert not box.is_overfull
     box.put("123456")
@@ -189,7 +189,7 @@ class Discovery:
 
 def test_connections_have_no_node_before_its_name_is_known():
     discovery = cast(Observer, Discovery())
-    found = look(discovery, Choice(), (), with_connections=True)
+    found = look(discovery, TopicChoice(), (), with_connections=True)
     assert found.connections == Connections(published={"/a": ("/talker",)})
 
 
@@ -259,14 +259,14 @@ def test_services_have_their_schemas():
 
 
 def test_a_choice_of_topics():
-    choice = Choice(topics="^/fleet|camera", exclude="raw$")
+    choice = TopicChoice(topics="^/fleet|camera", exclude="raw$")
     assert [t for t in ("/fleet/a", "/x/camera", "/x", "/camera/raw") if choice.has(t)] == [
         "/fleet/a",
         "/x/camera",
     ]
-    assert not Choice().has("/_secret") and Choice(hidden=True).has("/_secret")
+    assert not TopicChoice().has("/_secret") and TopicChoice(hidden=True).has("/_secret")
     with pytest.raises(VerbError, match=r"--exclude: '\(' is no regular expression: "):
-        Choice(exclude="(").check()
+        TopicChoice(exclude="(").check()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosedError
 
-from launcher.foxglove.session import Session
+from launcher.foxglove.session import ClientSession
 
 DEADLINE_S = 60.0
 
@@ -39,7 +39,7 @@ class Socket:
 
 def test_what_ends_the_writer_ends_the_connection(capsys: pytest.CaptureFixture[str]):
     async def work() -> None:
-        session = Session(Socket(), None, 7, 1000)
+        session = ClientSession(Socket(), None, 7, 1000)
         session.send("text")
         await session.run()
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from launcher.hosts.discovery import MAX_WITH_PEERS, RESTART_DELAY_S, Server, Wiring
+from launcher.hosts.discovery import MAX_WITH_PEERS, RESTART_DELAY_S, DiscoveryServer, Wiring
 from launcher.hosts.file.model import LOCAL, DiscoveryMode
 from tests.support.hosts import Computer, Host, Lab
 from tests.support.hosts.checks import module
@@ -138,7 +138,9 @@ def wired(lab: Lab, mode: DiscoveryMode, *hosts: Host, servers: tuple[str, ...] 
         addresses={host.name: host.address for host in hosts},
         own={host.name: lab.operator.address for host in hosts},
         servers=tuple(
-            Server(name=f"server-{index}", host=host, index=index, port=PORT, listen="0.0.0.0")
+            DiscoveryServer(
+                name=f"server-{index}", host=host, index=index, port=PORT, listen="0.0.0.0"
+            )
             for index, host in enumerate(servers)
         ),
     )

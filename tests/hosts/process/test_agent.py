@@ -17,7 +17,7 @@ from launcher.hosts.engine.link import LinkState
 from launcher.hosts.file.model import Host, LinkPolicy
 from launcher.hosts.file.order import SentFile
 from launcher.posix import proc
-from launcher.run.machine import Command, Exited, ProcessState, SignalSent, SpawnError
+from launcher.run.machine import Exited, MachineCommand, ProcessState, SignalSent, SpawnError
 from tests.support.link_recorder import AGENT, RELAYED, Recorder, python
 from tests.support.waiting import wait_until
 
@@ -56,7 +56,11 @@ def test_a_process_runs_and_its_exit_is_reported(recorder: Recorder):
     recorder.until(lambda: recorder.exits(), "it exits")
 
     assert recorder.text() == b"hello\n"
-    assert [type(event) for _, event, _, _ in recorder.events] == [Command, Command, Exited]
+    assert [type(event) for _, event, _, _ in recorder.events] == [
+        MachineCommand,
+        MachineCommand,
+        Exited,
+    ]
     assert recorder.exits() == [3]
     assert recorder.replicas[1].state is ProcessState.EXITED
     assert recorder.finish() == ([], False)
@@ -120,11 +124,11 @@ def test_a_process_is_stopped_step_by_step_on_the_host(recorder: Recorder):
     recorder.start(1, python(stubborn, stop=StopPolicy(sigterm_timeout_s=0.2)))
     recorder.until(lambda: recorder.text(), "it is up")
 
-    recorder.link.command(1, Command.STOP)
+    recorder.link.command(1, MachineCommand.STOP)
     recorder.until(lambda: recorder.exits(), "it exits")
 
     assert recorder.exits() == [-signal.SIGTERM]
-    assert Command.TICK in [event for _, event, _, _ in recorder.events]
+    assert MachineCommand.TICK in [event for _, event, _, _ in recorder.events]
     assert recorder.replicas[1].state is ProcessState.STOPPED
 
 
@@ -268,7 +272,7 @@ def test_a_lost_connection_is_replaced_and_nothing_is_lost():
         assert times == sorted(times)
         assert recorder.pid() == pid
         assert recorder.lines_dropped == 0
-        recorder.link.command(1, Command.STOP)
+        recorder.link.command(1, MachineCommand.STOP)
         recorder.until(lambda: recorder.exits(), "it is stopped")
         assert recorder.finish() == ([], False)
 
@@ -278,7 +282,7 @@ def test_requests_wait_for_the_connection():
         recorder.ready().start(1, python(SLEEP))
         recorder.until(lambda: recorder.text(), "it is up")
         recorder.sever()
-        recorder.link.command(1, Command.STOP)
+        recorder.link.command(1, MachineCommand.STOP)
         recorder.until(lambda: recorder.exits(), "it is stopped")
         assert recorder.finish() == ([], False)  # it would wait ten minutes for us
 

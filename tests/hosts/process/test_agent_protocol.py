@@ -16,7 +16,7 @@ from launcher.hosts.engine.frames import (
     MAX_PAYLOAD,
     PREAMBLE,
     PROTOCOL,
-    Kind,
+    FrameKind,
     encode,
     pack,
 )
@@ -47,7 +47,7 @@ def test_a_host_without_the_launcher_is_told():
 
 def test_an_agent_of_another_version_is_told_with_both():
     hello = {"protocol": PROTOCOL + 1, "version": "9.9.9", "received": 0}
-    data = PREAMBLE + encode(Kind.HELLO, 0, 0.0, pack(hello))
+    data = PREAMBLE + encode(FrameKind.HELLO, 0, 0.0, pack(hello))
     octal = "".join(f"\\{byte:03o}" for byte in data)
 
     state, reason = refusal_of(f"printf '{octal}'; cat >/dev/null")
@@ -84,21 +84,23 @@ def talk(data: bytes) -> subprocess.CompletedProcess[bytes]:
 
 def opening(stop_after_s: float | None) -> bytes:
     about = {"protocol": PROTOCOL, "version": "x", "key": "1-a", "received": 0}
-    return encode(Kind.OPEN, 0, 1.0, pack({**about, "stop_after_s": stop_after_s}))
+    return encode(FrameKind.OPEN, 0, 1.0, pack({**about, "stop_after_s": stop_after_s}))
 
 
 OPEN = opening(0)
 MALFORMED = {
     "no frame": b"GET / HTTP/1.1\r\n\r\n" + b"x" * 100,
-    "too long": OPEN + HEADER.pack(MAX_PAYLOAD + 1, Kind.PREPARE, 1, 0.0),
-    "no JSON": OPEN + encode(Kind.PREPARE, 1, 1.0, b"{" * 50),
-    "no order": OPEN + encode(Kind.PREPARE, 1, 1.0, pack({"id": 1, "order": {"name": "s3cr3t"}})),
-    "unknown process": OPEN + encode(Kind.COMMAND, 1, 1.0, pack({"id": 7, "command": "START"})),
-    "no request": OPEN + encode(Kind.COMMAND, 1, 1.0, pack({"id": 7, "command": "STARTED"})),
-    "no signal": OPEN + encode(Kind.SIGNAL, 1, 1.0, pack({"id": 1, "signal": 999})),
-    "a report": OPEN + encode(Kind.OUTPUT, 1, 1.0, b"\0\0\0\1\0text"),
-    "before the first": encode(Kind.FINISH, 1, 1.0, pack({"at_once": True})),
-    "another protocol": encode(Kind.OPEN, 0, 1.0, pack({"protocol": PROTOCOL + 1})),
+    "too long": OPEN + HEADER.pack(MAX_PAYLOAD + 1, FrameKind.PREPARE, 1, 0.0),
+    "no JSON": OPEN + encode(FrameKind.PREPARE, 1, 1.0, b"{" * 50),
+    "no order": OPEN
+    + encode(FrameKind.PREPARE, 1, 1.0, pack({"id": 1, "order": {"name": "s3cr3t"}})),
+    "unknown process": OPEN
+    + encode(FrameKind.COMMAND, 1, 1.0, pack({"id": 7, "command": "START"})),
+    "no request": OPEN + encode(FrameKind.COMMAND, 1, 1.0, pack({"id": 7, "command": "STARTED"})),
+    "no signal": OPEN + encode(FrameKind.SIGNAL, 1, 1.0, pack({"id": 1, "signal": 999})),
+    "a report": OPEN + encode(FrameKind.OUTPUT, 1, 1.0, b"\0\0\0\1\0text"),
+    "before the first": encode(FrameKind.FINISH, 1, 1.0, pack({"at_once": True})),
+    "another protocol": encode(FrameKind.OPEN, 0, 1.0, pack({"protocol": PROTOCOL + 1})),
 }
 
 
@@ -135,7 +137,7 @@ def test_input_that_ends_before_the_first_frame_ends_the_agent():
 
 def test_a_launcher_that_leaves_while_it_connects_is_not_waited_for():
     """It waits for one whose processes it keeps for ten minutes."""
-    beat = encode(Kind.BEAT, 0, 1.0)
+    beat = encode(FrameKind.BEAT, 0, 1.0)
 
     assert talk(opening(None) + beat * (CLOCK_SAMPLES - 1)).returncode == 1
 
@@ -157,10 +159,10 @@ def conversation() -> bytes:
     """A valid one that starts a process, and finishes."""
     order = order_json.encode(python("print('up')"))
     requests = [
-        (Kind.PREPARE, {"id": 1, "order": order}),
-        (Kind.COMMAND, {"id": 1, "command": "START"}),
-        (Kind.SIGNAL, {"id": 1, "signal": 15, "by_user": True}),
-        (Kind.FINISH, {"at_once": True}),
+        (FrameKind.PREPARE, {"id": 1, "order": order}),
+        (FrameKind.COMMAND, {"id": 1, "command": "START"}),
+        (FrameKind.SIGNAL, {"id": 1, "signal": 15, "by_user": True}),
+        (FrameKind.FINISH, {"at_once": True}),
     ]
     frames = (encode(kind, n, 1.0, pack(content)) for n, (kind, content) in enumerate(requests, 1))
     return OPEN + b"".join(frames)

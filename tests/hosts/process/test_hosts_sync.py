@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.sync.host_sync import Outcome
-from launcher.hosts.sync.tree import Entry
+from launcher.hosts.sync.host_sync import SyncOutcome
+from launcher.hosts.sync.tree import TreeEntry
 from launcher.posix import proc
 from tests.support import ended_main_thread
 from tests.support.sync_hosts import Site, brought, fails
@@ -65,9 +65,9 @@ def test_names_of_any_kind_arrive_and_nothing_is_executed(site: Site):
 
 def test_modes_and_links_arrive(site: Site):
     files = brought(plain="x")
-    files.tree.add(Entry(path="program", content=b"x", is_executable=True))
-    files.tree.add(Entry(path="lib/libx.so", target="libx.so.1"))
-    files.tree.add(Entry(path="lib/libx.so.1", content=b"library"))
+    files.tree.add(TreeEntry(path="program", content=b"x", is_executable=True))
+    files.tree.add(TreeEntry(path="lib/libx.so", target="libx.so.1"))
+    files.tree.add(TreeEntry(path="lib/libx.so.1", content=b"library"))
 
     site.sync(files)
 
@@ -81,7 +81,7 @@ def test_a_large_file_is_sent_in_blocks(site: Site, tmp_path: Path):
     content = os.urandom(3_000_000) + bytes(30_000_000)
     (tmp_path / "map.bin").write_bytes(content)
     files = brought()
-    files.tree.add(Entry(path="share/map.bin", source=str(tmp_path / "map.bin")))
+    files.tree.add(TreeEntry(path="share/map.bin", source=str(tmp_path / "map.bin")))
 
     done = site.sync(files)
 
@@ -127,7 +127,7 @@ def test_a_dry_run_on_a_new_host_writes_nothing(site: Site):
 
 
 def test_a_file_that_changes_while_it_is_sent_is_named(site: Site, tmp_path: Path):
-    class Changing(Entry):
+    class Changing(TreeEntry):
         def blocks(self):
             yield os.urandom(8)
 
@@ -226,7 +226,7 @@ def test_a_killed_receiver_leaves_the_old_release_and_what_was_received(site: Si
     assert _incoming(site) == []
 
 
-class _Slow(Entry):
+class _Slow(TreeEntry):
     """Is read at once when it is measured; when it is sent, only after `go`."""
 
     go = threading.Event()
@@ -271,7 +271,7 @@ def test_an_operator_waits_for_another_and_is_told_for_whom(site: Site):
         lock.write("ann on laptop, since 12:00")
         lock.truncate()
         fcntl.flock(lock, fcntl.LOCK_EX)
-        results: list[Outcome] = []
+        results: list[SyncOutcome] = []
         waiting = threading.Thread(target=lambda: results.append(site.sync(brought(a="2"))))
         waiting.start()
         wait_until(lambda: bool(site.messages), "it says so")

@@ -15,7 +15,7 @@ import pytest
 from launcher.base.errors import UsageError
 from launcher.hosts import verbs as hosts
 from launcher.hosts.sync import wheels
-from launcher.hosts.verbs.sync_report import Report
+from launcher.hosts.verbs.sync_report import SyncReport
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, brought, fails, pinned, tiny_wheel
 
 
@@ -188,7 +188,7 @@ def dry_run(site: Site, capsys, **options: object) -> list[str]:
     before = sorted(site.home.parent.rglob("*"))
     done = site.sync(brought(a="1"), dry_run=True, **options)
     assert sorted(site.home.parent.rglob("*")) == before
-    Report([site.host], dry_run=True).add(site.host, done)
+    SyncReport([site.host], dry_run=True).add(site.host, done)
     return capsys.readouterr().out.splitlines()
 
 

@@ -22,12 +22,12 @@ from launcher.hosts.failures import HostError, Problem
 from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import host_python
 from launcher.hosts.sync.fleet_sync import FleetSync
-from launcher.hosts.sync.host_sync import Options, Outcome
+from launcher.hosts.sync.host_sync import SyncOptions, SyncOutcome
 from launcher.hosts.sync.on_host import wire
-from launcher.hosts.sync.on_host.main import Requests, Service
-from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors
-from launcher.hosts.sync.tree import Entry
-from launcher.hosts.verbs.sync_report import Report, joined
+from launcher.hosts.sync.on_host.main import Requests, SyncService
+from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors
+from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.verbs.sync_report import SyncReport, joined
 from tests.support.sync_hosts import Site, brought, fails
 from tests.support.waiting import wait_until
 
@@ -44,10 +44,10 @@ def test_hosts_fail_apart(tmp_path: Path):
     def words(host: Host, script: str) -> list[str]:
         return list(sites[host.name].words(host, script))
 
-    fleet = FleetSync(Options(), lambda *_: None, words)
+    fleet = FleetSync(SyncOptions(), lambda *_: None, words)
     results = fleet.sync([bad.host, good.host], brought(a="1"))
 
-    assert isinstance(results[0], LauncherError) and isinstance(results[1], Outcome)
+    assert isinstance(results[0], LauncherError) and isinstance(results[1], SyncOutcome)
     assert "host 'bad': there is no setup file 'no $(touch injected).sh'" in results[0].message
     assert not (bad.home / "injected").exists()
 
@@ -71,7 +71,7 @@ def test_a_host_without_any_python_is_told(site: Site):
         return ["env", "-i", f"HOME={site.home}", "PATH=/nothing", "/bin/sh", "-c", script]
 
     host = replace(site.host, python="python9")
-    (error,) = FleetSync(Options(), lambda *_: None, words).sync([host], brought(a="1"))
+    (error,) = FleetSync(SyncOptions(), lambda *_: None, words).sync([host], brought(a="1"))
 
     assert isinstance(error, LauncherError)
     assert "there is no Python 'python3', nor one that the hosts file names" in error.message
@@ -82,9 +82,9 @@ def test_what_a_login_shell_prints_does_no_harm(site: Site):
     def words(host: Host, script: str) -> Sequence[str]:
         return site.words(host, f"echo welcome; printf '\\0\\1'; echo; {script}")
 
-    (done,) = FleetSync(Options(), lambda *_: None, words).sync([site.host], brought(a="1"))
+    (done,) = FleetSync(SyncOptions(), lambda *_: None, words).sync([site.host], brought(a="1"))
 
-    assert isinstance(done, Outcome) and done.is_changed
+    assert isinstance(done, SyncOutcome) and done.is_changed
 
 
 def test_a_workspace_that_is_a_file_is_told(site: Site):
@@ -94,7 +94,7 @@ def test_a_workspace_that_is_a_file_is_told(site: Site):
 
 
 def test_a_full_disk_is_told_before_anything_is_sent(site: Site):
-    huge = Entry(path="huge", content=b"")
+    huge = TreeEntry(path="huge", content=b"")
     files = brought()
     files.tree.add(huge)
     fleet = site.fleet()
@@ -128,16 +128,16 @@ def test_a_host_is_told_when_it_is_done_and_those_that_are_not_at_ctrl_c(tmp_pat
     slow.workspace.mkdir(parents=True)
     sites = {site.host.name: site for site in (slow, good, bad)}
     hosts = [site.host for site in sites.values()]
-    report = Report(hosts, dry_run=False)
+    report = SyncReport(hosts, dry_run=False)
     told: list[str] = []
 
-    def add(host: Host, result: Outcome | LauncherError) -> None:
+    def add(host: Host, result: SyncOutcome | LauncherError) -> None:
         report.add(host, result)
         told.append(host.name)
         if len(told) == 2:
             raise KeyboardInterrupt
 
-    fleet = FleetSync(Options(), lambda *_: None, lambda h, t: sites[h.name].words(h, t), add)
+    fleet = FleetSync(SyncOptions(), lambda *_: None, lambda h, t: sites[h.name].words(h, t), add)
     with open(slow.workspace / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(KeyboardInterrupt):
@@ -164,8 +164,8 @@ class TwoSites:
         self.lock = os.open(self.slow.workspace / ".lock", os.O_CREAT | os.O_RDWR)
         fcntl.flock(self.lock, fcntl.LOCK_EX)
         self.hosts = [self.slow.host, self.good.host]
-        self.report = Report(self.hosts, dry_run=False)
-        self.fleet = FleetSync(Options(), self._say, self._words, self._done)
+        self.report = SyncReport(self.hosts, dry_run=False)
+        self.fleet = FleetSync(SyncOptions(), self._say, self._words, self._done)
         self.said: list[str] = []
         self.waits_for_slow = False
 
@@ -176,7 +176,7 @@ class TwoSites:
         self.said.append(name)
         raise BrokenPipeError
 
-    def _done(self, host: Host, result: Outcome | LauncherError) -> None:
+    def _done(self, host: Host, result: SyncOutcome | LauncherError) -> None:
         if host.name == "good":
             wait_until(lambda: self.said == ["slow"], "the other says that it waits")
         self.report.add(host, result)
@@ -212,13 +212,13 @@ def test_ctrl_c_names_no_host_that_is_done(tmp_path: Path, capsys):
 
 
 def test_ctrl_c_does_not_advise_to_repeat_what_goes_back_once_more(capsys):
-    report = Report([Host(name="a", address="10.0.0.2")], dry_run=False, rollback=True)
+    report = SyncReport([Host(name="a", address="10.0.0.2")], dry_run=False, rollback=True)
     report.interrupt()
     assert capsys.readouterr().err == "interrupted; not done: a\n"
 
 
 def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):
-    workspace = Workspace(str(tmp_path))
+    workspace = HostStore(str(tmp_path))
     with pytest.raises(Refusal, match=re.escape(str(tmp_path))) as caught, disk_errors(workspace):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert "make space" in caught.value.hint
@@ -232,10 +232,10 @@ def test_a_disk_that_is_full_before_anything_is_sent_is_named(tmp_path: Path):
     assert str(tmp_path) in wire.receive(answers)["error"]
 
 
-class _FullDisk(Service):
+class _FullDisk(SyncService):
     """Has one request, which fails."""
 
-    def __init__(self, requests: io.BytesIO, answers: io.BytesIO, workspace: Workspace) -> None:
+    def __init__(self, requests: io.BytesIO, answers: io.BytesIO, workspace: HostStore) -> None:
         super().__init__(Requests(BufferedReader(requests)), answers)
         self._workspace = workspace
 

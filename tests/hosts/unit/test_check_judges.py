@@ -12,7 +12,7 @@ import launcher
 from launcher.base.model.level import Level
 from launcher.base.model.record import replace
 from launcher.hosts.check.examine import Examination, missing_secrets
-from launcher.hosts.check.facts import Arrival, Clock, Finding, Member, Needs, Survey
+from launcher.hosts.check.facts import Arrival, CheckedHost, Clock, HostFinding, Needs, Survey
 from launcher.hosts.check.host_judges import check_member
 from launcher.hosts.check.pair_judges import check_pairs
 from launcher.hosts.check.report import as_text
@@ -27,7 +27,7 @@ def folder(path: str, **changes: Any) -> dict[str, Any]:
     return {"path": path, "existing": "/", "writable": True, **plenty, **changes}
 
 
-def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -> Member:
+def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -> CheckedHost:
     number = sum(map(ord, name)) % 200
     facts: dict[str, Any] = {
         "python": [3, 11, 2],
@@ -56,7 +56,7 @@ def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -
     assert changes.keys() - facts.keys() <= {"clock"}
     clock = changes.pop("clock", None)
     host = None if name == LOCAL else Host(name=name, address="10.0.0.1", engine=engine)
-    return Member(
+    return CheckedHost(
         name=name,
         host=host,
         address="10.0.0.1",
@@ -68,7 +68,7 @@ def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -
     )
 
 
-def only(findings: list[Finding]) -> Finding:
+def only(findings: list[HostFinding]) -> HostFinding:
     (finding,) = findings
     assert finding.advice and finding.text[-1] != "."
     return finding
@@ -111,7 +111,7 @@ def test_packages_that_cannot_be_looked_for_are_a_problem():
     assert "ImportError: x" in found.text
 
 
-def survey(*members: Member, lost: tuple[tuple[str, str, str], ...] = ()) -> Survey:
+def survey(*members: CheckedHost, lost: tuple[tuple[str, str, str], ...] = ()) -> Survey:
     arrived = {
         Arrival(kind=kind, sender=one.name, receiver=other.name)
         for one in members
@@ -159,7 +159,7 @@ def test_missing_executables_of_a_missing_package_are_not_told_again():
 def test_a_host_that_failed_tells_only_that():
     host = Host(name="bot", address="10.0.0.1")
     error = HostError(host, Problem.REFUSED, "refuses connections", hint="start sshd")
-    failed = Member(name="bot", host=host, address="10.0.0.1", error=error)
+    failed = CheckedHost(name="bot", host=host, address="10.0.0.1", error=error)
     finding = only(check_member(failed))
     assert (finding.text, finding.advice) == ("refuses connections", "start sshd")
 

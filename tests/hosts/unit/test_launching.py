@@ -16,7 +16,7 @@ from launcher.base.model.spec import ProcessSpec, RestartMode
 from launcher.hosts import discovery_server
 from launcher.hosts.discovery import MAX_WITH_PEERS
 from launcher.hosts.engine.fleet import FleetPlan
-from launcher.hosts.launching.preparation import Preparation
+from launcher.hosts.launching.preparation import HostsPreparation
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.interpreter import Interpreter
@@ -62,7 +62,7 @@ def fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Fleet:
         Path("hosts.yaml").write_text(hosts_text)
         Path("a.launch.py").write_text(f"{HEAD}{actions}\n])\n")
         request = LaunchRequest(path="a.launch.py")
-        prepared = Preparation(RunOptions(hosts="hosts.yaml", **more))
+        prepared = HostsPreparation(RunOptions(hosts="hosts.yaml", **more))
         with vocabulary(["a.launch.py"]):
             description = frontends.load("a.launch.py")
             interpreter = Interpreter(description, path="a.launch.py")
@@ -177,7 +177,7 @@ def test_the_server_is_a_process_that_restarts_without_hosts_too(
     monkeypatch: pytest.MonkeyPatch,
 ):
     monkeypatch.setattr(discovery_server, "find", lambda environ, prefix: "/bin/true")
-    (service,) = Preparation(RunOptions(discovery="server")).services
+    (service,) = HostsPreparation(RunOptions(discovery="server")).services
     assert service.name == "discovery-server"
     assert service.argv[:3] == (sys.executable, "-m", "launcher.hosts.discovery_server")
     assert (service.restart.mode, service.restart.delay_s) == (RestartMode.ALWAYS, 21.0)
@@ -187,4 +187,4 @@ def test_the_server_is_a_process_that_restarts_without_hosts_too(
 def test_without_the_program_nothing_is_started(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(discovery_server, "find", lambda environ, prefix: None)
     with pytest.raises(UsageError, match="the discovery server is not installed"):
-        Preparation(RunOptions(discovery="server"))
+        HostsPreparation(RunOptions(discovery="server"))

@@ -27,9 +27,9 @@ from launcher.base.model.spec import (
 )
 from launcher.hosts.file import order_json
 from launcher.hosts.file.order import (
-    Executable,
+    ExecutableReference,
     Inherited,
-    Interpreter,
+    InterpreterReference,
     Order,
     SentFile,
     SharedFile,
@@ -90,20 +90,20 @@ def test_the_executable_of_a_node_is_a_reference_behind_its_prefix(env):
     assert found.words == (
         ("gdb",),
         ("--args",),
-        (Executable("demo", "talker"),),
+        (ExecutableReference("demo", "talker"),),
         ("--ros-args",),
     )
-    assert found.executables == (Executable("demo", "talker"),)
+    assert found.executables == (ExecutableReference("demo", "talker"),)
 
 
 def test_an_executable_that_is_named_by_its_path_is_a_reference(env):
     found = order(f"{env['AMENT_PREFIX_PATH']}/lib/demo/talker", env=env)
 
-    assert found.words == ((Executable("demo", "talker"),),)
+    assert found.words == ((ExecutableReference("demo", "talker"),),)
 
 
 def test_python_is_that_of_the_host():
-    assert order(sys.executable, "-m", "demo", env=SYSTEM).words[0] == (Interpreter(),)
+    assert order(sys.executable, "-m", "demo", env=SYSTEM).words[0] == (InterpreterReference(),)
 
 
 def test_files_in_share_are_references_in_every_form(env):
@@ -142,7 +142,7 @@ def test_packages_of_a_workspace_and_of_source_folders_are_found(tmp_path, monke
     found = order(*map(str, words), env=SYSTEM)
 
     assert found.words == (
-        (Executable("demo", "talker"),),
+        (ExecutableReference("demo", "talker"),),
         (SharedFile("demo", "a.yaml"),),
         (SharedFile("own_demo", "config/b.yaml"),),
         (SharedFile("own_demo", ""),),
@@ -183,7 +183,11 @@ def test_a_script_is_sent_behind_its_interpreter(env, tmp_path, monkeypatch):
         (tmp_path / name).write_text(f"{line}\n")
         (tmp_path / name).chmod(0o755)
 
-    assert order("./a.py", "-v", env=env).words == ((Interpreter(),), (SentFile("a.py"),), ("-v",))
+    assert order("./a.py", "-v", env=env).words == (
+        (InterpreterReference(),),
+        (SentFile("a.py"),),
+        ("-v",),
+    )
     assert order("./b.sh", env=env).words == (("/bin/bash",), ("-e",), (SentFile("b.sh"),))
 
 

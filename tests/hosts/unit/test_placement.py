@@ -9,7 +9,7 @@ import pytest
 from launcher.base.errors import UsageError
 from launcher.base.model.spec import ProcessSpec, RosIdentity, Scope
 from launcher.hosts.file import file
-from launcher.hosts.file.placement import Candidates, Component, Findings, Placement
+from launcher.hosts.file.placement import Candidates, Component, Placement, PlacementFindings
 
 
 def node(name: str | None, namespace: str | None = None, **more: object) -> ProcessSpec:
@@ -143,11 +143,11 @@ and 'robot_*' in line 3 on a
 # ---- mistakes
 
 
-def findings(rules: str, *specs: ProcessSpec, **more: object) -> Findings:
+def findings(rules: str, *specs: ProcessSpec, **more: object) -> PlacementFindings:
     return placement(rules).check(Candidates(specs=specs, **more))
 
 
-def only_error(found: Findings) -> tuple[str, str | None]:
+def only_error(found: PlacementFindings) -> tuple[str, str | None]:
     (error,) = found.errors
     assert error.exit_code == 2 and error.column is not None
     return f"{error.where}: {error.message}", error.hint
@@ -180,7 +180,7 @@ def test_what_a_condition_keeps_away_is_a_remark():
 
     found = findings("  robot_2: a\n  x: b\n", node("x"), off=off)
 
-    assert found == Findings(
+    assert found == PlacementFindings(
         remarks=(
             "hosts.yaml:3: 'robot_2' matches only what a condition keeps away: "
             "/robot_2 at a.launch.py:9",
@@ -213,7 +213,9 @@ def test_a_component_runs_where_its_container_does():
 def test_a_host_that_no_rule_names_is_a_warning():
     found = findings("  x: a\n", node("x"))
 
-    assert found == Findings(warnings=("hosts.yaml:1: no rule of 'place' names the host 'b'",))
+    assert found == PlacementFindings(
+        warnings=("hosts.yaml:1: no rule of 'place' names the host 'b'",)
+    )
 
 
 def test_a_conflict_is_told_once():

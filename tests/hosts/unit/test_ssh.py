@@ -19,7 +19,7 @@ from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import (
     MADE_WITH,
     SYNCED_PYTHON,
-    Connection,
+    SshConnection,
     new_control_path,
     posix_shell,
     python_script,
@@ -48,7 +48,7 @@ def first_values(words: list[str]) -> dict[str, str]:
 
 
 def test_a_session_never_asks_and_checks_the_host_key():
-    values = first_values(Connection(host(), "/run/x").session("true"))
+    values = first_values(SshConnection(host(), "/run/x").session("true"))
 
     assert values["BatchMode"] == "yes"
     assert values["StrictHostKeyChecking"] == "yes"
@@ -58,7 +58,7 @@ def test_a_session_never_asks_and_checks_the_host_key():
 def test_options_of_the_hosts_file_come_before_the_defaults():
     own = {"StrictHostKeyChecking": "accept-new", "BatchMode": "no", "Port": "2222"}
 
-    values = first_values(Connection(host(ssh=own), "/run/x").session("true"))
+    values = first_values(SshConnection(host(ssh=own), "/run/x").session("true"))
 
     assert values["StrictHostKeyChecking"] == "accept-new"
     assert values["Port"] == "2222"
@@ -66,7 +66,7 @@ def test_options_of_the_hosts_file_come_before_the_defaults():
 
 
 def test_a_master_of_the_user_is_used_but_never_one_that_may_be_lost():
-    connection = Connection(host(), None)
+    connection = SshConnection(host(), None)
 
     assert "ControlPath" not in first_values(connection.session("true"))
     assert first_values(connection.session("true"))["ControlMaster"] == "no"
@@ -75,7 +75,7 @@ def test_a_master_of_the_user_is_used_but_never_one_that_may_be_lost():
 
 @pytest.mark.parametrize("address", ["-oProxyCommand=touch /tmp/x", "10.0.0.2"])
 def test_an_address_is_no_option(address: str):
-    words = Connection(host(address=address), None).session("true")
+    words = SshConnection(host(address=address), None).session("true")
 
     assert words[words.index("--") + 1] == address
 
@@ -97,7 +97,7 @@ def test_a_path_that_is_too_long_for_a_socket_is_not_taken(tmp_path: Path):
 @pytest.mark.skipif(shutil.which("ssh") is None, reason="needs ssh")
 @pytest.mark.parametrize("folder", ["/run/a b", '/run/it\'s "x"', "/run/%h\\\\$x", "/run/#1,=~"])
 def test_a_socket_may_be_in_any_folder(folder: str):
-    words = Connection(host(), f"{folder}/1.ssh").session("true")
+    words = SshConnection(host(), f"{folder}/1.ssh").session("true")
     place = words.index("--")
 
     found = subprocess.run([*words[:place], "-G", *words[place:]], capture_output=True, check=False)
@@ -122,7 +122,7 @@ def test_the_socket_of_a_killed_ssh_is_removed():
 @pytest.mark.parametrize("ssh", [{"Port": "22\nProxyCommand=x"}, {"Port Proxy": "1"}])
 def test_an_option_of_two_lines_or_words_is_refused(ssh: dict[str, str]):
     with pytest.raises(UsageError, match="cannot be given to ssh"):
-        Connection(host(ssh=ssh), None)
+        SshConnection(host(ssh=ssh), None)
 
 
 def test_messages_of_ssh_are_english_and_the_encoding_stays():

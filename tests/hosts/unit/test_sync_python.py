@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from launcher.hosts.sync import release_python
-from launcher.hosts.sync.tree import Entry
+from launcher.hosts.sync.tree import TreeEntry
 
 NAMES = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\0/"), min_size=1)
 PRINTS = """#!/bin/sh
@@ -18,7 +18,7 @@ printf '%s\\n' "$LAUNCHER_WORKSPACE" "$PYTHONPATH" "$0" "$@"
 """
 
 
-def release(folder: Path, entry: Entry, name: str = "000001-12345678") -> Path:
+def release(folder: Path, entry: TreeEntry, name: str = "000001-12345678") -> Path:
     """A release with this program; it can be started by the link `current`, too."""
     program = folder / "releases" / name / "bin/python"
     program.parent.mkdir(parents=True, exist_ok=True)

@@ -12,11 +12,11 @@ from launcher.hosts.sync import requirements, wheels
 from launcher.hosts.sync.natives import Native, check, natives
 from launcher.hosts.sync.on_host import pip_messages
 from launcher.hosts.sync.requirements import PinnedList
-from launcher.hosts.sync.tree import Entry
-from launcher.hosts.sync.wheels import Target
+from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.wheels import PythonTarget
 
 MARKERS = {"python_version": "3.12", "python_full_version": "3.12.3", "sys_platform": "linux"}
-TARGET = Target(version=(3, 12), machine="x86_64", glibc=(2, 31), markers=MARKERS)
+TARGET = PythonTarget(version=(3, 12), machine="x86_64", glibc=(2, 31), markers=MARKERS)
 
 NOT_FOUND = "ERROR: No matching distribution found for "
 
@@ -223,7 +223,7 @@ def test_a_wheel_with_another_hash_is_not_used(tmp_path: Path, monkeypatch):
 
 
 def test_a_host_without_glibc_takes_no_manylinux():
-    musl = Target(version=(3, 12), machine="x86_64", glibc=None, markers={})
+    musl = PythonTarget(version=(3, 12), machine="x86_64", glibc=None, markers={})
 
     assert musl.platforms == ["linux_x86_64"]
     assert str(musl) == "Python 3.12, x86_64, no glibc"
@@ -260,9 +260,9 @@ def test_compiled_files_are_recognized(tmp_path: Path):
     (tmp_path / "text").write_text("GLIBC_2.99")
     path = "install/lib/python3.11/site-packages/x.so"
     entries = [
-        Entry(path=path, source=str(tmp_path / "x.so")),
-        Entry(path="t", source=str(tmp_path / "text")),
-        Entry(path="c", content=header),
+        TreeEntry(path=path, source=str(tmp_path / "x.so")),
+        TreeEntry(path="t", source=str(tmp_path / "text")),
+        TreeEntry(path="c", content=header),
     ]
 
     assert natives(entries) == [Native(path=path, machine="x86_64", glibc=34, python=11)]

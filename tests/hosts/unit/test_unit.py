@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts import unit
-from launcher.hosts.unit import Setting
+from launcher.hosts.unit import UnitSetting
 
 ALWAYS, ON_FAILURE = RestartMode.ALWAYS, RestartMode.ON_FAILURE
 
@@ -76,8 +76,8 @@ def test_the_first_start_counts_for_the_limit(window_s: float | None, interval: 
 
     settings = list(unit.restart_settings(policy))
 
-    assert Setting("StartLimitIntervalSec", interval, "Unit") in settings
-    assert Setting("StartLimitBurst", "4", "Unit") in settings
+    assert UnitSetting("StartLimitIntervalSec", interval, "Unit") in settings
+    assert UnitSetting("StartLimitBurst", "4", "Unit") in settings
 
 
 def test_a_delay_that_doubles():

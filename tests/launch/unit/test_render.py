@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.spec import ProcessSpec
-from launcher.launch.plan.command_line import ParameterFiles, command_line
+from launcher.launch.plan.command_line import ParameterFileWriter, command_line
 from launcher.launch.plan.entities import short_path
 from launcher.launch.plan.plan_tree import plan_tree
 from launcher.launch.plan.planner import make_plan
@@ -45,7 +45,7 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         file = tmp_path / "a.launch.py"
         file.write_text(f"{HEAD}{textwrap.indent(textwrap.dedent(actions), '        ')}\n    ])\n")
         plan = make_plan(str(file), arguments)
-        return draw(plan_tree(plan, ParameterFiles()), colour=False).splitlines()
+        return draw(plan_tree(plan, ParameterFileWriter()), colour=False).splitlines()
 
     return make
 
@@ -256,7 +256,7 @@ def test_a_folder_of_somebody_else_is_not_written_to(tmp_path, monkeypatch):
     trap = tmp_path / "elsewhere"
     trap.mkdir()
     (tmp_path / f"launcher-plan-{os.getuid()}").symlink_to(trap)
-    path, _ = ParameterFiles().keep("n", {"a": 1})
+    path, _ = ParameterFileWriter().keep("n", {"a": 1})
     assert path is not None and Path(path).is_file()
     assert list(trap.iterdir()) == []
 
@@ -267,7 +267,7 @@ def test_an_endless_launch_file_still_has_a_tree(tmp_path):
     file.write_text(f"{HEAD} IncludeLaunchDescription(__file__)])")
     plan = make_plan(str(file), [])
     assert plan.error is not None and plan.error.kind == "RecursionError"
-    assert "... and so on" in draw(plan_tree(plan, ParameterFiles()), colour=False)
+    assert "... and so on" in draw(plan_tree(plan, ParameterFileWriter()), colour=False)
 
 
 # ---- command lines

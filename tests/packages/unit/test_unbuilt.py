@@ -142,7 +142,7 @@ def test_the_type_of_a_field_that_is_gone_is_told(ws, field: str, message: str, 
 def test_a_definition_that_was_edited_after_its_build_is_noted(ws: Path, monkeypatch):
     source = ws / "src/bot_msgs/msg/Word.msg"
     place = Place(str(ws), str(ws / "src"))
-    setting = records.Setting(place, links=True, tools="", compiler="", options=())
+    setting = records.BuildSetting(place, links=True, tools="", compiler="", options=())
     package = sources.find([str(ws / "src/bot_msgs")]).packages[0]
     records.store(place, records.make(package, setting, {}, None))
     prefix = ws / "install/bot_msgs"

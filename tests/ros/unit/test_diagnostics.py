@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.helpers.diagnostics import Level, all_stale, service_names, statuses
+from launcher.ros.helpers.diagnostics import DiagnosticLevel, all_stale, service_names, statuses
 
 RUN = {"id": "1-a", "pid": 1, "target": "x.launch.py", "log_dir": None, "domain_id": 7}
 
@@ -35,38 +35,42 @@ def end(returncode: int, *, asked: bool = False):
 @pytest.mark.parametrize(
     ("facts", "level", "message"),
     [
-        ({}, Level.OK, "running"),
-        ({"state": "STARTING"}, Level.OK, "starting"),
-        ({"paused": True}, Level.WARN, "paused"),
-        ({"host": "bot1", "unreachable_s": 4.2}, Level.STALE, "running, unreachable 4 s"),
-        ({"host": "bot1", "unreachable_s": None}, Level.OK, "running"),
+        ({}, DiagnosticLevel.OK, "running"),
+        ({"state": "STARTING"}, DiagnosticLevel.OK, "starting"),
+        ({"paused": True}, DiagnosticLevel.WARN, "paused"),
+        ({"host": "bot1", "unreachable_s": 4.2}, DiagnosticLevel.STALE, "running, unreachable 4 s"),
+        ({"host": "bot1", "unreachable_s": None}, DiagnosticLevel.OK, "running"),
         (
             {"restarts": 2, "uptime_s": 1.0, "last_exit": end(3)},
-            Level.WARN,
+            DiagnosticLevel.WARN,
             "restarted (2) after exit code 3",
         ),
-        ({"restarts": 2, "last_exit": end(3)}, Level.OK, "running"),
+        ({"restarts": 2, "last_exit": end(3)}, DiagnosticLevel.OK, "running"),
         (
             {"state": "BACKOFF", "last_exit": end(3)},
-            Level.WARN,
+            DiagnosticLevel.WARN,
             "waiting to restart after exit code 3",
         ),
         (
             {"state": "STOPPED", "last_exit": end(0, asked=True)},
-            Level.STALE,
+            DiagnosticLevel.STALE,
             "stopped by request",
         ),
-        ({"state": "STOPPED"}, Level.STALE, "not started"),
+        ({"state": "STOPPED"}, DiagnosticLevel.STALE, "not started"),
         (
             {"state": "STOPPED", "last_exit": end(-11, asked=False)},
-            Level.ERROR,
+            DiagnosticLevel.ERROR,
             "crashed when it was stopped: exit code -11",
         ),
-        ({"state": "EXITED", "last_exit": end(0)}, Level.OK, "finished"),
-        ({"state": "EXITED", "last_exit": end(-15, asked=True)}, Level.OK, "finished"),
-        ({"state": "EXITED", "last_exit": end(3)}, Level.ERROR, "exited unexpectedly: exit code 3"),
-        ({"state": "FATAL", "last_exit": end(3)}, Level.ERROR, "failed: exit code 3"),
-        ({"state": "FATAL"}, Level.ERROR, "failed: could not be started"),
+        ({"state": "EXITED", "last_exit": end(0)}, DiagnosticLevel.OK, "finished"),
+        ({"state": "EXITED", "last_exit": end(-15, asked=True)}, DiagnosticLevel.OK, "finished"),
+        (
+            {"state": "EXITED", "last_exit": end(3)},
+            DiagnosticLevel.ERROR,
+            "exited unexpectedly: exit code 3",
+        ),
+        ({"state": "FATAL", "last_exit": end(3)}, DiagnosticLevel.ERROR, "failed: exit code 3"),
+        ({"state": "FATAL"}, DiagnosticLevel.ERROR, "failed: could not be started"),
     ],
 )
 def test_the_level_says_how_bad_it_is(facts, level, message):
@@ -91,20 +95,20 @@ def test_values_are_those_that_are_known():
 def test_the_run_is_as_bad_as_its_worst_process():
     rows = [row(), row(name="b-2", state="BACKOFF"), row(name="c-3", state="FATAL")]
     run, *_ = statuses(rows, RUN, "launcher")
-    assert run.level is Level.ERROR
+    assert run.level is DiagnosticLevel.ERROR
     assert run.message == "1 of 3 processes running; see b-2, c-3"
     assert dict(run.values) == {"id": "1-a", "pid": "1", "target": "x.launch.py", "domain_id": "7"}
 
 
 def test_a_stopped_process_is_not_an_error():
     run, _ = statuses([row(state="STOPPED", last_exit=end(0, asked=True))], RUN, "launcher")
-    assert (run.level, run.message) == (Level.OK, "0 of 1 process running")
+    assert (run.level, run.message) == (DiagnosticLevel.OK, "0 of 1 process running")
 
 
 def test_what_is_stale_keeps_its_values():
     before = statuses([row()], RUN, "launcher")
     after = all_stale(before, "gone")
-    assert [one.level for one in after] == [Level.STALE, Level.STALE]
+    assert [one.level for one in after] == [DiagnosticLevel.STALE, DiagnosticLevel.STALE]
     assert after[1].values == before[1].values
 
 

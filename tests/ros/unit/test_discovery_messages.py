@@ -93,7 +93,7 @@ def test_strange_datagrams_are_malformed_or_of_their_sender(noise, with_header):
     found: list[rtps.Part] = []
     with contextlib.suppress(ValueError):
         found.extend(rtps.parts(datagram, OWN))
-    owners = {p.reader if isinstance(p, rtps.Request) else p.writer for p in found}
+    owners = {p.reader if isinstance(p, rtps.AckNack) else p.writer for p in found}
     assert all(owner.startswith(datagram[8:20]) for owner in owners)
 
 

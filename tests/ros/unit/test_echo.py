@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.to_yaml import Style
 from launcher.ros.topics.echo import Writer, field_of
-from launcher.ros.topics.listener import Sample
+from launcher.ros.topics.listener import ReceivedMessage
 from launcher.ros.verb import print_json
 
 POSES = PoseArray(poses=[Pose(position=Point(x=float(n))) for n in range(3)])
@@ -57,7 +57,7 @@ def test_an_unknown_field_is_reported_with_the_existing_ones(path: str, reason: 
 
 
 def written(message: object, **options: bool) -> str:
-    sample = Sample(topic="/t", message=message, info=INFO)
+    sample = ReceivedMessage(topic="/t", message=message, info=INFO)
     writer = Writer(style=Style(), info=True, **options)
     return "".join(writer.pieces(sample, writer.value(sample)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.topics.history import History
+from launcher.ros.topics.history import TopicHistory
 
 S = 1_000_000_000
 START = 1_000 * S
@@ -12,7 +12,7 @@ START = 1_000 * S
 
 def judged(times: list[tuple[float, float] | tuple[float, float, bytes]]) -> list[bool]:
     """For messages by the seconds at which they were sent and received; subscribed at 0."""
-    history = History(START)
+    history = TopicHistory(START)
     return [
         history.has(*(publisher or [b"one"]), START + round(sent * S), START + round(received * S))
         for sent, received, *publisher in times

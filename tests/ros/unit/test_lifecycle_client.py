@@ -8,13 +8,13 @@ from launcher.ros.helpers.lifecycle_client import (
     MAX_QUESTIONS,
     OVERDUE_S,
     REFUSED,
-    Step,
+    StateChange,
     TransitionRequest,
 )
 
 CONFIGURE = 1
-BEGUN, DONE = Step("unconfigured", "configuring"), Step("configuring", "inactive")
-BACK = Step("configuring", "unconfigured")
+BEGUN, DONE = StateChange("unconfigured", "configuring"), StateChange("configuring", "inactive")
+BACK = StateChange("configuring", "unconfigured")
 LATE_S = OVERDUE_S + 0.1
 
 
@@ -69,7 +69,7 @@ def test_a_node_that_was_in_the_state_before_has_not_made_the_transition():
 
 
 @pytest.mark.parametrize("heard", [[], [BEGUN]], ids=["nothing", "the first step"])
-def test_a_refusal_ends_in_the_state_that_the_node_has(heard: list[Step]):
+def test_a_refusal_ends_in_the_state_that_the_node_has(heard: list[StateChange]):
     request = configure()
     request.answer(False, 0.1)
     for step in heard:
@@ -84,11 +84,15 @@ def test_a_refusal_ends_in_the_state_that_the_node_has(heard: list[Step]):
     "steps",
     [
         [BEGUN, BACK],
-        [BEGUN, Step("configuring", "errorprocessing"), Step("errorprocessing", "finalized")],
+        [
+            BEGUN,
+            StateChange("configuring", "errorprocessing"),
+            StateChange("errorprocessing", "finalized"),
+        ],
     ],
     ids=["failure", "error"],
 )
-def test_a_refusal_without_an_answer_is_inferred_from_the_events(steps: list[Step]):
+def test_a_refusal_without_an_answer_is_inferred_from_the_events(steps: list[StateChange]):
     request = configure()
     for step in steps:
         assert request.on_event(step, 0.1) == []
@@ -97,7 +101,7 @@ def test_a_refusal_without_an_answer_is_inferred_from_the_events(steps: list[Ste
 
 def test_an_event_of_another_transition_is_left_alone():
     request = configure()
-    assert request.on_event(Step("inactive", "activating"), 0.1) is None
+    assert request.on_event(StateChange("inactive", "activating"), 0.1) is None
     request.on_event(BEGUN, 0.1)
     assert request.on_event(BEGUN, 0.2) is None
 

@@ -9,7 +9,7 @@ import pytest
 
 from launcher.ros import nodes
 from launcher.ros.helpers import logger_levels, parameter_check
-from launcher.ros.helpers.parameter_check import Comparison, NodeToCheck
+from launcher.ros.helpers.parameter_check import NodeToCheck, ParameterComparison
 from launcher.ros.nodes import Owner
 
 OURS = os.getpid()
@@ -55,7 +55,7 @@ def test_a_process_without_a_node_has_none(looks: list[list[Owner]]):
 
 def test_parameters_are_those_of_a_node_only_if_it_is_the_only_one(looks: list[list[Owner]]):
     process = NodeToCheck(place="a.launch.py:1", pid=OURS, argv=["node"])
-    comparison = Comparison([process], lambda text: None)
+    comparison = ParameterComparison([process], lambda text: None)
     looks += [[FIRST, NAME_OF_SECOND], [FIRST, SECOND]]
     for _ in range(2):
         comparison._find_names(CALLER, [process])
@@ -68,5 +68,5 @@ def test_parameters_are_compared_where_a_node_never_has_an_endpoint(
     monkeypatch.setattr(parameter_check, "NO_SERVICES_S", -1.0)
     process = NodeToCheck(place="a.launch.py:1", pid=OURS, argv=["node"])
     looks += [[FIRST, NAME_OF_SECOND]]
-    Comparison([process], lambda text: None)._find_names(CALLER, [process])
+    ParameterComparison([process], lambda text: None)._find_names(CALLER, [process])
     assert process.name == "/first"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from std_msgs.msg import Header
 
-from launcher.ros.topics.listener import Sample, Target
+from launcher.ros.topics.listener import ReceivedMessage, TopicTarget
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.statistics import NANOS
 from launcher.ros.verb import GraphAccess
@@ -32,11 +32,14 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
             *,
             raw: bool,
         ) -> None:
-            found(Target(name="/t", type="x", publishers=()))
+            found(TopicTarget(name="/t", type="x", publishers=()))
             message = b"12" if raw else SimpleNamespace(header=Header())
             for time_s in times_s:
                 info = {"received_timestamp": round(time_s * NANOS)}
-                take(Sample(topic="/t", message=message, info=info), info["received_timestamp"])
+                take(
+                    ReceivedMessage(topic="/t", message=message, info=info),
+                    info["received_timestamp"],
+                )
             report()
 
         monkeypatch.setattr(streams, "_measure", measure)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.ros_arguments import full_node_name, ros_options
-from launcher.ros.helpers.parameter_check import Comparison, NodeToCheck, file_parameters
+from launcher.ros.helpers.parameter_check import NodeToCheck, ParameterComparison, file_parameters
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def node(name: str, *words: str, declared: set[str] | None) -> NodeToCheck:
 
 def reported(*nodes: NodeToCheck) -> list[str]:
     said: list[str] = []
-    comparison = Comparison(list(nodes), said.append)
+    comparison = ParameterComparison(list(nodes), said.append)
     for one in nodes:
         comparison._report(one, [s for s in one.missing if not comparison._shared(s)])
     comparison._report_shared()
@@ -130,5 +130,5 @@ def test_a_parameter_that_is_declared_late_is_not_reported(
     said: list[str] = []
     one = node("n", "-p", "x:=1", declared=None)
     one.is_done = False
-    Comparison([one], said.append).run(Graph(declared, monkeypatch), lambda: False)
+    ParameterComparison([one], said.append).run(Graph(declared, monkeypatch), lambda: False)
     assert len(said) == warnings

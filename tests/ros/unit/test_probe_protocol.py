@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from launcher.ros.probe import protocol as module
-from launcher.ros.probe.protocol import Outbox, encoded
+from launcher.ros.probe.protocol import LineOutbox, encoded
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def pipe() -> Iterator[tuple[int, int]]:
         os.close(descriptor)
 
 
-def read_all(descriptor: int, outbox: Outbox) -> list[dict]:
+def read_all(descriptor: int, outbox: LineOutbox) -> list[dict]:
     data = b""
     while not outbox.is_empty:
         outbox.flush()
@@ -32,7 +32,7 @@ def read_all(descriptor: int, outbox: Outbox) -> list[dict]:
 
 
 def test_lines_come_in_order_and_survive_a_full_pipe(pipe):
-    outbox = Outbox(pipe[1])
+    outbox = LineOutbox(pipe[1])
     for number in range(20_000):
         outbox.push({"number": number})
     outbox.flush()
@@ -42,7 +42,7 @@ def test_lines_come_in_order_and_survive_a_full_pipe(pipe):
 
 def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, monkeypatch):
     monkeypatch.setattr(module, "LIMIT_BYTES", 100)
-    outbox = Outbox(pipe[1])
+    outbox = LineOutbox(pipe[1])
     for number in range(50):
         outbox.push({"message": number})
         outbox.send({"answer": number})
@@ -56,7 +56,7 @@ def test_messages_over_the_limit_are_dropped_and_counted_answers_are_not(pipe, m
 
 def test_the_number_of_dropped_messages_comes_before_the_next_message(pipe, monkeypatch):
     monkeypatch.setattr(module, "LIMIT_BYTES", 20)
-    outbox = Outbox(pipe[1])
+    outbox = LineOutbox(pipe[1])
     outbox.push({"m": 1})
     outbox.push({"long": "x" * 30})
     outbox.push({"m": 2})
@@ -65,14 +65,14 @@ def test_the_number_of_dropped_messages_comes_before_the_next_message(pipe, monk
 
 
 def test_a_graph_that_waits_is_replaced_by_a_newer_one(pipe):
-    outbox = Outbox(pipe[1])
+    outbox = LineOutbox(pipe[1])
     for number in range(10):
         outbox.show({"graph": number})
     assert read_all(pipe[0], outbox) == [{"graph": 9}]
 
 
 def test_a_huge_message_is_reported_without_its_content(pipe):
-    outbox = Outbox(pipe[1])
+    outbox = LineOutbox(pipe[1])
     outbox.push({"sub": "s", "data": "x" * module.MESSAGE_BYTES})
     (line,) = read_all(pipe[0], outbox)
     assert (line["sub"], line["data"]) == ("s", None)
@@ -82,7 +82,7 @@ def test_a_huge_message_is_reported_without_its_content(pipe):
 def test_a_reader_that_is_gone_is_noticed():
     read, write = os.pipe()
     os.close(read)
-    outbox = Outbox(write)
+    outbox = LineOutbox(write)
     outbox.send({"answer": 1})
     outbox.flush()
     assert outbox.is_broken

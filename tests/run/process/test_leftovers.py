@@ -24,7 +24,7 @@ from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
 from launcher.run.ending.leftovers import Leftovers
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 from launcher.run.process import Process
 from launcher.run.run import Launched, Run
 from tests.support.benches import Bench
@@ -298,7 +298,7 @@ def stage(tmp_path: Path) -> Iterator[Stage]:
 
 @pytest.mark.thorough
 def test_a_process_that_sigkill_does_not_end_is_named_and_the_run_ends_without_it(stage: Stage):
-    stage.driver.advance(stage.process, Command.START)
+    stage.driver.advance(stage.process, MachineCommand.START)
     stage.reactor.call_later(0, lambda: stage.shutdown.decided("the test"))
     alarms: list[str] = []
     stage.reactor.call_later(60.0, lambda: (alarms.append("60 s"), stage.reactor.stop()))

@@ -11,27 +11,27 @@ from launcher.base.model.spec import RestartPolicy, StopPolicy
 from launcher.run.machine import (
     POLITE,
     Action,
-    Command,
-    Ended,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
     ProcessMachine,
     ProcessState,
+    ReportExit,
     Signal,
 )
-from launcher.run.machine import Order as MachineOrder
 from launcher.run.requests.request_queue import (
     Act,
     Answer,
     Do,
-    Order,
-    Part,
-    Phase,
+    ProcessPhase,
     ProcessRequest,
     Purpose,
     QueueAction,
+    RequestOrder,
     RequestQueue,
     Situation,
+    StepPhase,
 )
 from launcher.run.requests.request_result import Kind
 
@@ -90,9 +90,9 @@ class BenchProcess:
         self.is_deaf = False  # even to SIGKILL
         self.refusal: Kind | None = None
         self.pid: int | None = None
-        self.last_end: Ended | None = None
+        self.last_end: ReportExit | None = None
         self.ended_s = 0.0
-        self.orders: list[Order] = []
+        self.orders: list[RequestOrder] = []
         self.unasked = 0
         self._pids = itertools.count(1)
         self._clients: dict[ProcessRequest, Client] = {}
@@ -103,20 +103,20 @@ class BenchProcess:
         for action in self.machine.handle(event, self.clock.now):
             self._act(action)
         if self.machine.state is ProcessState.STOPPING and self.pid is None:
-            self.machine.handle(Command.START_CANCELLED, self.clock.now)
+            self.machine.handle(MachineCommand.START_CANCELLED, self.clock.now)
         deadline = self.machine.deadline
         if deadline is not None:
-            self.clock.call_later(deadline - self.clock.now, lambda: self.feed(Command.TICK))
+            self.clock.call_later(deadline - self.clock.now, lambda: self.feed(MachineCommand.TICK))
         self.clock.call_later(0, self.settle)
 
     def _act(self, action: Action) -> None:
         match action:
-            case MachineOrder.SPAWN if not self.is_paced:
+            case MachineAction.SPAWN if not self.is_paced:
                 self.spawn()
             case Signal(signum=signum) if not self.is_deaf:
                 is_polite = signum in POLITE
                 self.end(-int(signum), self.stop_s() if is_polite else 0.0)
-            case Ended():
+            case ReportExit():
                 self.last_end, self.pid = action, None
                 self.ended_s = self.clock.now
 
@@ -126,11 +126,11 @@ class BenchProcess:
         if delay_s := self.start_s():
             self.clock.call_later(delay_s, lambda: self._runs(pid))
         else:
-            self.feed(Command.STARTED)
+            self.feed(MachineCommand.STARTED)
 
     def _runs(self, pid: int) -> None:
         if self.pid == pid:
-            self.feed(Command.STARTED)
+            self.feed(MachineCommand.STARTED)
 
     def end(self, code: int, after_s: float = 0.0) -> None:
         """Its present life ends."""
@@ -155,7 +155,7 @@ class BenchProcess:
     def leave(self, client: Client) -> None:
         client.has_left = True
         step = self.queue.current
-        has_begun = step is not None and step.part is not Part.PENDING
+        has_begun = step is not None and step.part is not StepPhase.PENDING
         client.is_living = step is not None and has_begun and client.request in step.requests
         client.is_dropped = not client.is_living
         self.queue.withdraw(client.request)
@@ -172,21 +172,21 @@ class BenchProcess:
         )
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> ProcessPhase:
         if self.machine.is_stuck:
-            return Phase.STUCK
+            return ProcessPhase.STUCK
         match self.machine.state:
             case ProcessState.STARTING if self.pid is None:
-                return Phase.WAITING if self.waits else Phase.QUEUED
+                return ProcessPhase.WAITING if self.waits else ProcessPhase.QUEUED
             case ProcessState.STARTING:
-                return Phase.STARTING
+                return ProcessPhase.STARTING
             case ProcessState.RUNNING:
-                return Phase.RUNNING
+                return ProcessPhase.RUNNING
             case ProcessState.STOPPING:
-                return Phase.STOPPING
+                return ProcessPhase.STOPPING
             case ProcessState.BACKOFF:
-                return Phase.BACKOFF
-        return Phase.ENDED
+                return ProcessPhase.BACKOFF
+        return ProcessPhase.ENDED
 
     def _carry_out(self, actions: Sequence[QueueAction]) -> None:
         for action in actions:
@@ -205,17 +205,17 @@ class BenchProcess:
                     self._clients[request].kinds.append(Kind.SIGNALLED)
                     self.queue.finish(step)
 
-    def _do(self, order: Order) -> None:
+    def _do(self, order: RequestOrder) -> None:
         match order:
-            case Order.STOP:
-                self.feed(Command.USER_STOP)
-            case Order.START:
+            case RequestOrder.STOP:
+                self.feed(MachineCommand.USER_STOP)
+            case RequestOrder.START:
                 living = [one for one in self._clients.values() if one.is_living]
                 starters = [one for one in living if one.request.purpose.starts]
                 self.unasked += not starters
                 for one in starters:
                     one.is_living = not one.has_left  # this start was the rest of it
-                self.feed(Command.USER_START)
-            case Order.SKIP_WAIT:
+                self.feed(MachineCommand.USER_START)
+            case RequestOrder.SKIP_WAIT:
                 self.waits = False
                 self.spawn()

@@ -8,17 +8,17 @@ import pytest
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
 from launcher.run.machine import (
-    Command,
-    Ended,
     Escalate,
     Exited,
-    Order,
+    MachineAction,
+    MachineCommand,
     ProcessMachine,
     ProcessState,
+    ReportExit,
+    ReportStuck,
     Signal,
     SignalSent,
     SpawnError,
-    Stuck,
 )
 
 INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
@@ -34,113 +34,116 @@ def machine(**restart: object) -> ProcessMachine:
 
 def running(**restart: object) -> ProcessMachine:
     one = machine(**restart)
-    one.handle(Command.START, 0.0)
-    one.handle(Command.STARTED, 0.0)
+    one.handle(MachineCommand.START, 0.0)
+    one.handle(MachineCommand.STARTED, 0.0)
     return one
 
 
 def test_a_start_spawns_and_a_started_process_runs():
     one = machine()
-    assert one.handle(Command.START, 0.0) == [Order.SPAWN]
+    assert one.handle(MachineCommand.START, 0.0) == [MachineAction.SPAWN]
     assert one.state is ProcessState.STARTING
-    assert one.handle(Command.STARTED, 0.0) == []
+    assert one.handle(MachineCommand.STARTED, 0.0) == []
     assert one.state is ProcessState.RUNNING
 
 
 def test_a_stubborn_process_is_killed_after_both_grace_periods():
     one = running()
-    assert one.handle(Command.STOP, 1.0) == [Signal(INT)]
-    assert one.handle(Command.TICK, 5.9) == []
-    assert one.handle(Command.TICK, 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
-    assert one.handle(Command.TICK, 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
+    assert one.handle(MachineCommand.STOP, 1.0) == [Signal(INT)]
+    assert one.handle(MachineCommand.TICK, 5.9) == []
+    assert one.handle(MachineCommand.TICK, 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
+    assert one.handle(MachineCommand.TICK, 11.0) == [Escalate(TERM, 5.0, KILL), Signal(KILL)]
 
 
 def test_a_process_that_got_sigint_from_elsewhere_gets_what_follows_it():
     one = running()
-    assert one.handle(Command.INTERRUPTED, 1.0) == []
+    assert one.handle(MachineCommand.INTERRUPTED, 1.0) == []
     assert one.state is ProcessState.STOPPING
-    assert one.handle(Command.TICK, 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
+    assert one.handle(MachineCommand.TICK, 6.0) == [Escalate(INT, 5.0, TERM), Signal(TERM)]
 
 
 def test_an_interrupted_process_whose_stop_begins_with_another_signal_gets_that():
     one = ProcessMachine(RestartPolicy(), StopPolicy(polite=((TERM, 3.0),)))
-    one.handle(Command.START, 0.0)
-    one.handle(Command.STARTED, 0.0)
-    assert one.handle(Command.INTERRUPTED, 1.0) == [Signal(TERM)]
+    one.handle(MachineCommand.START, 0.0)
+    one.handle(MachineCommand.STARTED, 0.0)
+    assert one.handle(MachineCommand.INTERRUPTED, 1.0) == [Signal(TERM)]
 
 
 def test_a_process_that_only_starts_when_the_others_were_interrupted_gets_sigint():
     one = machine()
-    one.handle(Command.START, 0.0)
-    assert one.handle(Command.INTERRUPTED, 0.0) == []
-    assert one.handle(Command.STARTED, 1.0) == [Signal(INT)]
+    one.handle(MachineCommand.START, 0.0)
+    assert one.handle(MachineCommand.INTERRUPTED, 0.0) == []
+    assert one.handle(MachineCommand.STARTED, 1.0) == [Signal(INT)]
 
 
 def test_a_process_that_survives_sigkill_is_reported_once_and_may_still_exit():
     one = running()
-    one.handle(Command.STOP, 0.0)
-    one.handle(Command.TICK, 5.0)
-    one.handle(Command.TICK, 10.0)
+    one.handle(MachineCommand.STOP, 0.0)
+    one.handle(MachineCommand.TICK, 5.0)
+    one.handle(MachineCommand.TICK, 10.0)
     assert one.is_killing and not one.is_stuck
-    assert one.handle(Command.TICK, 15.0) == [Stuck(5.0)]
+    assert one.handle(MachineCommand.TICK, 15.0) == [ReportStuck(5.0)]
     assert one.is_stuck
     assert one.deadline is None
-    assert one.handle(Command.SKIP_GRACE, 16.0) == []
-    assert one.handle(Command.START, 16.0) == [], "there would be two"
+    assert one.handle(MachineCommand.SKIP_GRACE, 16.0) == []
+    assert one.handle(MachineCommand.START, 16.0) == [], "there would be two"
     one.handle(exited(-9), 20.0)
     assert one.state is ProcessState.STOPPED and not one.is_stuck
 
 
 def test_a_queued_start_can_be_cancelled():
     one = machine()
-    one.handle(Command.START, 0.0)
-    one.handle(Command.STOP, 0.0)
-    assert one.handle(Command.START_CANCELLED, 0.0) == []
+    one.handle(MachineCommand.START, 0.0)
+    one.handle(MachineCommand.STOP, 0.0)
+    assert one.handle(MachineCommand.START_CANCELLED, 0.0) == []
     assert one.state is ProcessState.STOPPED
-    assert one.handle(Command.START, 1.0) == [Order.SPAWN]
+    assert one.handle(MachineCommand.START, 1.0) == [MachineAction.SPAWN]
 
 
 def test_a_custom_stop_policy_is_followed_step_by_step():
     policy = StopPolicy(polite=((signal.SIGUSR1, 0.5),))
     one = ProcessMachine(RestartPolicy(), policy)
-    one.handle(Command.START, 0.0)
-    one.handle(Command.STARTED, 0.0)
-    assert one.handle(Command.STOP, 1.0) == [Signal(signal.SIGUSR1)]
-    assert one.handle(Command.TICK, 1.5) == [Escalate(signal.SIGUSR1, 0.5, KILL), Signal(KILL)]
+    one.handle(MachineCommand.START, 0.0)
+    one.handle(MachineCommand.STARTED, 0.0)
+    assert one.handle(MachineCommand.STOP, 1.0) == [Signal(signal.SIGUSR1)]
+    assert one.handle(MachineCommand.TICK, 1.5) == [
+        Escalate(signal.SIGUSR1, 0.5, KILL),
+        Signal(KILL),
+    ]
 
 
 def test_hurrying_takes_the_next_step_at_once_and_says_how_long_it_waited():
     one = running()
-    one.handle(Command.STOP, 1.0)
-    assert one.handle(Command.SKIP_GRACE, 3.0) == [Escalate(INT, 2.0, TERM), Signal(TERM)]
-    assert one.handle(Command.SKIP_GRACE, 3.5) == [Escalate(TERM, 0.5, KILL), Signal(KILL)]
-    assert one.handle(Command.SKIP_GRACE, 3.6) == []
+    one.handle(MachineCommand.STOP, 1.0)
+    assert one.handle(MachineCommand.SKIP_GRACE, 3.0) == [Escalate(INT, 2.0, TERM), Signal(TERM)]
+    assert one.handle(MachineCommand.SKIP_GRACE, 3.5) == [Escalate(TERM, 0.5, KILL), Signal(KILL)]
+    assert one.handle(MachineCommand.SKIP_GRACE, 3.6) == []
 
 
 def test_a_requested_exit_is_no_failure_and_never_restarts():
     one = running(mode=RestartMode.ALWAYS)
-    one.handle(Command.STOP, 0.0)
-    assert one.handle(exited(-2), 0.1) == [Ended(Outcome(returncode=-2), True, None)]
+    one.handle(MachineCommand.STOP, 0.0)
+    assert one.handle(exited(-2), 0.1) == [ReportExit(Outcome(returncode=-2), True, None)]
     assert one.state is ProcessState.STOPPED
 
 
 def test_a_stop_that_overtakes_the_spawn_is_delivered_when_there_is_a_process():
     one = machine()
-    one.handle(Command.START, 0.0)
-    assert one.handle(Command.STOP, 0.0) == []
-    assert one.handle(Command.STARTED, 0.1) == [Signal(INT)]
+    one.handle(MachineCommand.START, 0.0)
+    assert one.handle(MachineCommand.STOP, 0.0) == []
+    assert one.handle(MachineCommand.STARTED, 0.1) == [Signal(INT)]
     assert one.running_since == 0.1
 
 
 def test_only_a_complete_start_gives_a_time():
     one = machine(mode=RestartMode.ALWAYS, delay_s=1.0)
     assert one.running_since is None
-    one.handle(Command.START, 1000.0)
+    one.handle(MachineCommand.START, 1000.0)
     assert one.running_since is None
-    one.handle(Command.STARTED, 1001.0)
+    one.handle(MachineCommand.STARTED, 1001.0)
     one.handle(exited(0), 1002.0)
     assert one.running_since == 1001.0
-    one.handle(Command.TICK, 1003.0)
+    one.handle(MachineCommand.TICK, 1003.0)
     assert (one.state, one.running_since) == (ProcessState.STARTING, None)
 
 
@@ -148,7 +151,7 @@ def test_one_that_ends_before_its_program_began_had_no_quiet_time():
     one = machine(mode=RestartMode.ALWAYS, delay_s=1.0, quiet_s=30.0, backoff_max_s=8.0)
     delays = []
     for now in (1000.0, 2000.0, 3000.0):
-        one.handle(Command.TICK if delays else Command.START, now)
+        one.handle(MachineCommand.TICK if delays else MachineCommand.START, now)
         (end,) = one.handle(exited(1), now)
         delays.append(end.retry_in_s)
     assert delays == [1.0, 2.0, 4.0]
@@ -173,49 +176,49 @@ def test_the_restart_mode_decides_after_an_end(mode, code, state):
 def test_a_restart_waits_for_its_delay_in_backoff():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
     one.handle(exited(1), 2.0)
-    assert one.handle(Command.TICK, 3.4) == []
-    assert one.handle(Command.TICK, 3.5) == [Order.SPAWN]
+    assert one.handle(MachineCommand.TICK, 3.4) == []
+    assert one.handle(MachineCommand.TICK, 3.5) == [MachineAction.SPAWN]
     assert one.restarts == 1
 
 
 def test_a_restart_that_was_asked_for_stops_and_starts_at_once():
     one = running()
-    assert one.handle(Command.RESTART, 1.0) == [Signal(INT)]
-    assert one.handle(exited(0), 1.2) == [Ended(Outcome(returncode=0), True, 0.0)]
-    assert one.handle(Command.TICK, 1.2) == [Order.SPAWN]
+    assert one.handle(MachineCommand.RESTART, 1.0) == [Signal(INT)]
+    assert one.handle(exited(0), 1.2) == [ReportExit(Outcome(returncode=0), True, 0.0)]
+    assert one.handle(MachineCommand.TICK, 1.2) == [MachineAction.SPAWN]
 
 
 def test_a_stop_after_a_restart_means_a_stop():
     one = running()
-    one.handle(Command.RESTART, 1.0)
-    assert one.handle(Command.STOP, 1.1) == []
+    one.handle(MachineCommand.RESTART, 1.0)
+    assert one.handle(MachineCommand.STOP, 1.1) == []
     one.handle(exited(0), 1.2)
     assert one.state is ProcessState.STOPPED
 
 
-@pytest.mark.parametrize("stop", [Command.STOP, Command.USER_STOP])
-def test_a_budget_does_not_restart_what_is_being_stopped(stop: Command):
+@pytest.mark.parametrize("stop", [MachineCommand.STOP, MachineCommand.USER_STOP])
+def test_a_budget_does_not_restart_what_is_being_stopped(stop: MachineCommand):
     one = running()
     one.handle(stop, 1.0)
-    assert one.handle(Command.RESTART, 1.1) == []
-    assert one.handle(exited(0), 1.2) == [Ended(Outcome(returncode=0), True, None)]
+    assert one.handle(MachineCommand.RESTART, 1.1) == []
+    assert one.handle(exited(0), 1.2) == [ReportExit(Outcome(returncode=0), True, None)]
     assert one.state is ProcessState.STOPPED
 
 
 def test_a_stop_in_backoff_ends_it_without_a_signal():
     one = running(mode=RestartMode.ALWAYS, delay_s=1.5)
     one.handle(exited(1), 2.0)
-    assert one.handle(Command.STOP, 2.1) == []
+    assert one.handle(MachineCommand.STOP, 2.1) == []
     assert one.state is ProcessState.STOPPED
-    assert one.handle(Command.TICK, 9.0) == []
+    assert one.handle(MachineCommand.TICK, 9.0) == []
 
 
 def test_used_up_restarts_are_fatal():
     one = running(mode=RestartMode.ALWAYS, max_restarts=1)
     one.handle(exited(1), 1.0)
-    one.handle(Command.TICK, 1.0)
-    one.handle(Command.STARTED, 1.0)
-    assert one.handle(exited(1), 2.0) == [Ended(Outcome(returncode=1), False, None)]
+    one.handle(MachineCommand.TICK, 1.0)
+    one.handle(MachineCommand.STARTED, 1.0)
+    assert one.handle(exited(1), 2.0) == [ReportExit(Outcome(returncode=1), False, None)]
     assert one.state is ProcessState.FATAL
 
 
@@ -228,8 +231,8 @@ def delays_of_a_crash_loop(one: ProcessMachine, lives_s: list[float]) -> list[fl
         (end,) = one.handle(exited(1), now)
         delays.append(end.retry_in_s)
         now += end.retry_in_s or 0.0
-        one.handle(Command.TICK, now)
-        one.handle(Command.STARTED, now)
+        one.handle(MachineCommand.TICK, now)
+        one.handle(MachineCommand.STARTED, now)
     return delays
 
 
@@ -257,17 +260,17 @@ def test_a_restart_budget_with_a_window_counts_recent_failures_only():
 
 def test_a_program_that_is_missing_is_fatal_at_once_even_with_restarts():
     one = machine(mode=RestartMode.ALWAYS)
-    one.handle(Command.START, 0.0)
+    one.handle(MachineCommand.START, 0.0)
     one.handle(SpawnError(errno.ENOENT), 0.0)
     assert one.state is ProcessState.FATAL
 
 
 def test_too_many_open_files_are_tried_again_but_not_in_a_busy_loop():
     one = machine(mode=RestartMode.ALWAYS)
-    one.handle(Command.START, 0.0)
+    one.handle(MachineCommand.START, 0.0)
     one.handle(SpawnError(errno.EMFILE), 0.0)
-    assert one.handle(Command.TICK, 0.9) == []
-    assert one.handle(Command.TICK, 1.0) == [Order.SPAWN]
+    assert one.handle(MachineCommand.TICK, 0.9) == []
+    assert one.handle(MachineCommand.TICK, 1.0) == [MachineAction.SPAWN]
 
 
 @pytest.mark.parametrize(
@@ -298,10 +301,12 @@ def test_an_end_by_a_signal_that_a_person_sent_is_asked_and_not_repeated(
     one = running(mode=RestartMode.ALWAYS)
     if is_starting:
         one = machine(mode=RestartMode.ALWAYS)
-        one.handle(Command.START, 0.0)
+        one.handle(MachineCommand.START, 0.0)
     assert one.handle(SignalSent(signum), 1.0) == []
     outcome = Outcome(returncode=code)
-    assert one.handle(exited(code), 1.5) == [Ended(outcome, asked=True, retry_in_s=None, sent=True)]
+    assert one.handle(exited(code), 1.5) == [
+        ReportExit(outcome, asked=True, retry_in_s=None, sent=True)
+    ]
     assert one.state is ProcessState.STOPPED
 
 
@@ -310,15 +315,15 @@ def test_an_exit_long_after_a_signal_or_by_another_one_was_not_requested():
         one = running()
         one.handle(SignalSent(signum), 1.0)
         (end,) = one.handle(exited(code), 1.0 + later_s)
-        assert end == Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
+        assert end == ReportExit(Outcome(returncode=code), asked=False, retry_in_s=None)
 
 
 def test_a_signal_before_the_last_restart_is_forgotten():
     one = running(mode=RestartMode.ALWAYS)
     one.handle(SignalSent(signal.SIGUSR1), 1.0)
     one.handle(exited(3), 2.0)
-    one.handle(Command.TICK, 3.0)
-    one.handle(Command.STARTED, 3.0)
+    one.handle(MachineCommand.TICK, 3.0)
+    one.handle(MachineCommand.STARTED, 3.0)
     (end,) = one.handle(exited(-signal.SIGUSR1), 4.0)
     assert not end.asked
 
@@ -328,13 +333,13 @@ def test_a_signal_before_the_last_restart_is_forgotten():
 
 def test_a_process_is_held_from_a_users_stop_until_it_runs_again():
     one = running(mode=RestartMode.ALWAYS)
-    assert one.handle(Command.USER_STOP, 0.0) == [Signal(INT)]
+    assert one.handle(MachineCommand.USER_STOP, 0.0) == [Signal(INT)]
     assert one.is_held
     one.handle(exited(-2), 0.1)
     assert one.is_held
-    assert one.handle(Command.USER_START, 1.0) == [Order.SPAWN]
+    assert one.handle(MachineCommand.USER_START, 1.0) == [MachineAction.SPAWN]
     assert one.is_held, "the run must not end with an attempt that fails"
-    one.handle(Command.STARTED, 1.0)
+    one.handle(MachineCommand.STARTED, 1.0)
     assert not one.is_held
 
 
@@ -342,7 +347,7 @@ def test_a_users_start_that_fails_leaves_it_held():
     one = running()
     one.handle(exited(0), 0.1)
     assert not one.is_held
-    one.handle(Command.USER_START, 1.0)
+    one.handle(MachineCommand.USER_START, 1.0)
     one.handle(SpawnError(errno.ENOENT), 1.0)
     assert one.state is ProcessState.FATAL and one.is_held
 
@@ -350,14 +355,14 @@ def test_a_users_start_that_fails_leaves_it_held():
 def test_a_user_cannot_hold_what_does_not_run():
     one = running()
     one.handle(exited(0), 0.1)
-    assert one.handle(Command.USER_STOP, 1.0) == []
+    assert one.handle(MachineCommand.USER_STOP, 1.0) == []
     assert not one.is_held
 
 
 def test_a_users_stop_cancels_a_restart_and_holds():
     one = running(mode=RestartMode.ALWAYS, delay_s=5.0)
     one.handle(exited(0), 0.1)
-    assert one.handle(Command.USER_STOP, 1.0) == []
+    assert one.handle(MachineCommand.USER_STOP, 1.0) == []
     assert one.state is ProcessState.STOPPED and one.is_held
 
 
@@ -376,35 +381,35 @@ def test_a_signal_of_the_launch_file_is_no_user_request():
 
 
 def test_only_a_sigkill_that_no_user_caused_counts_as_one():
-    for event, counts in ((Command.STOP, True), (Command.USER_STOP, False)):
+    for event, counts in ((MachineCommand.STOP, True), (MachineCommand.USER_STOP, False)):
         one = running()
         one.handle(event, 0.0)
-        one.handle(Command.TICK, 5.0)
+        one.handle(MachineCommand.TICK, 5.0)
         assert not one.had_to_be_killed
-        one.handle(Command.TICK, 10.0)
+        one.handle(MachineCommand.TICK, 10.0)
         assert one.had_to_be_killed is counts
-    one.handle(Command.TICK, 15.0)
+    one.handle(MachineCommand.TICK, 15.0)
     assert one.is_stuck and one.had_to_be_killed
 
 
 def test_suspending_and_resuming():
     one = running()
-    assert one.handle(Command.SUSPEND, 0.0) == [Signal(signal.SIGSTOP)]
+    assert one.handle(MachineCommand.SUSPEND, 0.0) == [Signal(signal.SIGSTOP)]
     assert one.is_suspended
-    assert one.handle(Command.RESUME, 0.0) == [Signal(signal.SIGCONT)]
+    assert one.handle(MachineCommand.RESUME, 0.0) == [Signal(signal.SIGCONT)]
     assert not one.is_suspended
     one.handle(exited(0), 0.1)
-    assert one.handle(Command.SUSPEND, 0.2) == [] and not one.is_suspended
+    assert one.handle(MachineCommand.SUSPEND, 0.2) == [] and not one.is_suspended
 
 
 @pytest.mark.parametrize("by_user", [True, False])
 def test_a_suspended_process_is_woken_by_a_polite_signal(by_user: bool):
     one = running()
     assert one.handle(SignalSent(TERM, by_user=by_user), 0.0) == []
-    one.handle(Command.SUSPEND, 0.0)
+    one.handle(MachineCommand.SUSPEND, 0.0)
     assert one.handle(SignalSent(signal.SIGUSR1, by_user=by_user), 0.0) == []
     assert one.is_suspended
-    assert one.handle(SignalSent(TERM, by_user=by_user), 0.0) == [Order.WAKE]
+    assert one.handle(SignalSent(TERM, by_user=by_user), 0.0) == [MachineAction.WAKE]
     assert not one.is_suspended
 
 
@@ -414,23 +419,23 @@ def test_a_users_own_sigstop_and_sigcont_count_as_suspending_and_resuming():
     assert one.is_suspended
     one.handle(SignalSent(signal.SIGCONT), 0.0)
     assert not one.is_suspended
-    one.handle(Command.SUSPEND, 0.0)
-    one.handle(Command.STOP, 0.0)
+    one.handle(MachineCommand.SUSPEND, 0.0)
+    one.handle(MachineCommand.STOP, 0.0)
     assert not one.is_suspended, "a polite stop wakes it"
     assert Signal(INT).needs_wake and not Signal(KILL).needs_wake
 
 
 def test_skipping_the_grace_period_of_what_was_not_stopped_stops_it():
     one = running()
-    assert one.handle(Command.SKIP_GRACE, 0.0) == [Signal(INT)]
+    assert one.handle(MachineCommand.SKIP_GRACE, 0.0) == [Signal(INT)]
     assert one.state is ProcessState.STOPPING
 
 
 def test_a_new_stop_policy_leaves_a_stop_that_is_under_way_alone():
     machine = ProcessMachine(RestartPolicy(), StopPolicy(polite=((signal.SIGINT, 9.0),)))
-    machine.handle(Command.START, 0.0)
-    machine.handle(Command.STARTED, 0.0)
-    machine.handle(Command.USER_STOP, 1.0)
+    machine.handle(MachineCommand.START, 0.0)
+    machine.handle(MachineCommand.STARTED, 0.0)
+    machine.handle(MachineCommand.USER_STOP, 1.0)
     machine.apply(RestartPolicy(), StopPolicy(polite=()))
     assert machine.next_signal == (signal.SIGKILL, 10.0)
     machine.handle(Exited(Outcome(returncode=0)), 2.0)
@@ -440,13 +445,17 @@ def test_a_new_stop_policy_leaves_a_stop_that_is_under_way_alone():
 # ---- crashes in answer to a stop
 
 
-@pytest.mark.parametrize("stop", [Command.STOP, Command.USER_STOP, Command.SKIP_GRACE])
+@pytest.mark.parametrize(
+    "stop", [MachineCommand.STOP, MachineCommand.USER_STOP, MachineCommand.SKIP_GRACE]
+)
 @pytest.mark.parametrize("signum", [signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, KILL])
-def test_an_end_in_a_stop_by_a_signal_that_nobody_sent_is_a_death(stop: Command, signum: int):
+def test_an_end_in_a_stop_by_a_signal_that_nobody_sent_is_a_death(
+    stop: MachineCommand, signum: int
+):
     one = running(mode=RestartMode.ALWAYS)
     one.handle(stop, 0.0)
     (end,) = one.handle(exited(-signum), 0.1)
-    assert isinstance(end, Ended)
+    assert isinstance(end, ReportExit)
     assert (end.asked, end.retry_in_s, end.crashed, end.has_died) == (False, None, True, True)
     assert not end.is_final, "it was to end"
     assert one.state is ProcessState.STOPPED, "nor does it start again"
@@ -456,46 +465,46 @@ def test_an_end_in_a_stop_by_a_signal_that_nobody_sent_is_a_death(stop: Command,
 def test_other_ends_in_a_stop_are_as_requested(code: int):
     """Also by signals that ask for an end, or tell that a reader has gone, and by own timers."""
     one = running()
-    one.handle(Command.STOP, 0.0)
-    assert one.handle(exited(code), 0.1) == [Ended(Outcome(returncode=code), True, None)]
+    one.handle(MachineCommand.STOP, 0.0)
+    assert one.handle(exited(code), 0.1) == [ReportExit(Outcome(returncode=code), True, None)]
 
 
 def test_a_signal_that_was_sent_to_it_in_this_life_may_end_it():
     one = running()
     one.handle(SignalSent(signal.SIGUSR1, by_user=False), 0.0)
-    one.handle(Command.STOP, 1.0)
+    one.handle(MachineCommand.STOP, 1.0)
     one.handle(SignalSent(signal.SIGABRT), 2.0)
     for signum in (signal.SIGUSR1, signal.SIGABRT):
         assert not one._has_crashed(Outcome(returncode=-signum))
     assert one._has_crashed(Outcome(returncode=-KILL))
-    one.handle(Command.SKIP_GRACE, 3.0)
-    one.handle(Command.SKIP_GRACE, 3.0)
+    one.handle(MachineCommand.SKIP_GRACE, 3.0)
+    one.handle(MachineCommand.SKIP_GRACE, 3.0)
     assert not one._has_crashed(Outcome(returncode=-KILL)), "now it was"
     one.handle(exited(-KILL), 4.0)
-    one.handle(Command.START, 5.0)
-    one.handle(Command.STARTED, 5.0)
-    one.handle(Command.STOP, 6.0)
+    one.handle(MachineCommand.START, 5.0)
+    one.handle(MachineCommand.STARTED, 5.0)
+    one.handle(MachineCommand.STOP, 6.0)
     for signum in (signal.SIGUSR1, signal.SIGABRT, KILL):
         assert one._has_crashed(Outcome(returncode=-signum)), "this is another life"
     one.handle(exited(-KILL), 7.0)
-    one.handle(Command.START, 8.0)
+    one.handle(MachineCommand.START, 8.0)
     one.handle(SignalSent(signal.SIGUSR1), 8.0)
-    one.handle(Command.STOP, 8.0)
-    one.handle(Command.STARTED, 9.0)
+    one.handle(MachineCommand.STOP, 8.0)
+    one.handle(MachineCommand.STARTED, 9.0)
     assert not one._has_crashed(Outcome(returncode=-signal.SIGUSR1))
     assert one._has_crashed(Outcome(returncode=-signal.SIGABRT)), "nor is this one"
 
 
 def test_a_crash_when_it_is_restarted_is_a_death_and_it_starts_again():
     one = running()
-    one.handle(Command.RESTART, 0.0)
+    one.handle(MachineCommand.RESTART, 0.0)
     (end,) = one.handle(exited(-11), 0.1)
-    assert end == Ended(Outcome(returncode=-11), False, 0.0, crashed=True)
-    assert one.handle(Command.TICK, 0.1) == [Order.SPAWN]
+    assert end == ReportExit(Outcome(returncode=-11), False, 0.0, crashed=True)
+    assert one.handle(MachineCommand.TICK, 0.1) == [MachineAction.SPAWN]
 
 
 def test_what_is_lost_with_its_host_has_not_crashed():
     one = running()
-    one.handle(Command.STOP, 0.0)
+    one.handle(MachineCommand.STOP, 0.0)
     (end,) = one.handle(Exited(Outcome(returncode=-9, lost_with="bot1")), 0.1)
-    assert isinstance(end, Ended) and end.asked
+    assert isinstance(end, ReportExit) and end.asked

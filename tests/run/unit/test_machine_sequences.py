@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
 from launcher.run.machine import (
-    Command,
-    Ended,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
-    Order,
     ProcessMachine,
     ProcessState,
+    ReportExit,
     Signal,
     SignalSent,
     SpawnError,
@@ -61,7 +61,7 @@ class World:
     def feed(self, event: MachineEvent) -> None:
         for action in self.one.handle(event, self.now):
             match action:
-                case Order.SPAWN:
+                case MachineAction.SPAWN:
                     assert not self.asked_to_stop, "it starts although it was stopped"
                     self.spawn()
                 case Signal(signum=signum):
@@ -69,17 +69,17 @@ class World:
                     assert self.alive or is_for_users, "a signal to nobody"
                     self.doomed = self.doomed or signum == KILL
                     self.meet_its_doom()
-                case Ended():
+                case ReportExit():
                     assert self.alive == 0, "it is told dead, and lives"
         if self.one.state is ProcessState.STOPPING and self.pending == "queued":
             self.pending = ""
-            self.feed(Command.START_CANCELLED)
+            self.feed(MachineCommand.START_CANCELLED)
 
     def spawn(self) -> None:
         assert self.alive == 0 and not self.pending, "two live children of one spec"
         if self.how == "at once":
             self.alive = 1
-            self.feed(Command.STARTED)
+            self.feed(MachineCommand.STARTED)
             return
         self.pending = self.how
         self.alive = int(self.how == "staged")
@@ -89,7 +89,7 @@ class World:
         if self.pending:
             self.pending = ""
             self.alive = 1
-            self.feed(Command.STARTED)
+            self.feed(MachineCommand.STARTED)
 
     def refuse(self) -> None:
         if self.pending:
@@ -115,10 +115,10 @@ class World:
         self.now += STEPS_S[byte >> 5]
         command = COMMANDS[byte % len(COMMANDS)]
         match command:
-            case Command.START | Command.USER_START | Command.RESTART:
+            case MachineCommand.START | MachineCommand.USER_START | MachineCommand.RESTART:
                 self.asked_to_stop = False
                 self.feed(command)
-            case Command.STOP | Command.USER_STOP:
+            case MachineCommand.STOP | MachineCommand.USER_STOP:
                 self.feed(command)
                 self.asked_to_stop = True
             case int():
@@ -135,18 +135,22 @@ class World:
     def stop_for_good(self) -> None:
         self.hear()
         self.asked_to_stop = False
-        self.feed(Command.STOP)
+        self.feed(MachineCommand.STOP)
         self.asked_to_stop = True
         for _ in range(8):
             self.arrive()
             self.now += 10.0
-            self.feed(Command.TICK)
+            self.feed(MachineCommand.TICK)
 
 
 # Events as they are; numbers are ends with this return code; words are methods of the world.
 COMMANDS: tuple[MachineEvent | int | str, ...] = (
-    *(one for one in Command if one not in (Command.STARTED, Command.START_CANCELLED)),
-    *(Command.START, Command.TICK, Command.TICK, SignalSent(signal.SIGTERM)),
+    *(
+        one
+        for one in MachineCommand
+        if one not in (MachineCommand.STARTED, MachineCommand.START_CANCELLED)
+    ),
+    *(MachineCommand.START, MachineCommand.TICK, MachineCommand.TICK, SignalSent(signal.SIGTERM)),
     *(0, 1, -11, "arrive", "arrive", "refuse", "become_deaf", "hear"),
 )
 

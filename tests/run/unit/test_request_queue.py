@@ -10,8 +10,8 @@ from collections.abc import Callable
 import pytest
 
 from launcher.base.model.spec import RestartMode, RestartPolicy
-from launcher.run.machine import Command, ProcessState
-from launcher.run.requests.request_queue import Order, Phase, Purpose
+from launcher.run.machine import MachineCommand, ProcessState
+from launcher.run.requests.request_queue import ProcessPhase, Purpose, RequestOrder
 from launcher.run.requests.request_result import Kind
 from tests.run.unit.request_bench import BenchProcess, Client, Clock
 from tests.support.repository import REPOSITORY
@@ -39,32 +39,32 @@ def held() -> BenchProcess:
 def waiting() -> BenchProcess:
     one = new()
     one.is_paced = one.waits = True
-    one.feed(Command.START)
+    one.feed(MachineCommand.START)
     return one
 
 
 def queued() -> BenchProcess:
     one = new()
     one.is_paced = True
-    one.feed(Command.START)
+    one.feed(MachineCommand.START)
     return one
 
 
 def starting() -> BenchProcess:
     one = new(start_s=lambda: 1.0)
-    one.feed(Command.START)
+    one.feed(MachineCommand.START)
     return one
 
 
 def running() -> BenchProcess:
     one = new()
-    one.feed(Command.START)
+    one.feed(MachineCommand.START)
     return one
 
 
 def backing_off() -> BenchProcess:
     one = new(restart=ALWAYS)
-    one.feed(Command.START)
+    one.feed(MachineCommand.START)
     one.end(1)
     one.clock.run(until_s=1.0)
     return one
@@ -72,7 +72,7 @@ def backing_off() -> BenchProcess:
 
 def stopping_otherwise() -> BenchProcess:
     one = running()
-    one.feed(Command.STOP)
+    one.feed(MachineCommand.STOP)
     return one
 
 
@@ -120,46 +120,50 @@ STATES = {
 # `is_paced` is over after the request, so that what was queued starts.
 REFUSED = {
     STOP: ([], Kind.NOT_RUNNING, "refused"),
-    START: ([Order.START], Kind.STARTED, "starts"),
-    RESTART: ([Order.START], Kind.STARTED, "starts"),
+    START: ([RequestOrder.START], Kind.STARTED, "starts"),
+    RESTART: ([RequestOrder.START], Kind.STARTED, "starts"),
 }
 TABLE = {
     "stopped, exited, given up": REFUSED,
     "held: stopped by a user": REFUSED,
     "waiting for other processes": {
-        STOP: ([Order.STOP], Kind.START_CANCELLED, "gives the start up"),
-        START: ([Order.SKIP_WAIT], Kind.STARTED, "starts at once"),
-        RESTART: ([Order.SKIP_WAIT], Kind.STARTED, "starts at once"),
+        STOP: ([RequestOrder.STOP], Kind.START_CANCELLED, "gives the start up"),
+        START: ([RequestOrder.SKIP_WAIT], Kind.STARTED, "starts at once"),
+        RESTART: ([RequestOrder.SKIP_WAIT], Kind.STARTED, "starts at once"),
     },
     "waiting for its turn": {
-        STOP: ([Order.STOP], Kind.START_CANCELLED, "gives the start up"),
+        STOP: ([RequestOrder.STOP], Kind.START_CANCELLED, "gives the start up"),
         START: ([], Kind.QUEUED, "refused: is queued"),
-        RESTART: ([Order.BEGIN_AGAIN], Kind.QUEUED, "is queued, with the files of now"),
+        RESTART: ([RequestOrder.BEGIN_AGAIN], Kind.QUEUED, "is queued, with the files of now"),
     },
     "waiting for its turn, by a request": {
-        STOP: ([Order.STOP], Kind.START_CANCELLED, "gives the start up"),
+        STOP: ([RequestOrder.STOP], Kind.START_CANCELLED, "gives the start up"),
         START: ([], Kind.STARTED, "shares the answer"),
-        RESTART: ([Order.BEGIN_AGAIN], Kind.STARTED, "shares the answer, with the files of now"),
+        RESTART: (
+            [RequestOrder.BEGIN_AGAIN],
+            Kind.STARTED,
+            "shares the answer, with the files of now",
+        ),
     },
     "starting": {
-        STOP: ([Order.STOP], Kind.STOPPED, "stops"),
+        STOP: ([RequestOrder.STOP], Kind.STOPPED, "stops"),
         START: ([], Kind.STARTED, "is answered when it runs"),
-        RESTART: ([Order.STOP], Kind.STARTED, "stops, then starts"),
+        RESTART: ([RequestOrder.STOP], Kind.STARTED, "stops, then starts"),
     },
     "running": {
-        STOP: ([Order.STOP], Kind.STOPPED, "stops"),
+        STOP: ([RequestOrder.STOP], Kind.STOPPED, "stops"),
         START: ([], Kind.ALREADY_RUNNING, "refused"),
-        RESTART: ([Order.STOP], Kind.STARTED, "stops, then starts"),
+        RESTART: ([RequestOrder.STOP], Kind.STARTED, "stops, then starts"),
     },
     "backing off": {
-        STOP: ([Order.STOP], Kind.RESTART_CANCELLED, "cancels the restart"),
-        START: ([Order.START], Kind.STARTED, "starts at once"),
-        RESTART: ([Order.START], Kind.STARTED, "starts at once"),
+        STOP: ([RequestOrder.STOP], Kind.RESTART_CANCELLED, "cancels the restart"),
+        START: ([RequestOrder.START], Kind.STARTED, "starts at once"),
+        RESTART: ([RequestOrder.START], Kind.STARTED, "starts at once"),
     },
     "stopping by the launch file or a budget": {
-        STOP: ([Order.STOP], Kind.STOPPED, "is answered at its end"),
+        STOP: ([RequestOrder.STOP], Kind.STOPPED, "is answered at its end"),
         START: ([], Kind.STARTED, "starts after its end"),
-        RESTART: ([Order.STOP], Kind.STARTED, "starts after its end"),
+        RESTART: ([RequestOrder.STOP], Kind.STARTED, "starts after its end"),
     },
     "stopping by `stop`": {
         STOP: ([], Kind.STOPPED, "shares the answer"),
@@ -198,7 +202,9 @@ def test_a_request_does_what_the_table_says(state: str, asked: Purpose):
     process.clock.run(until_s=process.clock.now + 20.0)
     assert client.kinds == [kind]
     if kind in (Kind.STARTED, Kind.STOPPED):
-        assert process.phase is (Phase.ENDED if kind is Kind.STOPPED else Phase.RUNNING)
+        assert process.phase is (
+            ProcessPhase.ENDED if kind is Kind.STOPPED else ProcessPhase.RUNNING
+        )
 
 
 def test_the_document_has_the_table():
@@ -220,7 +226,7 @@ def test_equal_requests_that_are_pending_get_the_same_pid(first: Purpose, later:
     process.clock.run()
     assert [one.kinds for one in clients] == [[Kind.STARTED]] * 4
     assert {one.pid for one in clients} == {2}
-    assert process.orders.count(Order.START) == 1
+    assert process.orders.count(RequestOrder.START) == 1
 
 
 def test_a_stop_answers_the_starts_that_it_overtakes_and_the_last_request_counts():
@@ -234,7 +240,7 @@ def test_a_stop_answers_the_starts_that_it_overtakes_and_the_last_request_counts
     process.clock.run()
     assert stop.kinds == last.kinds == [Kind.STOPPED]
     assert process.machine.state is ProcessState.STOPPED
-    assert process.orders == [Order.STOP]
+    assert process.orders == [RequestOrder.STOP]
 
 
 def test_nothing_begins_for_a_client_that_has_gone():
@@ -307,7 +313,7 @@ class Storm:
             for policy in policies * 2
         ]
         for process in self.processes:
-            process.feed(Command.START)
+            process.feed(MachineCommand.START)
             self._disturb(process)
         for _ in range(clients):
             self._next()
@@ -321,7 +327,7 @@ class Storm:
     def _disturb(self, process: BenchProcess) -> None:
         """It crashes or ends by itself now and then."""
         if not self.is_calm:
-            if process.phase is Phase.RUNNING:
+            if process.phase is ProcessPhase.RUNNING:
                 process.end(self.random.choice((0, 1, -11)))
             self.clock.call_later(self.random.uniform(0.1, 3.0), lambda: self._disturb(process))
 
@@ -365,10 +371,10 @@ def test_in_a_storm_every_request_is_answered_and_the_last_one_counts(seed: int)
             if other is process and client.request.purpose is not ACT and not client.is_dropped
         )
         if last.request.purpose is STOP:
-            assert process.phase is Phase.ENDED
+            assert process.phase is ProcessPhase.ENDED
         else:
             has_ended = process.last_end is not None and not process.last_end.asked
-            assert process.phase is Phase.RUNNING or (
+            assert process.phase is ProcessPhase.RUNNING or (
                 has_ended and process.ended_s >= last.answered_s
             )
 
@@ -379,5 +385,5 @@ def test_the_last_of_many_requests_at_once_decides():
         clients = [process.ask(one) for one in asked]
         process.clock.run()
         assert all(len(one.kinds) == 1 for one in clients), asked
-        expected = Phase.ENDED if asked[-1] is STOP else Phase.RUNNING
+        expected = ProcessPhase.ENDED if asked[-1] is STOP else ProcessPhase.RUNNING
         assert process.phase is expected, asked

@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.model.events import Outcome
 from launcher.run.machine import ProcessState
-from launcher.run.output.screen_filters import Change, Shown
+from launcher.run.output.screen_filters import FilterChange, Shown
 from launcher.run.requests.request_result import Kind, Result
 from launcher.run.requests.results import sentence, shown_sentences
 
@@ -101,23 +101,31 @@ def test_there_is_a_sentence_for_each_kind(kind: Kind):
 @pytest.mark.parametrize(
     ("changes", "lines"),
     [
-        ([Change.MUTED, Change.MUTED], ["every process is muted; its log files continue"]),
-        ([Change.NOT_MUTED, Change.NOT_MUTED], ["no process was muted"]),
         (
-            [Change.UNMUTED, Change.NOT_MUTED],
+            [FilterChange.MUTED, FilterChange.MUTED],
+            ["every process is muted; its log files continue"],
+        ),
+        ([FilterChange.NOT_MUTED, FilterChange.NOT_MUTED], ["no process was muted"]),
+        (
+            [FilterChange.UNMUTED, FilterChange.NOT_MUTED],
             ["a is shown again; 0 lines were not shown"],
         ),
-        ([Change.NOT_HIDDEN, Change.NOT_HIDDEN], ["nothing was hidden"]),
-        ([Change.EVERYTHING, Change.NOT_HIDDEN], ["a is shown again; 0 lines were not shown"]),
+        ([FilterChange.NOT_HIDDEN, FilterChange.NOT_HIDDEN], ["nothing was hidden"]),
+        (
+            [FilterChange.EVERYTHING, FilterChange.NOT_HIDDEN],
+            ["a is shown again; 0 lines were not shown"],
+        ),
     ],
 )
-def test_a_result_common_to_all_processes_is_reported_once(changes: list[Change], lines: list[str]):
+def test_a_result_common_to_all_processes_is_reported_once(
+    changes: list[FilterChange], lines: list[str]
+):
     shown = [Shown(name, change) for name, change in zip("ab", changes, strict=True)]
     assert shown_sentences(shown, is_everyone=True) == lines
 
 
-@pytest.mark.parametrize("change", Change)
-def test_there_is_a_sentence_for_each_change(change: Change):
+@pytest.mark.parametrize("change", FilterChange)
+def test_there_is_a_sentence_for_each_change(change: FilterChange):
     (line,) = shown_sentences([Shown("a", change, 2, 3, "x")], is_everyone=False)
     assert line.startswith("a ")
 
@@ -130,28 +138,31 @@ SHOWS = "`show` shows everything"
     ("shown", "text"),
     [
         (
-            Shown("a", Change.LEVEL, level=WARN, outside=True),
+            Shown("a", FilterChange.LEVEL, level=WARN, outside=True),
             "shows WARN and above, but `solo` hides it",
         ),
-        (Shown("a", Change.LEVEL, muted=True), "shows all levels, but `mute` hides it"),
+        (Shown("a", FilterChange.LEVEL, muted=True), "shows all levels, but `mute` hides it"),
         (
-            Shown("a", Change.LEVEL, level=WARN, pattern="x"),
+            Shown("a", FilterChange.LEVEL, level=WARN, pattern="x"),
             "shows WARN and above; `grep 'x'` still hides lines",
         ),
         (
-            Shown("a", Change.PATTERN, level=WARN, pattern="x"),
+            Shown("a", FilterChange.PATTERN, level=WARN, pattern="x"),
             "shows only lines that match 'x'; `level WARN` still hides lines",
         ),
         (
-            Shown("a", Change.UNMUTED, 1, WARN, "x"),
+            Shown("a", FilterChange.UNMUTED, 1, WARN, "x"),
             "is shown again; 1 line was not shown; `level WARN` and `grep 'x'` still hide lines",
         ),
-        (Shown("a", Change.ALONE), f"is shown alone; {SHOWS}"),
+        (Shown("a", FilterChange.ALONE), f"is shown alone; {SHOWS}"),
         (
-            Shown("a", Change.ALONE, was_muted=True),
+            Shown("a", FilterChange.ALONE, was_muted=True),
             f"is shown alone and no longer muted; {SHOWS}",
         ),
-        (Shown("a", Change.MUTED, level=WARN, muted=True), "is muted; its log files continue"),
+        (
+            Shown("a", FilterChange.MUTED, level=WARN, muted=True),
+            "is muted; its log files continue",
+        ),
     ],
 )
 def test_an_answer_tells_what_else_hides_lines(shown: Shown, text: str):
@@ -159,16 +170,16 @@ def test_an_answer_tells_what_else_hides_lines(shown: Shown, text: str):
 
 
 def test_unmute_without_effect_tells_what_hides_the_lines():
-    shown = [Shown(name, Change.NOT_MUTED, 0, WARN, "x") for name in "ab"]
+    shown = [Shown(name, FilterChange.NOT_MUTED, 0, WARN, "x") for name in "ab"]
     assert shown_sentences(shown, is_everyone=True) == [
         f"no process was muted; `level WARN` and `grep 'x'` still hide lines: {SHOWS}"
     ]
 
 
 def test_the_level_under_solo_tells_who_is_shown_at_all():
-    shown = [Shown("a", Change.LEVEL, level=WARN)]
-    shown += [Shown(name, Change.LEVEL, level=WARN, outside=True) for name in "bcd"]
-    shown += [Shown("e", Change.LEVEL, level=WARN, muted=True)]
+    shown = [Shown("a", FilterChange.LEVEL, level=WARN)]
+    shown += [Shown(name, FilterChange.LEVEL, level=WARN, outside=True) for name in "bcd"]
+    shown += [Shown("e", FilterChange.LEVEL, level=WARN, muted=True)]
     assert shown_sentences(shown, is_everyone=True) == [
         "a shows WARN and above",
         f"3 processes are hidden by `solo`: {SHOWS}",

@@ -16,23 +16,23 @@ from launcher.run.ending.shutdown_machine import (
     HostFailed,
     Idle,
     Interrupted,
-    Log,
     Notify,
     Occurrence,
-    Order,
     ProcessEnded,
     ShutdownDecided,
     ShutdownMachine,
+    ShutdownOrder,
     StopAll,
     StopRequested,
+    WriteLog,
 )
-from launcher.run.machine import Command, Ended, Exited, ProcessState, SignalSent
+from launcher.run.machine import Exited, MachineCommand, ProcessState, ReportExit, SignalSent
 from launcher.run.process import Process
 
 INT, TERM, HUP, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL
-SKIP = Order.SKIP_GRACE_PERIODS
+SKIP = ShutdownOrder.SKIP_GRACE_PERIODS
 IDLE = Idle(expects_more=False)
-DIED = Ended(Outcome(returncode=1), asked=False, retry_in_s=None)
+DIED = ReportExit(Outcome(returncode=1), asked=False, retry_in_s=None)
 
 
 def process(number: int = 1, **restart: object) -> Process:
@@ -45,26 +45,26 @@ def process(number: int = 1, **restart: object) -> Process:
 
 def running(number: int = 1, **restart: object) -> Process:
     one = process(number, **restart)
-    one.machine.handle(Command.START, 0.0)
-    one.machine.handle(Command.STARTED, 0.0)
+    one.machine.handle(MachineCommand.START, 0.0)
+    one.machine.handle(MachineCommand.STARTED, 0.0)
     return one
 
 
 def killed(*, by_user: bool) -> Process:
     """One that did not end before SIGKILL."""
     one = running()
-    one.machine.handle(Command.USER_STOP if by_user else Command.STOP, 0.0)
-    one.machine.handle(Command.SKIP_GRACE, 0.0)
-    one.machine.handle(Command.SKIP_GRACE, 0.0)
+    one.machine.handle(MachineCommand.USER_STOP if by_user else MachineCommand.STOP, 0.0)
+    one.machine.handle(MachineCommand.SKIP_GRACE, 0.0)
+    one.machine.handle(MachineCommand.SKIP_GRACE, 0.0)
     one.machine.handle(Exited(Outcome(returncode=-9)), 0.0)
     return one
 
 
 def stuck() -> Process:
     one = running()
-    one.machine.handle(Command.STOP, 0.0)
+    one.machine.handle(MachineCommand.STOP, 0.0)
     for now in (5.0, 10.0, 15.0):
-        one.machine.handle(Command.TICK, now)
+        one.machine.handle(MachineCommand.TICK, now)
     assert one.machine.is_stuck
     return one
 
@@ -74,7 +74,7 @@ def stuck() -> Process:
 
 def test_a_signal_goes_to_the_interpreter_whose_answer_stops_everything():
     run = ShutdownMachine([running()])
-    said = Log("WARNING", "user interrupted with ctrl-c (SIGINT)")
+    said = WriteLog("WARNING", "user interrupted with ctrl-c (SIGINT)")
     assert run.handle(Interrupted(INT), 1.0) == [said, Notify(SignalReceived(signum=INT))]
     assert run.is_stopping
     assert run.handle(ShutdownDecided("ctrl-c"), 1.0) == [StopAll("ctrl-c")]
@@ -103,7 +103,7 @@ def test_every_further_signal_skips_the_grace_periods(signum: int):
     run.handle(ShutdownDecided("ctrl-c"), 0.0)
     for _ in range(3):
         said, skip = run.handle(Interrupted(signum), 1.0)
-        assert isinstance(said, Log) and said.text.endswith("again, not waiting any longer")
+        assert isinstance(said, WriteLog) and said.text.endswith("again, not waiting any longer")
         assert skip == SKIP
 
 
@@ -148,7 +148,7 @@ def test_other_reasons_wait_for_the_next_tick_and_are_announced(event, reason: s
     assert run.handle(event, 3.0) == []
     assert not run.is_stopping and run.deadline == 3.0
     said, told = run.handle(Occurrence.TICK, 3.0)
-    assert said == Log("INFO", f"{reason}: shutting down")
+    assert said == WriteLog("INFO", f"{reason}: shutting down")
     assert told == Notify(ShutdownAsked(reason=reason))
     assert run.handle(ShutdownDecided(reason), 3.0) == [StopAll(reason)]
 
@@ -157,7 +157,7 @@ def test_the_first_of_several_reasons_counts():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
     run.handle(StopRequested("b"), 0.0)
-    assert Log("INFO", "a: shutting down") in run.handle(Occurrence.TICK, 0.0)
+    assert WriteLog("INFO", "a: shutting down") in run.handle(Occurrence.TICK, 0.0)
     run.handle(StopRequested("c"), 0.0)
     run.handle(ShutdownDecided("a"), 0.0)
     assert run.handle(Occurrence.TICK, 0.5) == []
@@ -166,7 +166,7 @@ def test_the_first_of_several_reasons_counts():
 def test_a_pending_reason_is_dropped_if_the_launch_file_shuts_down_first():
     run = ShutdownMachine([running()])
     run.handle(StopRequested("a"), 0.0)
-    said = Log("INFO", "shutdown requested by the launch file: b")
+    said = WriteLog("INFO", "shutdown requested by the launch file: b")
     assert run.handle(ShutdownDecided("b"), 0.0) == [said, StopAll("b")]
     assert run.end_reason == "b"
     assert run.handle(Occurrence.TICK, 0.0) == []
@@ -176,14 +176,14 @@ def test_a_pending_reason_is_dropped_if_the_launch_file_shuts_down_first():
     ("end", "required", "any_dies"),
     [
         (DIED, True, True),
-        (Ended(Outcome(returncode=0), asked=False, retry_in_s=None), True, False),
-        (Ended(Outcome(returncode=1), asked=False, retry_in_s=0.5), False, False),
-        (Ended(Outcome(returncode=-2), asked=True, retry_in_s=None), False, False),
-        (Ended(Outcome(spawn_errno=2), asked=False, retry_in_s=None), True, True),
+        (ReportExit(Outcome(returncode=0), asked=False, retry_in_s=None), True, False),
+        (ReportExit(Outcome(returncode=1), asked=False, retry_in_s=0.5), False, False),
+        (ReportExit(Outcome(returncode=-2), asked=True, retry_in_s=None), False, False),
+        (ReportExit(Outcome(spawn_errno=2), asked=False, retry_in_s=None), True, True),
     ],
 )
 def test_an_exit_stops_the_run_if_it_is_final_and_required_or_a_failure(
-    end: Ended, required: bool, any_dies: bool
+    end: ReportExit, required: bool, any_dies: bool
 ):
     run = ShutdownMachine([])
     run.handle(ProcessEnded("robot-1", end, is_required=True), 0.0)
@@ -203,9 +203,9 @@ def test_remaining_processes_are_reported_once_a_second():
     one = running()
     run = ShutdownMachine([one])
     run.handle(ShutdownDecided("over"), 0.0)
-    one.machine.handle(Command.STOP, 0.0)
+    one.machine.handle(MachineCommand.STOP, 0.0)
     assert run.handle(Occurrence.TICK, 0.9) == []
-    assert run.handle(Occurrence.TICK, 1.0) == [Order.REPORT_WAITING]
+    assert run.handle(Occurrence.TICK, 1.0) == [ShutdownOrder.REPORT_WAITING]
     assert run.deadline == 2.0
     one.machine.handle(Exited(Outcome(returncode=-2)), 1.5)
     assert run.handle(Occurrence.TICK, 2.0) == []
@@ -217,7 +217,7 @@ def test_a_run_without_processes_is_over_and_leftovers_come_before_its_end():
     assert run.handle(IDLE, 0.0) == [EndLeftovers(0)]
     assert run.is_stopping
     assert run.handle(IDLE, 0.0) == [], "they are looked for once"
-    assert run.handle(Occurrence.LEFTOVERS_GONE, 0.5) == [Order.FINISH]
+    assert run.handle(Occurrence.LEFTOVERS_GONE, 0.5) == [ShutdownOrder.FINISH]
     assert run.handle(Occurrence.LEFTOVERS_GONE, 0.5) == []
 
 
@@ -239,14 +239,14 @@ def test_the_end_waits_for_processes_and_their_restarts():
     one = process(1, mode=RestartMode.ON_FAILURE, delay_s=1.0)
     run = ShutdownMachine([one])
     for event, state in (
-        (Command.START, ProcessState.STARTING),
-        (Command.STARTED, ProcessState.RUNNING),
+        (MachineCommand.START, ProcessState.STARTING),
+        (MachineCommand.STARTED, ProcessState.RUNNING),
         (Exited(Outcome(returncode=1)), ProcessState.BACKOFF),
     ):
         one.machine.handle(event, 0.0)
         assert one.machine.state is state
         assert run.handle(IDLE, 0.0) == []
-    one.machine.handle(Command.STOP, 0.5)
+    one.machine.handle(MachineCommand.STOP, 0.5)
     assert run.handle(IDLE, 0.5) == [EndLeftovers(0)]
 
 
@@ -254,7 +254,7 @@ def test_the_end_waits_for_processes_and_their_restarts():
 def test_what_a_user_has_stopped_keeps_the_run_alive_until_it_is_stopped(how: str):
     one = running()
     run = ShutdownMachine([one])
-    one.machine.handle(Command.USER_STOP if how == "stopped" else SignalSent(KILL), 0.0)
+    one.machine.handle(MachineCommand.USER_STOP if how == "stopped" else SignalSent(KILL), 0.0)
     one.machine.handle(Exited(Outcome(returncode=-9)), 0.1)
     assert one.machine.is_held
     assert run.handle(IDLE, 0.1) == []
@@ -332,8 +332,12 @@ def test_a_process_that_a_user_stopped_may_need_sigkill():
 
 def test_the_first_failure_is_kept():
     run = ShutdownMachine([])
-    run.handle(ProcessEnded("a", Ended(Outcome(returncode=0), False, None), report="fine"), 0.0)
-    run.handle(ProcessEnded("b", Ended(Outcome(returncode=1), True, None), report="asked"), 0.0)
+    run.handle(
+        ProcessEnded("a", ReportExit(Outcome(returncode=0), False, None), report="fine"), 0.0
+    )
+    run.handle(
+        ProcessEnded("b", ReportExit(Outcome(returncode=1), True, None), report="asked"), 0.0
+    )
     assert run.first_failure is None
     run.handle(ProcessEnded("c", DIED, report="c"), 0.0)
     run.handle(BudgetExceeded("d", "d"), 0.0)
@@ -419,7 +423,7 @@ def test_a_crash_in_answer_to_the_stop_is_a_failure(signum: int | None):
     run = ShutdownMachine([running()], exit_when_any_dies=True)
     if signum is not None:
         run.handle(Interrupted(signum), 0.0)
-    end = Ended(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
+    end = ReportExit(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
     run.handle(ProcessEnded("robot-1", end, is_required=True, report="why"), 1.0)
     codes = {INT: ExitCode.INTERRUPTED, TERM: ExitCode.TERMINATED}
     assert run.exit_code() is codes.get(signum or 0, ExitCode.PROCESS_FAILED)

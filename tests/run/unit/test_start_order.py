@@ -14,8 +14,8 @@ from launcher.run.ready.order import (
     Action,
     Circle,
     Expire,
-    Ready,
-    Release,
+    ReleaseStart,
+    ReportReady,
     RestartWith,
     StartOrder,
 )
@@ -63,7 +63,7 @@ class Run:
     def check(self) -> list[Action]:
         actions = self.order.check(self.now)
         for action in self.tell(actions):
-            if isinstance(action, Release):
+            if isinstance(action, ReleaseStart):
                 self.runs(action.name)
         if actions:
             self.check()
@@ -98,16 +98,16 @@ def test_a_process_waits_until_another_is_ready():
     run.now += 1.5
     run.fact("dispatcher-2")
     assert run.told == [
-        Ready("dispatcher-2", 1.5),
-        Release("robot_1-1", 1.5),
-        Release("robot_2-3", 1.5),
+        ReportReady("dispatcher-2", 1.5),
+        ReleaseStart("robot_1-1", 1.5),
+        ReleaseStart("robot_2-3", 1.5),
     ]
 
 
 def test_without_facts_a_process_is_ready_when_it_runs():
     run = Run(rule("b", "a"))
     run.start("b-1", "a-2")
-    assert run.told == [Release("b-1", 0.0)]
+    assert run.told == [ReleaseStart("b-1", 0.0)]
 
 
 def test_all_facts_have_to_hold_in_any_order():
@@ -150,13 +150,13 @@ def test_who_waits_for_one_that_waits_is_told_so():
     run.start("c-1", "b-2", "a-3")
     assert run.order.reason("c-1") == "b, which waits for a"
     run.fact("a-3")
-    assert run.kinds(Release) == ["b-2", "c-1"]
+    assert run.kinds(ReleaseStart) == ["b-2", "c-1"]
 
 
 def test_a_process_does_not_wait_for_itself():
     run = Run(rule("robot_*", "robot_1"))
     run.start("robot_2-1", "robot_1-2")
-    assert run.kinds(Release) == ["robot_1-2", "robot_2-1"]
+    assert run.kinds(ReleaseStart) == ["robot_1-2", "robot_2-1"]
 
 
 # ---- timeouts
@@ -219,7 +219,7 @@ def test_one_that_is_restarted_or_was_stopped_by_a_user_is_waited_for_on():
     assert run.order.reason("b-2") == "a: it was stopped"
     run.runs("a-1")
     run.fact("a-1")
-    assert run.kinds(Release) == ["b-2"]
+    assert run.kinds(ReleaseStart) == ["b-2"]
 
 
 def test_one_that_has_done_its_work_need_not_run_any_more():
@@ -227,7 +227,7 @@ def test_one_that_has_done_its_work_need_not_run_any_more():
     run.start("a-1")
     run.ends("a-1", 0)
     run.start("b-2")
-    assert run.kinds(Release) == ["b-2"]
+    assert run.kinds(ReleaseStart) == ["b-2"]
     failed = Run(rule("b", "a"))
     failed.start("a-1")
     failed.ends("a-1", 1)
@@ -242,7 +242,7 @@ def test_an_exit_can_be_what_is_waited_for():
     assert run.order.reason("b-2") == "setup: it has not exited with code 0"
     run.now += 2.0
     run.ends("setup-1", 0)
-    assert run.told == [Ready("setup-1", 2.0), Release("b-2", 2.0)]
+    assert run.told == [ReportReady("setup-1", 2.0), ReleaseStart("b-2", 2.0)]
     failed = Run(rule("setup", ready=(done,)), rule("b", "setup"))
     failed.start("setup-1", "b-2")
     failed.ends("setup-1", 3)
@@ -260,7 +260,7 @@ def test_a_name_that_no_process_has_is_waited_for_until_the_timeout():
 def test_a_process_that_a_condition_keeps_away_is_not_waited_for():
     run = Run(rule("b", "monitor", "a"), off=(spec("monitor-0"),))
     run.start("b-1", "a-2")
-    assert run.kinds(Release) == ["b-1"]
+    assert run.kinds(ReleaseStart) == ["b-1"]
 
 
 # ---- users
@@ -280,7 +280,7 @@ def test_a_process_that_was_stopped_while_it_waited_is_released_by_nothing():
     assert run.order.withdraw("b-2")
     assert not run.order.withdraw("b-2")
     run.fact("a-1")
-    assert run.kinds(Release) == []
+    assert run.kinds(ReleaseStart) == []
     assert run.order.reason("c-3") == "b: it was stopped"
     run.now += 5.0
     assert [action.name for action in run.check()] == ["c-3"]
@@ -301,7 +301,7 @@ def test_a_restarted_process_is_ready_again_and_its_start_waits_for_nobody():
     run.runs("b-2")
     assert run.order.reason("b-2") == "no line with 'up'"
     run.fact("b-2")
-    assert run.kinds(Ready) == ["a-1", "b-2", "b-2"]
+    assert run.kinds(ReportReady) == ["a-1", "b-2", "b-2"]
 
 
 def test_a_fact_of_the_last_life_does_not_count():
@@ -312,7 +312,7 @@ def test_a_fact_of_the_last_life_does_not_count():
     run.fact("a-1", 1)  # told too late
     run.runs("a-1")
     run.fact("a-1", 1)
-    assert run.kinds(Ready) == []
+    assert run.kinds(ReportReady) == []
 
 
 def test_a_process_is_restarted_when_another_is_ready_again():
@@ -363,7 +363,7 @@ def test_one_that_the_launch_file_does_not_have_any_more_is_not_waited_for():
     run.order.forget("a-1")
     assert not run.order.withdraw("a-1")
     run.check()
-    assert run.kinds(Release) == ["b-2"]
+    assert run.kinds(ReleaseStart) == ["b-2"]
 
 
 def test_names_and_facts_are_those_of_the_new_spec():
@@ -378,7 +378,7 @@ def test_names_and_facts_are_those_of_the_new_spec():
     assert run.order.reason("b-2") == "new: no node /new"
     run.runs("a-1")
     run.fact("a-1")
-    assert run.kinds(Release) == ["b-2"]
+    assert run.kinds(ReleaseStart) == ["b-2"]
 
 
 # ---- circles
@@ -388,7 +388,7 @@ def test_a_circle_that_a_late_process_closes_is_told_and_does_not_wait():
     run = Run(rule("*_a", "x_*"), rule("x_?", "*_a"))
     run.start("x_1-1", "y_a-2")
     assert run.told[0] == Circle("y_a-2", ("y_a-2", "x_1-1", "y_a-2"))
-    assert run.kinds(Release) == ["x_1-1"]
+    assert run.kinds(ReleaseStart) == ["x_1-1"]
 
 
 @given(
@@ -410,8 +410,8 @@ def test_everything_starts_at_last_and_never_before_what_it_waits_for(pairs, arr
     order = [(type(action), int(action.name[1])) for action in run.told]
     for n, needed in edges.items():
         for one in needed:
-            assert order.index((Ready, one)) < order.index((Release, n))
-    assert sorted(run.kinds(Ready)) == [f"p{n}-{n}" for n in range(8)]
+            assert order.index((ReportReady, one)) < order.index((ReleaseStart, n))
+    assert sorted(run.kinds(ReportReady)) == [f"p{n}-{n}" for n in range(8)]
 
 
 @given(st.dictionaries(st.integers(0, 5), st.sets(st.integers(0, 5)), max_size=6))

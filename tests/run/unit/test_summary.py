@@ -13,15 +13,17 @@ from launcher.hosts.engine.remote_host import RemoteHost
 from launcher.hosts.file.model import Host
 from launcher.posix.spawn import Child
 from launcher.run.logs import messages, summary
-from launcher.run.machine import Command, Ended, Exited, ProcessMachine
+from launcher.run.machine import Exited, MachineCommand, ProcessMachine, ReportExit
 from launcher.run.process import Process
 
-STOPPED = Ended(Outcome(returncode=-2), asked=True, retry_in_s=None)
-DIED = Ended(Outcome(returncode=3), asked=False, retry_in_s=None)
-OTHER_DEATH = Ended(Outcome(returncode=4), asked=False, retry_in_s=None)
+STOPPED = ReportExit(Outcome(returncode=-2), asked=True, retry_in_s=None)
+DIED = ReportExit(Outcome(returncode=3), asked=False, retry_in_s=None)
+OTHER_DEATH = ReportExit(Outcome(returncode=4), asked=False, retry_in_s=None)
 
 
-def process(name: str, end: Ended | None = STOPPED, *, deaths: int = 0, starts: int = 1) -> Process:
+def process(
+    name: str, end: ReportExit | None = STOPPED, *, deaths: int = 0, starts: int = 1
+) -> Process:
     spec = ProcessSpec(name=name, label=name, argv=(name,), env={}, restart=RestartPolicy())
     one = Process(1, spec, number=1, prefix=b"")
     one.last_end = end
@@ -80,9 +82,9 @@ EXIT = Outcome(returncode=0)
 @pytest.mark.parametrize(
     ("deaths", "exits", "end", "text"),
     [
-        (0, 2, Ended(EXIT, asked=False, retry_in_s=None), "exited 3x: exit code 0"),
-        (0, 2, Ended(EXIT, asked=False, retry_in_s=1.0), "exited 2x: exit code 0"),
-        (0, 1, Ended(EXIT, asked=False, retry_in_s=1.0), "exit code 0"),
+        (0, 2, ReportExit(EXIT, asked=False, retry_in_s=None), "exited 3x: exit code 0"),
+        (0, 2, ReportExit(EXIT, asked=False, retry_in_s=1.0), "exited 2x: exit code 0"),
+        (0, 1, ReportExit(EXIT, asked=False, retry_in_s=1.0), "exit code 0"),
         (0, 2, STOPPED, "exited 2x (exit code 0), then stopped (SIGINT)"),
         (1, 2, DIED, "exited 2x (exit code 0), then exit code 3"),
         (2, 1, DIED, "exited 1x (exit code 0), then died 2x: exit code 3"),
@@ -90,7 +92,7 @@ EXIT = Outcome(returncode=0)
         (
             1,
             0,
-            Ended(EXIT, asked=False, retry_in_s=None),
+            ReportExit(EXIT, asked=False, retry_in_s=None),
             "died 1x (exit code 3), then exit code 0",
         ),
         (1, 0, DIED, "exit code 3"),
@@ -98,7 +100,7 @@ EXIT = Outcome(returncode=0)
         (2, 0, OTHER_DEATH, "died 1x (exit code 3), then exit code 4"),
     ],
 )
-def test_deaths_and_clean_exits_are_told_apart(deaths: int, exits: int, end: Ended, text: str):
+def test_deaths_and_clean_exits_are_told_apart(deaths: int, exits: int, end: ReportExit, text: str):
     one = process("a-1", end, deaths=deaths, starts=4)
     one.history.exits = exits
     (_, table), _ = written([one]).screen
@@ -111,9 +113,9 @@ def test_used_up_restarts_are_named(mode: str, code: int):
     one.machine = ProcessMachine(
         RestartPolicy(mode=RestartMode(mode), max_restarts=1), StopPolicy()
     )
-    for command in (Command.START, Command.TICK):
+    for command in (MachineCommand.START, MachineCommand.TICK):
         one.machine.handle(command, 0.0)
-        one.machine.handle(Command.STARTED, 0.0)
+        one.machine.handle(MachineCommand.STARTED, 0.0)
         (one.last_end,) = one.machine.handle(Exited(Outcome(returncode=code)), 0.0)
     one.history.deaths, one.history.exits = (2, 0) if code else (0, 1)
     one.history.first_death = Outcome(returncode=3)
@@ -163,7 +165,7 @@ def test_unusual_exit_codes_after_a_stop_are_named():
 
 
 def test_a_crash_in_answer_to_a_stop_is_in_the_table():
-    crashed = Ended(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
+    crashed = ReportExit(Outcome(returncode=-11), asked=False, retry_in_s=None, crashed=True)
     one = process("a-1", crashed, deaths=1)
     (_, table), _ = written([one], code=1).screen
     assert re.search(r"a-1 +SIGSEGV when it was stopped ", table)
@@ -182,7 +184,7 @@ def test_processes_that_were_left_on_other_hosts_have_not_ended():
 
 
 def test_a_start_that_failed_is_no_death():
-    refused = Ended(Outcome(spawn_errno=2, spawn_what="x"), asked=False, retry_in_s=None)
+    refused = ReportExit(Outcome(spawn_errno=2, spawn_what="x"), asked=False, retry_in_s=None)
     one, two = process("a-1", refused, deaths=1), process("b-2", refused)
     one.history.refusals, two.history.refusals = 2, 3
     (_, table), _ = written([one, two], code=1).screen
@@ -270,8 +272,13 @@ def test_the_stack_of_what_hung_when_it_ended_is_told_unless_all_is_well():
 
 
 def test_what_had_to_be_killed_or_never_started_is_told():
-    killed = process("a-1", Ended(Outcome(returncode=-9), asked=True, retry_in_s=None))
-    for event in (Command.START, Command.STARTED, Command.STOP, *[Command.SKIP_GRACE] * 2):
+    killed = process("a-1", ReportExit(Outcome(returncode=-9), asked=True, retry_in_s=None))
+    for event in (
+        MachineCommand.START,
+        MachineCommand.STARTED,
+        MachineCommand.STOP,
+        *[MachineCommand.SKIP_GRACE] * 2,
+    ):
         killed.machine.handle(event, 0.0)
     lines = summary.table([killed, process("b-2", None, starts=0)], None)
     assert "had to be killed (SIGKILL)" in lines[1]

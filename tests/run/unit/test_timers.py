@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.model.events import CallLater, Outcome
 from launcher.base.model.spec import ProcessSpec
-from launcher.run.machine import Command, Exited
+from launcher.run.machine import Exited, MachineCommand
 from launcher.run.process import Process
 from launcher.run.timers import LaunchTimers
 
@@ -90,22 +90,22 @@ class World:
         """One that is started now, at once or warm."""
         spec = ProcessSpec(name="a-1", label="a", argv=("a",), env={})
         process = Process(1, spec, number=0, prefix=b"")
-        process.machine.handle(Command.START, self.clock.now_s)
+        process.machine.handle(MachineCommand.START, self.clock.now_s)
         if is_warm:
             self.warm.add(process)
         else:
-            process.machine.handle(Command.STARTED, self.clock.now_s)
+            process.machine.handle(MachineCommand.STARTED, self.clock.now_s)
         return process
 
     def starts(self, process: Process) -> None:
         """A warm one runs."""
         self.warm.discard(process)
-        process.machine.handle(Command.STARTED, self.clock.now_s)
+        process.machine.handle(MachineCommand.STARTED, self.clock.now_s)
         self.timers.settled(process)
 
     def fails(self, process: Process) -> None:
         self.warm.discard(process)
-        process.machine.handle(Command.START_CANCELLED, self.clock.now_s)
+        process.machine.handle(MachineCommand.START_CANCELLED, self.clock.now_s)
         self.timers.settled(process)
 
     def moment(self, *effects: Process | CallLater) -> None:
@@ -253,7 +253,7 @@ def test_a_start_that_failed_after_an_earlier_life_gives_no_time(world: World):
     process = world.process()
     process.machine.handle(Exited(Outcome(returncode=0)), world.clock.now_s)
     world.clock.advance(100.0)
-    process.machine.handle(Command.START, world.clock.now_s)
+    process.machine.handle(MachineCommand.START, world.clock.now_s)
     world.warm.add(process)
     world.moment(process, after(1, 5.0))
     world.fails(process)

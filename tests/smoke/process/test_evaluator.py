@@ -11,7 +11,12 @@ import psutil
 import pytest
 
 from launcher.smoke.expect.conditions import Conditions, Expression
-from launcher.smoke.expect.evaluator import Condition, Evaluator, NotYetError, TooExpensiveError
+from launcher.smoke.expect.evaluator import (
+    EvaluatedCondition,
+    Evaluator,
+    NotYetError,
+    TooExpensiveError,
+)
 from tests.smoke.process.bench import PATIENT, Bench
 from tests.support.children import children_with
 from tests.support.waiting import wait_until
@@ -52,7 +57,7 @@ def helpers(pid: int) -> list[psutil.Process]:
     ids=lambda one: getattr(one, "text", None),
 )
 def test_a_limit_is_named_and_others_are_evaluated(
-    evaluator: Evaluator, condition: Condition, limit: str
+    evaluator: Evaluator, condition: EvaluatedCondition, limit: str
 ):
     content = {"a": "a" * 40 + "!"}
     for _ in range(2):  # the second time at once

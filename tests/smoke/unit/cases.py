@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.command_line import Command
-from launcher.smoke.expect.expectation import Expectation, Outcome
-from launcher.smoke.observe.facts import Answer
+from launcher.smoke.expect.expectation import Decision, Expectation
+from launcher.smoke.observe.facts import QueryAnswer
 from launcher.smoke.options import EXPECTATIONS
 from tests.smoke.unit.facts import EMPTY, lines, verdict
 
@@ -27,8 +27,8 @@ class Case:
     def check(self) -> None:
         """Assert that the good facts meet it, and the bad ones do not, with the right message."""
         good, bad = verdict(self.entry, **self.good), verdict(self.entry, **self.bad)
-        assert good.outcome is Outcome.MET, good
-        assert bad.outcome is Outcome.VIOLATED
+        assert good.outcome is Decision.MET, good
+        assert bad.outcome is Decision.VIOLATED
         assert self.seen in bad.seen
         if self.guess is not None:
             assert bad.guess is not None and self.guess in bad.guess
@@ -39,7 +39,7 @@ def graphs(*found: Any) -> dict[str, Any]:
     return {"graphs": (EMPTY, *found)}
 
 
-def answers(name: str, *found: Answer) -> dict[str, Any]:
+def answers(name: str, *found: QueryAnswer) -> dict[str, Any]:
     return {"answers": {name: found}}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.expect.evaluation import Condition, judged
+from launcher.smoke.expect.evaluation import EvaluatedCondition, judged
 from launcher.smoke.judges import common
 
 
@@ -16,7 +16,7 @@ class InProcess:
 
     def judged(
         self,
-        conditions: Sequence[Condition],
+        conditions: Sequence[EvaluatedCondition],
         contents: Sequence[Any],
         patience_s: float | None = None,
     ) -> list[tuple[bool, str | None]]:

@@ -14,9 +14,9 @@ from launcher.smoke.observe.facts import (
     Facts,
     GraphSeen,
     LogLine,
-    Message,
+    ObservedMessage,
     ProcessEvent,
-    Sample,
+    UsageSample,
 )
 from launcher.smoke.preflight.loader import parse
 from tests.support import run_events
@@ -114,7 +114,9 @@ EMPTY = graph(at_s=0.0)
 def texts(topic: str, *contents: Any, at_s: float = 2.0, period_s: float = 1.0) -> Any:
     """Messages of std_msgs/String with JSON in them."""
     return tuple(
-        Message(at_s=at_s + n * period_s, topic=topic, content={"data": json.dumps(content)})
+        ObservedMessage(
+            at_s=at_s + n * period_s, topic=topic, content={"data": json.dumps(content)}
+        )
         for n, content in enumerate(contents)
     )
 
@@ -125,9 +127,9 @@ def ticks(topic: str, period_s: float, *, from_s: float = 2.0, to_s: float = END
     return texts(topic, *range(count), at_s=from_s, period_s=period_s)
 
 
-def samples(name: str, *values: tuple[float, int]) -> tuple[Sample, ...]:
+def samples(name: str, *values: tuple[float, int]) -> tuple[UsageSample, ...]:
     """(CPU in percent, MB) once a second."""
     return tuple(
-        Sample(at_s=1.0 + number, process=name, cpu_percent=cpu, memory_bytes=mb * MB)
+        UsageSample(at_s=1.0 + number, process=name, cpu_percent=cpu, memory_bytes=mb * MB)
         for number, (cpu, mb) in enumerate(values)
     )

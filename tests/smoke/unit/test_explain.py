@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from launcher.smoke.judges import explain
-from launcher.smoke.observe.facts import Answer, Facts, GraphSeen, Message
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.facts import Facts, GraphSeen, ObservedMessage, QueryAnswer
+from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.run.waits import NotSeenError, Waits
 from tests.smoke.unit.facts import graph, lines, publisher, running, started, verdict
 
@@ -37,8 +37,8 @@ def test_a_line_that_did_not_come(pattern: str, options: dict[str, Any], guess: 
     assert found is None if guess is None else found is not None and guess in found
 
 
-def heard(content: Any, at_s: float) -> Message:
-    return Message(at_s=at_s, topic="/task", content=content)
+def heard(content: Any, at_s: float) -> ObservedMessage:
+    return ObservedMessage(at_s=at_s, topic="/task", content=content)
 
 
 def seen_graph(**more: Any) -> Facts:
@@ -64,7 +64,7 @@ def test_a_message_that_did_not_come(facts: Facts, since_s: float, guess: str):
 
 
 def test_a_wait_in_vain_ends_with_the_guess_and_the_last_lines():
-    recorder = Recorder()
+    recorder = FactRecorder()
     for line in SAID:
         recorder.add(line)
     for event in TWO["events"]:
@@ -79,7 +79,9 @@ def test_a_wait_in_vain_ends_with_the_guess_and_the_last_lines():
 
 def test_the_answer_of_the_node_explains_a_misspelt_parameter():
     entry = "name: p, parameter: speeed, node: /talker, is: 1.5"
-    answer = Answer(at_s=3, error="/talker has no parameter 'speeed'", hint="did you mean 'speed'?")
+    answer = QueryAnswer(
+        at_s=3, error="/talker has no parameter 'speeed'", hint="did you mean 'speed'?"
+    )
     there = graph(publisher("/a", node="/talker"), at_s=1.0)
     found = verdict(entry, answers={"parameter p": (answer,)}, graphs=(there,))
     assert (found.seen, found.guess) == (answer.error, answer.hint)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import Ending
@@ -28,7 +28,7 @@ from tests.smoke.unit.facts import (
     unready,
 )
 
-MET, VIOLATED, OPEN = Outcome.MET, Outcome.VIOLATED, Outcome.OPEN
+MET, VIOLATED, OPEN = Decision.MET, Decision.VIOLATED, Decision.OPEN
 TWO = started("robot_1-1", "robot_2-2")
 CASES = {
     "log": Case(
@@ -297,7 +297,7 @@ def test_every_kind_is_there():
     ],
 )
 def test_a_verdict_is_given_as_soon_as_it_is_certain(
-    entry: str, facts: dict[str, Any], outcome: Outcome
+    entry: str, facts: dict[str, Any], outcome: Decision
 ):
     assert judge(expectation(entry), running(**facts)).outcome is outcome
 

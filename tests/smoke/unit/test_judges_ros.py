@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.expectation_kinds import KINDS
-from launcher.smoke.observe.facts import Answer
+from launcher.smoke.observe.facts import QueryAnswer
 from tests.smoke.unit.cases import STEPS, Case, answers, graphs
 from tests.smoke.unit.facts import (
     ended,
@@ -337,29 +337,33 @@ CASES = {
     ),
     "parameter": Case(
         "name: p, parameter: speed, node: /talker, is: 1.5",
-        answers("parameter p", Answer(at_s=3, value=1.0), Answer(at_s=4, value=1.5)),
-        answers("parameter p", Answer(at_s=3, value=1.0)),
+        answers("parameter p", QueryAnswer(at_s=3, value=1.0), QueryAnswer(at_s=4, value=1.5)),
+        answers("parameter p", QueryAnswer(at_s=3, value=1.0)),
         "the answer was 1.0",
     ),
     "parameter within limits": Case(
         "name: p, parameter: speed, node: /talker, is: {min: 1}",
-        answers("parameter p", Answer(at_s=3, value=1.5)),
-        answers("parameter p", Answer(at_s=3, error="no node /talker")),
+        answers("parameter p", QueryAnswer(at_s=3, value=1.5)),
+        answers("parameter p", QueryAnswer(at_s=3, error="no node /talker")),
         "no node /talker",
     ),
     "service": Case(
         "name: s, service: /switch, fields: {success: true}",
-        answers("service s", Answer(at_s=3, value={"success": True})),
-        answers("service s", Answer(at_s=3, value={"success": False})),
+        answers("service s", QueryAnswer(at_s=3, value={"success": True})),
+        answers("service s", QueryAnswer(at_s=3, value={"success": False})),
         "the answer was {'success': False} (success is False)",
     ),
     "service called once": Case(
         "name: s, service: /switch, once: true, where: m.success",
-        answers("service s", Answer(at_s=3, error="busy"), Answer(at_s=3, value={"success": True})),
         answers(
             "service s",
-            Answer(at_s=3, value={"success": False}),
-            Answer(at_s=4, value={"succes": 1}),
+            QueryAnswer(at_s=3, error="busy"),
+            QueryAnswer(at_s=3, value={"success": True}),
+        ),
+        answers(
+            "service s",
+            QueryAnswer(at_s=3, value={"success": False}),
+            QueryAnswer(at_s=4, value={"succes": 1}),
         ),
         "the answer was",
     ),
@@ -378,7 +382,7 @@ CASES = {
     ),
     "service of nobody": Case(
         "name: s, service: /switch",
-        answers("service s", Answer(at_s=3, value={})),
+        answers("service s", QueryAnswer(at_s=3, value={})),
         {"services": ("/site/switch",)},
         "there was no answer",
         "there is a service of that name elsewhere: /site/switch",
@@ -399,4 +403,4 @@ def test_every_kind_is_there():
 
 def test_times_of_publishers_count_for_rates_where_they_are_known():
     bursts = tuple(replace(tick, at_s=20.0, sent_s=tick.at_s) for tick in ticks("/t", 1.0))
-    assert verdict("rate: /t, is: 1 Hz", messages=bursts).outcome is Outcome.MET
+    assert verdict("rate: /t, is: 1 Hz", messages=bursts).outcome is Decision.MET

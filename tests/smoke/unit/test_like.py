@@ -8,7 +8,7 @@ import pytest
 
 from launcher.bag.comparing.traits import Traits, traits_of
 from launcher.base.errors import LauncherError
-from launcher.smoke.expect.expectation import Outcome
+from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.likeness import traits_of_bag
 from launcher.smoke.judges import judge
 from launcher.smoke.preflight import checks
@@ -53,7 +53,7 @@ def verdict(folder: Path, entry: str, found: dict[str, Traits] | None, **facts: 
 @pytest.mark.parametrize("entry", ["good", "good/good_0.mcap", "{bag: good, rates: 5 %}"])
 def test_a_run_like_the_recording(folder: Path, entry: str):
     found = verdict(folder, entry, recorded(steady=every(0.1), once=[2.0]))
-    assert found.outcome is Outcome.MET
+    assert found.outcome is Decision.MET
     assert found.seen == "51 messages"
     assert found.expected.startswith("2 topics as in good")
 
@@ -77,7 +77,7 @@ def test_a_run_like_the_recording(folder: Path, entry: str):
 )
 def test_a_run_that_differs(folder: Path, entry: str, found, text: str):
     judged = verdict(folder, entry, recorded(**found))
-    assert judged.outcome is Outcome.VIOLATED
+    assert judged.outcome is Decision.VIOLATED
     assert text in judged.seen
 
 
@@ -95,7 +95,7 @@ def test_a_run_that_differs(folder: Path, entry: str, found, text: str):
     ],
 )
 def test_what_is_tolerated_or_left_out(folder: Path, entry: str, found):
-    assert verdict(folder, entry, recorded(**found)).outcome is Outcome.MET
+    assert verdict(folder, entry, recorded(**found)).outcome is Decision.MET
 
 
 def test_another_type(folder: Path):
@@ -107,13 +107,13 @@ def test_another_type(folder: Path):
 
 def test_without_a_recording_it_is_not_met_and_says_why(folder: Path):
     judged = verdict(folder, "good", None, troubles=("the recorder failed: no space",))
-    assert judged.outcome is Outcome.VIOLATED
+    assert judged.outcome is Decision.VIOLATED
     assert judged.seen == "nothing was recorded; the recorder failed: no space"
 
 
 def test_it_is_open_while_the_system_runs(folder: Path):
     script = parse("expect: [{like: good}]", str(folder / "x.expect.yaml"))
-    assert judge(script.expectations[0], running(3.0)).outcome is Outcome.OPEN
+    assert judge(script.expectations[0], running(3.0)).outcome is Decision.OPEN
     assert script.recorded_topics() == ("/steady", "/once")
     assert script.run_time_s() == 5.0  # the least; the bag has 4.9 s
     assert script.completed().expectations[0].name == "like good"

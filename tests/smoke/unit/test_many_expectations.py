@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.observe.facts import LogLine
-from launcher.smoke.observe.recorder import Recorder
+from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.preflight import loader
 from launcher.smoke.reports import text_report
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 from tests.smoke.unit.facts import seen
 
 FEW, MANY = 150, 3000
@@ -42,7 +42,7 @@ def test_the_time_to_read_a_file_grows_with_its_length():
 
 
 def test_lines_are_in_order_of_time_whenever_they_are_asked_for():
-    recorder = Recorder()
+    recorder = FactRecorder()
     for at_s in (2.0, 1.0):
         recorder.add(LogLine(at_s=at_s, process="a-1", text="x"))
     assert [line.at_s for line in recorder.facts().lines] == [1.0, 2.0]
@@ -51,22 +51,22 @@ def test_lines_are_in_order_of_time_whenever_they_are_asked_for():
     assert [line.at_s for line in recorder.facts().lines] == [0.0, 1.0, 2.0]
 
 
-def judged(name: str, outcome: Outcome) -> Judged:
+def judged(name: str, outcome: Decision) -> Judged:
     expectation = Expectation(kind="node", subject=f"/{name}", name=name)
     return Judged(expectation=expectation, verdict=Verdict(outcome=outcome, expected="it is there"))
 
 
 def shown(*found: Judged) -> str:
     stream = io.StringIO()
-    result = Result(judged=found, facts=seen(), folder=Path(), words=(), domain_id=1)
+    result = SmokeResult(judged=found, facts=seen(), folder=Path(), words=(), domain_id=1)
     text_report.show(text_report.console_for(stream, colour=False), result)
     return stream.getvalue()
 
 
 def test_of_many_expectations_those_are_shown_that_are_not_met():
-    good = [judged(f"good{n}", Outcome.MET) for n in range(text_report.ROWS)]
+    good = [judged(f"good{n}", Decision.MET) for n in range(text_report.ROWS)]
     assert "good0" in shown(*good)
-    text = shown(*good, judged("bad", Outcome.VIOLATED))
+    text = shown(*good, judged("bad", Decision.VIOLATED))
     assert "NOT MET   bad" in text
     assert "good" not in text
     assert f"... and {text_report.ROWS} met" in text

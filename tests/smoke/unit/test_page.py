@@ -10,12 +10,12 @@ import pytest
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.run_events import Resources, Sample
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
-from launcher.smoke.observe.facts import Facts, LogLine, Message, ProcessEvent
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
+from launcher.smoke.observe.facts import Facts, LogLine, ObservedMessage, ProcessEvent
 from launcher.smoke.observe.last_state import LastState
 from launcher.smoke.reports import html_report, page_lines, page_processes
 from launcher.smoke.reports.moments import item, moment_s
-from launcher.smoke.reports.result import Judged, Result
+from launcher.smoke.reports.result import Judged, SmokeResult
 from tests.smoke.unit.facts import END_S, ended, seen, started
 
 START_S = 1_700_000_000.0
@@ -25,19 +25,19 @@ def line(text: str, at_s: float = 1.0, process: str | None = "a-1") -> LogLine:
     return LogLine(at_s=at_s, process=process, text=text, stream="stdout")
 
 
-def judged(name: str, outcome: Outcome = Outcome.MET, **more: Any) -> Judged:
+def judged(name: str, outcome: Decision = Decision.MET, **more: Any) -> Judged:
     decided_s = more.pop("decided_s", None)
     verdict = Verdict(outcome=outcome, expected="x happens", **more)
     expectation = Expectation(kind="log", subject="x", name=name)
     return Judged(expectation=expectation, verdict=verdict, decided_s=decided_s)
 
 
-def result(*found: Judged, facts: Facts | None = None, **more: Any) -> Result:
+def result(*found: Judged, facts: Facts | None = None, **more: Any) -> SmokeResult:
     given = {"folder": Path("nowhere"), "words": ("x",), "domain_id": 1, **more}
-    return Result(judged=found, facts=facts or seen(), started_s=START_S, **given)
+    return SmokeResult(judged=found, facts=facts or seen(), started_s=START_S, **given)
 
 
-def told(one: Result) -> dict[str, dict[str, Any]]:
+def told(one: SmokeResult) -> dict[str, dict[str, Any]]:
     """The messages by their events; the last one of each."""
     found = {message["event"]: message for message in html_report.messages(one, "x.launch.py")}
     assert json.dumps(list(found.values()))
@@ -144,7 +144,7 @@ def test_a_long_history_keeps_its_peaks(count: int):
 def test_an_expectation_has_its_moment_and_its_sentence():
     met = judged("a", seen="after 2 s", at_s=2.0, decided_s=2.3)
     late = judged("b", seen="15 MB at most", at_s=4.0)
-    failed = judged("c", Outcome.VIOLATED, seen="", guess="it died", decided_s=9.0)
+    failed = judged("c", Decision.VIOLATED, seen="", guess="it died", decided_s=9.0)
     found = told(result(met, late, failed))["expectations"]["items"]
     assert found == [
         {"title": "a", "state": "passed", "wall": START_S + 2.0, "detail": "after 2 s"},
@@ -168,14 +168,14 @@ def test_what_failed_as_a_whole_is_one_more():
 def test_an_open_expectation_has_no_moment():
     expectation = Expectation(kind="log", subject="x", name="a")
     assert item(expectation, None, None)["state"] == "open"
-    assert moment_s(Verdict(outcome=Outcome.VIOLATED, expected="x", at_s=3.0), 5.0) == 3.0
+    assert moment_s(Verdict(outcome=Decision.VIOLATED, expected="x", at_s=3.0), 5.0) == 3.0
 
 
 # ---- the rest
 
 
 def test_the_report_is_in_the_page():
-    hello = told(result(judged("a", Outcome.VIOLATED)))["hello"]
+    hello = told(result(judged("a", Decision.VIOLATED)))["hello"]
     assert hello["read_only"] and hello["run"]["target"] == "x.launch.py"
     assert hello["frozen"]["report"]["exit_code"] == ExitCode.NOT_MET
     assert hello["ended"]["text"] == "Smoke test: failed, exit code 3."
@@ -199,10 +199,10 @@ def test_the_output_of_a_launcher_that_has_started_nothing_is_the_log():
 
 def test_the_last_messages_of_each_topic_are_there():
     messages = tuple(
-        Message(at_s=number / 10, topic="/t", content={"data": number}, watch="one")
+        ObservedMessage(at_s=number / 10, topic="/t", content={"data": number}, watch="one")
         for number in range(50)
     )
-    twice = (*messages, Message(at_s=6.0, topic="/t", content={}, watch="two"))
+    twice = (*messages, ObservedMessage(at_s=6.0, topic="/t", content={}, watch="two"))
     found = html_report.messages(result(facts=seen(messages=twice)), "x")
     assert [one["data"] for one in found if one["event"] == "message"] == [{}]
     found = html_report.messages(result(facts=seen(messages=messages)), "x")
@@ -212,8 +212,10 @@ def test_the_last_messages_of_each_topic_are_there():
 
 def test_topics_have_the_rate_before_the_stop():
     times = (1.0, 2.0, *(12.0 + number / 2 for number in range(16)), END_S + 0.3)
-    messages = tuple(Message(at_s=at_s, topic="/t", content=1, watch="one") for at_s in times)
-    once = Message(at_s=3.0, topic="/once", content=1, watch="two")
+    messages = tuple(
+        ObservedMessage(at_s=at_s, topic="/t", content=1, watch="one") for at_s in times
+    )
+    once = ObservedMessage(at_s=3.0, topic="/once", content=1, watch="two")
     found = told(result(facts=seen(messages=(*messages, once))))["topics"]["topics"]
     assert found["/t"] == {
         "rate_hz": 2.0,
@@ -242,7 +244,7 @@ def test_a_refusal_is_a_page_with_the_error(tmp_path: Path):
 
 def test_several_runs_are_in_one_file_and_the_first_that_failed_is_chosen(tmp_path: Path):
     path = tmp_path / "page.html"
-    runs = [result(judged("a")), result(judged("a", Outcome.VIOLATED)), result(judged("a"))]
+    runs = [result(judged("a")), result(judged("a", Decision.VIOLATED)), result(judged("a"))]
     html_report.write(path, runs, "x.launch.py", ())
     text = path.read_text(encoding="utf-8")
     assert '"run 2: failed, exit code 3"' in text and '"chosen": 1' in text

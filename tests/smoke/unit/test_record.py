@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from launcher.smoke.observe.facts import Ending, Facts, LogLine, Sample
+from launcher.smoke.observe.facts import Ending, Facts, LogLine, UsageSample
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.record import lines
 from launcher.smoke.record.document import Head, document_of
 from launcher.smoke.record.names import Names, without_random
 from launcher.smoke.record.rates import Rate, number_text, rate_of
 from launcher.smoke.record.runs import Runs
-from launcher.smoke.record.seen import Seen
+from launcher.smoke.record.seen import ObservedRun
 from launcher.smoke.record.session import write
 from tests.smoke.unit.facts import (
     EMPTY,
@@ -187,7 +187,7 @@ def run(pid: str = "137", **changes: Any) -> Facts:
 
 def recorded(*runs: Facts, arguments: dict[str, str] | None = None, for_s: float = 15.0) -> str:
     head = Head(target="x.launch.py", arguments=arguments or {}, options=(), for_s=for_s)
-    return document_of(Runs(Seen(one, for_s) for one in runs), head).text
+    return document_of(Runs(ObservedRun(one, for_s) for one in runs), head).text
 
 
 def test_a_recorded_file_says_what_all_runs_have_in_common():
@@ -250,7 +250,7 @@ def test_an_exit_soon_after_a_slow_start_is_not_late():
 
 def test_memory_that_was_measured_late_is_left_out():
     def sampled(at_s: float) -> Facts:
-        return run(samples=(Sample(at_s, "robot_1-1", None, 40 << 20),))
+        return run(samples=(UsageSample(at_s, "robot_1-1", None, 40 << 20),))
 
     assert "{memory: robot_1, below: 80 MB}" in recorded(sampled(10.0))
     assert "memory: robot_1" not in recorded(sampled(12.0))
@@ -270,7 +270,7 @@ def test_a_lifecycle_node_is_recorded_with_its_state_and_other_services_are_not_
     }
     facts = run(graphs=(EMPTY, graph(nodes=("/engine",), services=services)))
     head = Head(target="x", arguments={}, options=(), for_s=15.0)
-    text = document_of(Runs([Seen(facts, 15.0, {"/engine/get_state": "active"})]), head).text
+    text = document_of(Runs([ObservedRun(facts, 15.0, {"/engine/get_state": "active"})]), head).text
     (service,) = [e for e in parse(text, "x.yaml").expectations if e.kind == "service"]
     assert service.subject == "/engine/get_state"
     assert service.get("where").text == "m.current_state.label == 'active'"

@@ -13,14 +13,14 @@ from xml.etree import ElementTree
 import pytest
 
 from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, SeveralErrors
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Ending
 from launcher.smoke.reports import github, junit, text_report
 from launcher.smoke.reports.artifacts import KEPT, evidence, prune, refuse_unwritable, save
 from launcher.smoke.reports.failure import describe
-from launcher.smoke.reports.result import Judged, Result
-from launcher.smoke.run.progress import PipeSafeStdout, Progress
+from launcher.smoke.reports.result import Judged, SmokeResult
+from launcher.smoke.run.progress import PipeSafeStdout, SmokeProgress
 from launcher.smoke.run.session import Options
 from tests.smoke.unit.facts import ended, lines, seen, signalled
 
@@ -80,7 +80,7 @@ def test_a_baseline_that_cannot_be_read_is_refused_beforehand(tmp_path: Path):
 def test_a_full_disk_is_reported_once_and_the_rest_is_written(tmp_path: Path):
     os.symlink("/dev/full", tmp_path / "smoke.log")
     screen = io.StringIO()
-    progress = Progress(tmp_path, screen)
+    progress = SmokeProgress(tmp_path, screen)
     for text in ("one", "two"):
         progress.log(1.0, text)
     progress.close()
@@ -149,7 +149,7 @@ def test_the_latest_artifact_folders_and_those_in_use_are_kept(tmp_path: Path):
 # ---- reports
 
 
-def judged(name: str, outcome: Outcome, *about: str) -> Judged:
+def judged(name: str, outcome: Decision, *about: str) -> Judged:
     verdict = Verdict(outcome=outcome, expected="it is there", about=about)
     return Judged(expectation=Expectation(kind="node", subject="/a", name=name), verdict=verdict)
 
@@ -157,11 +157,11 @@ def judged(name: str, outcome: Outcome, *about: str) -> Judged:
 def test_last_lines_of_a_process_are_reported_once():
     told: dict[str, str] = {}
     facts = seen(lines=lines("the end"))
-    first = describe(judged("a", Outcome.VIOLATED, "robot_1-1"), facts, told)
-    second = describe(judged("b", Outcome.VIOLATED, "robot_1-1"), facts, told)
+    first = describe(judged("a", Decision.VIOLATED, "robot_1-1"), facts, told)
+    second = describe(judged("b", Decision.VIOLATED, "robot_1-1"), facts, told)
     assert "the end" in first[-1]
     assert second[-1] == "    last lines of robot_1-1: above, under 'a'"
-    assert describe(judged("b", Outcome.VIOLATED, "robot_1-1"), facts)[-1] == first[-1]
+    assert describe(judged("b", Decision.VIOLATED, "robot_1-1"), facts)[-1] == first[-1]
 
 
 def test_processes_killed_at_the_stop_are_reported():
@@ -169,7 +169,7 @@ def test_processes_killed_at_the_stop_are_reported():
     assert forced_stop(seen(events=asked)) is None
     assert forced_stop(seen(events=(signalled("robot_1-1", 9, 10.0),))) is None  # before the stop
     verdict = forced_stop(seen(events=(*asked, signalled("robot_1-1", 9, 30.0))))
-    assert verdict is not None and verdict.outcome is Outcome.VIOLATED
+    assert verdict is not None and verdict.outcome is Decision.VIOLATED
     assert verdict.seen == "killed after 10.0 s: robot_1-1"
 
 
@@ -177,17 +177,17 @@ def test_processes_that_crash_at_the_stop_are_reported():
     requested = ended("robot_1-1", -2, 20.0, asked=True)
     assert forced_stop(seen(events=(requested, ended("robot_2-2", -11, 10.0)))) is None
     verdict = forced_stop(seen(events=(requested, ended("robot_2-2", -11, 20.0))))
-    assert verdict is not None and verdict.outcome is Outcome.VIOLATED
+    assert verdict is not None and verdict.outcome is Decision.VIOLATED
     assert (verdict.seen, verdict.about) == ("robot_2-2 ended with SIGSEGV", ("robot_2-2",))
 
 
-def result(*found: Judged, **more: object) -> Result:
+def result(*found: Judged, **more: object) -> SmokeResult:
     given = {"facts": seen(), "folder": Path(), "words": (), "domain_id": 1, **more}
-    return Result(judged=found, **given)  # type: ignore[arg-type]
+    return SmokeResult(judged=found, **given)  # type: ignore[arg-type]
 
 
 def test_a_failure_that_only_one_run_reports_is_flaky():
-    rows = text_report.flake_rows([result(), result(judged("stop", Outcome.VIOLATED)), result()])
+    rows = text_report.flake_rows([result(), result(judged("stop", Decision.VIOLATED)), result()])
     assert [(row.verdict, row.met) for row in rows] == [("FLAKY", 2)]
 
 
@@ -195,7 +195,7 @@ def test_junit_says_why_a_launch_file_was_not_launched(tmp_path: Path):
     path = tmp_path / "out.xml"
     words = ("error: x.launch.py:1: NameError: name 'a' is not defined", "    a()")
     facts = seen(events=(), ending=Ending(asked_s=None, down_s=1, returncode=2))
-    bad = result(judged("a", Outcome.MET), facts=facts, trouble="no", last_lines=words)
+    bad = result(judged("a", Decision.MET), facts=facts, trouble="no", last_lines=words)
     junit.write(path, [bad], "x.launch.py")
     (case,) = ElementTree.parse(path).getroot().iter("testcase")
     assert case[0].tag == "error" and (case[0].text or "").splitlines() == ["no", *words]

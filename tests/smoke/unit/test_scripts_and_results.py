@@ -16,15 +16,15 @@ from launcher.base.document import quantities
 from launcher.base.document.fields import FieldType
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.smoke.expect.conditions import Conditions, Expression, fits
-from launcher.smoke.expect.expectation import Expectation, Outcome, Verdict
+from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.observe.facts import Ending, Facts
 from launcher.smoke.options import EXPECTATIONS
 from launcher.smoke.preflight.loader import parse, parse_entry
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
-from launcher.smoke.reports.result import Judged, Result, worst
-from launcher.smoke.run.scenario import ChaosTimeline, Timeline
+from launcher.smoke.reports.result import Judged, SmokeResult, worst
+from launcher.smoke.run.scenario import ChaosTimeline, StepSchedule
 from tests.smoke.unit.cases import expectation_of
 from tests.smoke.unit.facts import OVER, lines, running, seen, started
 from tests.support.repository import REPOSITORY
@@ -286,7 +286,7 @@ def test_steps_run_once_their_condition_holds():
         """,
         "x.yaml",
     )
-    timeline = Timeline(script.steps)
+    timeline = StepSchedule(script.steps)
 
     def due(now_s: float, **facts: Any) -> list[str]:
         return [step.name for step in timeline.due(running(now_s, **facts))]
@@ -327,17 +327,17 @@ def test_chaos_chooses_by_its_seed_alone(seed: int):
 # ---- what it comes to
 
 
-def judged(outcome: Outcome = Outcome.MET, *, implicit: bool = False, **values: Any) -> Judged:
+def judged(outcome: Decision = Decision.MET, *, implicit: bool = False, **values: Any) -> Judged:
     expectation = Expectation(kind="rate", subject="/a", name="rate /a", implicit=implicit)
     return Judged(expectation=expectation, verdict=Verdict(outcome=outcome, expected="", **values))
 
 
-def result(*found: Judged, facts: Facts | None = None, **more: Any) -> Result:
+def result(*found: Judged, facts: Facts | None = None, **more: Any) -> SmokeResult:
     facts = facts or seen()
-    return Result(judged=found, facts=facts, folder=Path(), words=(), domain_id=1, **more)
+    return SmokeResult(judged=found, facts=facts, folder=Path(), words=(), domain_id=1, **more)
 
 
-BAD, IMPLICIT = judged(Outcome.VIOLATED), judged(Outcome.VIOLATED, implicit=True)
+BAD, IMPLICIT = judged(Decision.VIOLATED), judged(Decision.VIOLATED, implicit=True)
 NOTHING = Ending(asked_s=None, down_s=1, returncode=2)
 
 
@@ -354,7 +354,7 @@ NOTHING = Ending(asked_s=None, down_s=1, returncode=2)
         (result(BAD, facts=seen(ending=OVER)), ExitCode.NOT_MET),
     ],
 )
-def test_the_exit_code_is_that_of_the_worst_result(found: Result, code: ExitCode):
+def test_the_exit_code_is_that_of_the_worst_result(found: SmokeResult, code: ExitCode):
     assert found.exit_code is code
 
 
@@ -380,25 +380,25 @@ def test_a_measure_may_be_worse_by_its_tolerance(
     path = tmp_path / "baseline.json"
     measures.write(path, [Measure(name="it", kind=kind, value=base, unit="u")])
 
-    def outcome(value: float) -> Outcome:
+    def outcome(value: float) -> Decision:
         now = Measure(name="it", kind=kind, value=value, unit="u")
         (found,) = measures.compare(path, [now])
         return found.verdict.outcome
 
-    assert [outcome(value) for value in good] == [Outcome.MET] * len(good)
-    assert [outcome(value) for value in bad] == [Outcome.VIOLATED] * len(bad)
+    assert [outcome(value) for value in good] == [Decision.MET] * len(good)
+    assert [outcome(value) for value in bad] == [Decision.VIOLATED] * len(bad)
 
 
 def test_a_measure_that_is_missing_is_worse_and_tolerances_may_be_changed(tmp_path: Path):
     path = tmp_path / "baseline.json"
     now = Measure(name="it", kind="cpu", value=30.0, unit="%")
     measures.write(path, [Measure(name="it", kind="cpu", value=10.0, unit="%")])
-    assert measures.compare(path, [])[0].verdict.outcome is Outcome.VIOLATED
-    assert measures.compare(path, [now])[0].verdict.outcome is Outcome.VIOLATED
+    assert measures.compare(path, [])[0].verdict.outcome is Decision.VIOLATED
+    assert measures.compare(path, [now])[0].verdict.outcome is Decision.VIOLATED
     document = json.loads(path.read_text("utf-8"))
     document["tolerances"]["cpu"]["percent"] = 300
     path.write_text(json.dumps(document), encoding="utf-8")
-    assert measures.compare(path, [now])[0].verdict.outcome is Outcome.MET
+    assert measures.compare(path, [now])[0].verdict.outcome is Decision.MET
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"measures": {"a": 1}}', '{"measures": 1}'])

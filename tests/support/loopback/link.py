@@ -10,7 +10,7 @@ from typing import Any
 from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Timer
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 from tests.support.loopback.machine import Machine
 
 REFUSES = "refuses"  # hosts whose names begin so
@@ -156,7 +156,7 @@ class LoopbackLink:
     def prepare(self, process_id: int, order: Order) -> None:
         self._ask(functools.partial(self.machine.prepare, process_id, order))
 
-    def command(self, process_id: int, command: Command) -> None:
+    def command(self, process_id: int, command: MachineCommand) -> None:
         self._ask(functools.partial(self.machine.command, process_id, command))
 
     def signal(self, process_id: int, signum: int, *, by_user: bool) -> None:
@@ -175,7 +175,7 @@ class LoopbackLink:
 
     def _finish(self, at_once: bool) -> None:
         self._is_finishing = True
-        self.machine.stop_all(Command.SKIP_GRACE if at_once else Command.STOP)
+        self.machine.stop_all(MachineCommand.SKIP_GRACE if at_once else MachineCommand.STOP)
         self._machine_idle()
 
     def _machine_idle(self) -> None:

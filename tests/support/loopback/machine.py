@@ -16,7 +16,7 @@ from launcher.hosts.file.order import Order
 from launcher.hosts.file.resolution import resolve
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, spawn
-from launcher.run.machine import Command, MachineEvent, SignalSent
+from launcher.run.machine import MachineCommand, MachineEvent, SignalSent
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
 
@@ -67,7 +67,7 @@ class Machine:
         self.processes[process_id] = process
         self._orders[process_id] = order
 
-    def command(self, process_id: int, command: Command) -> None:
+    def command(self, process_id: int, command: MachineCommand) -> None:
         self._driver.advance(self.processes[process_id], command)
 
     def signal(self, process_id: int, signum: int, by_user: bool) -> None:
@@ -83,7 +83,7 @@ class Machine:
     def pause(self, paused: bool) -> None:
         self._forwarder.pause(paused)
 
-    def stop_all(self, command: Command = Command.STOP) -> None:
+    def stop_all(self, command: MachineCommand = MachineCommand.STOP) -> None:
         for process in self.processes.values():
             self._driver.advance(process, command)
 

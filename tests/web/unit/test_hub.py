@@ -6,10 +6,10 @@ import asyncio
 import json
 from typing import Any
 
-from launcher.web.hub import QUEUE_BYTES, Hub, Outbox, encode
+from launcher.web.hub import QUEUE_BYTES, Hub, PageOutbox, encode
 
 
-def everything(outbox: Outbox, count: int) -> list[dict[str, Any]]:
+def everything(outbox: PageOutbox, count: int) -> list[dict[str, Any]]:
     async def take() -> list[str]:
         return [await asyncio.wait_for(outbox.get(), 1) for _ in range(count)]
 
@@ -20,8 +20,8 @@ def lines(number: int, text: str = "x") -> dict[str, Any]:
     return {"event": "lines", "first": number, "lines": [[None, "stdout", 0.0, "INFO", text]]}
 
 
-def joined(hub: Hub) -> Outbox:
-    outbox = Outbox()
+def joined(hub: Hub) -> PageOutbox:
+    outbox = PageOutbox()
     hub.join(outbox)
     return outbox
 

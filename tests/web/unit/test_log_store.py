@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from launcher.web import run_feed
+from launcher.web import log_store
 from launcher.web.log_store import LogStore
 
 
@@ -46,7 +46,7 @@ def test_what_was_left_out_is_a_row_and_counts_as_lines():
 
 @pytest.mark.parametrize("number", [0, 1, 2, 40, 50, 51, 99, 100, 101, 5000])
 def test_older_and_newer_lines_meet(number: int, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(run_feed, "KEEP_LINES", 60)
+    monkeypatch.setattr(log_store, "KEEP_LINES", 60)
     store = LogStore()
     for index in range(1, 101):
         store.add(item(str(index)))
@@ -63,7 +63,7 @@ def test_older_and_newer_lines_meet(number: int, monkeypatch: pytest.MonkeyPatch
 
 
 def test_long_lines_are_kept_within_bounds(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(run_feed, "KEEP_BYTES", 10_000)
+    monkeypatch.setattr(log_store, "KEEP_BYTES", 10_000)
     store = LogStore()
     for _ in range(100):
         store.add(item("x" * 1000))

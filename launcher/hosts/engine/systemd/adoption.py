@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.scripts import read_properties
-from launcher.hosts.engine.systemd.shell import Answer, Request
+from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from launcher.hosts.engine.link import Attached, LinkListener
-    from launcher.hosts.engine.systemd.facts import Facts
+    from launcher.hosts.engine.systemd.facts import HostFacts
     from launcher.hosts.engine.systemd.journal_events import JournalEvents
     from launcher.hosts.engine.systemd.scripts import Scripts
     from launcher.hosts.engine.systemd.sessions import Sessions
@@ -40,13 +40,13 @@ class Adoption:
         self._reactor = reactor
         self._follows = follows
 
-    def begin(self, scripts: Scripts, facts: Facts) -> None:
+    def begin(self, scripts: Scripts, facts: HostFacts) -> None:
         """Ask the host for the states of all units; call it when all of them are known here."""
         self._facts = facts
         states = scripts.show(one.order.name for one in self._units.values())
-        self._sessions.request(Request(states, self._adopt))
+        self._sessions.request(ScriptRequest(states, self._adopt))
 
-    def _adopt(self, answer: Answer) -> None:
+    def _adopt(self, answer: ScriptResult) -> None:
         now = self._reactor.now()
         clock = self._sessions.clock
         self._events.begin(clock.there(now))
@@ -63,9 +63,9 @@ class Adoption:
         uid = self._facts.uid
         announced = [number for number, one in self._units.items() if uid or not one.order.merge]
         past = journal.past(self._attached.run, self._attached.lines, uid, announced)
-        self._sessions.request(Request(past, self._follow))
+        self._sessions.request(ScriptRequest(past, self._follow))
 
-    def _follow(self, answer: Answer) -> None:
+    def _follow(self, answer: ScriptResult) -> None:
         notes, lines, first = journal.read_past(
             self._attached.run, answer.text, self._events.begin_s
         )

@@ -18,7 +18,7 @@ READ_BYTES = 256 * 1024
 MAX_ERRORS = 8 * 1024  # of messages of ssh that are kept
 
 
-class Channel:
+class ChannelProcess:
     """A process here whose output comes to `on_data`, until `on_end(return code, messages)`.
 
     OSError if it cannot be started. After `close` nothing comes any more.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from launcher.hosts.file.model import Host
 
 
-class Facts(Record):
+class HostFacts(Record):
     """What a host has told about itself."""
 
     uid: int
@@ -78,7 +78,7 @@ def hello(host: Host) -> str:
     )
 
 
-def read_facts(text: str) -> Facts:
+def read_facts(text: str) -> HostFacts:
     """ValueError if this is no answer of HELLO."""
     pairs = [line.partition(" ")[::2] for line in text.splitlines()]
     found = dict(pairs)
@@ -86,7 +86,7 @@ def read_facts(text: str) -> Facts:
     state = found.get("state", "")
     uid = int(found["uid"])
     version = re.match(r"\d+", found["version"])
-    return Facts(
+    return HostFacts(
         uid=uid,
         user=found["user"],
         home=found["home"],
@@ -105,7 +105,7 @@ def read_facts(text: str) -> Facts:
     )
 
 
-def why_unusable(facts: Facts) -> str:
+def why_unusable(facts: HostFacts) -> str:
     """Why its systemd cannot be used, and what to do; empty if it can."""
     if facts.version == 0:
         return "does not have systemd: install it"

@@ -6,11 +6,11 @@ import shlex
 
 from launcher.base.errors import LauncherError
 from launcher.hosts import unit
-from launcher.hosts.engine.systemd.facts import Facts, hello, read_facts
+from launcher.hosts.engine.systemd.facts import HostFacts, hello, read_facts
 from launcher.hosts.engine.systemd.scripts import written
 from launcher.hosts.file.model import Host
 from launcher.hosts.session import run
-from launcher.hosts.ssh import Connection, quoted
+from launcher.hosts.ssh import SshConnection, quoted
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ class Installer:
 
     def __init__(self, host: Host) -> None:
         self._host = host
-        self._connection = Connection(host, None)
+        self._connection = SshConnection(host, None)
         self.facts = self._ask()
 
-    def _ask(self) -> Facts:
+    def _ask(self) -> HostFacts:
         answer = run(self._connection, hello(self._host), timeout_s=TIMEOUT_S).stdout
         try:
             facts = read_facts(answer.decode(errors="replace"))

@@ -92,14 +92,16 @@ def past(run: str, lines: int, uid: int, process_ids: Iterable[int]) -> str:
     )
 
 
-def read_past(run: str, text: str, begin_s: float) -> tuple[list[Note], list[Line], str | None]:
+def read_past(
+    run: str, text: str, begin_s: float
+) -> tuple[list[Note], list[JournalLine], str | None]:
     """Records from before the last lines, announcements, and the cursor of the first of the last
     lines. None: the lines since `begin_s` are more, or there are none.
     """
     reader = JournalReader(run)
     found = list(reader.feed(text.encode() + b"\n"))
     notes = [one for one in found if isinstance(one, Note)]
-    lines = [one for one in found if isinstance(one, Line)]
+    lines = [one for one in found if isinstance(one, JournalLine)]
     is_past = bool(lines) and lines[-1].monotonic_s < begin_s
     until_s = lines[-1].monotonic_s if is_past else begin_s
     notes = [one for one in notes if one.monotonic_s <= until_s]
@@ -116,7 +118,7 @@ def announcement(process_id: int) -> str:
     return f"launcher: output of {process_id}"
 
 
-def announced(line: Line) -> int:
+def announced(line: JournalLine) -> int:
     """The process that it announces; -1 for other lines."""
     found = _ANNOUNCEMENT.fullmatch(line.data)
     return int(found[1]) if found and line.stream_id else -1
@@ -146,7 +148,7 @@ def matches(run: str) -> list[str]:
     ]
 
 
-class Line(Record):
+class JournalLine(Record):
     """Output of a process; `unit` is empty if the journal does not know it, `pid` wrote it.
 
     `is_last`: its stream has ended without a newline.
@@ -170,7 +172,7 @@ class Note(Record):
     monotonic_s: float
 
 
-class Message(Record):
+class UnitMessage(Record):
     """A message of systemd about a unit."""
 
     message_id: str
@@ -180,7 +182,7 @@ class Message(Record):
     monotonic_s: float
 
 
-Entry = Line | Note | Message
+Entry = JournalLine | Note | UnitMessage
 
 
 class JournalReader:
@@ -221,17 +223,17 @@ class JournalReader:
         unit = _one(fields, "UNIT") or _one(fields, "USER_UNIT")
         if unit and (message_id := _one(fields, "MESSAGE_ID")):
             uid, result = int(_one(fields, "_UID", "-1")), _one(fields, "UNIT_RESULT")
-            return Message(message_id, unit, uid, result, at_s)
+            return UnitMessage(message_id, unit, uid, result, at_s)
         return None
 
 
-def _line(fields: Mapping[str, Any], at_s: float) -> Line:
+def _line(fields: Mapping[str, Any], at_s: float) -> JournalLine:
     # A line that is too long comes in pieces. One that another process continues is broken, and if
     # that has added only the newline, nothing more comes of it.
     line_break = _one(fields, "_LINE_BREAK")
     newline = b"" if line_break in ("line-max", "eof") else b"\n"
     is_error = _one(fields, "PRIORITY") == str(STDERR_PRIORITY)
-    return Line(
+    return JournalLine(
         unit=_one(fields, "_SYSTEMD_USER_UNIT") or _one(fields, "_SYSTEMD_UNIT"),
         pid=int(_one(fields, "_PID", "0")),
         uid=int(_one(fields, "_UID", "-1")),

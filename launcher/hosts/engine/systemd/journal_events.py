@@ -7,7 +7,7 @@ from collections import deque
 from launcher.base.text import count
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.exits import TIMEOUT, outcome_of_record
-from launcher.hosts.engine.systemd.journal import Line, Message, Note
+from launcher.hosts.engine.systemd.journal import JournalLine, Note, UnitMessage
 from launcher.hosts.engine.systemd.timers import Timers
 from launcher.output.lines import for_terminal, without_colour
 from launcher.output.tracebacks import has_begin
@@ -60,7 +60,7 @@ class JournalEvents:
         self.by_unit: dict[str, int] = {}
         self._marks: dict[str, Callable[[], None]] = {}
         self._owners = Owners()
-        self._limbo: list[tuple[Line, float]] = []
+        self._limbo: list[tuple[JournalLine, float]] = []
         self._timers = Timers(reactor)
         self._heard_s = 0.0
         self._flood = Flood()
@@ -104,7 +104,7 @@ class JournalEvents:
         self._heard_s = self._reactor.now()
         if self._is_past and entry.monotonic_s >= self.begin_s:
             self.end_past()
-        if isinstance(entry, Line):  # processes may change their user, so these are of any
+        if isinstance(entry, JournalLine):  # processes may change their user, so these are of any
             self._line(entry, at_s)
         elif entry.uid != self.uid:
             return
@@ -121,7 +121,7 @@ class JournalEvents:
 
     # ---- output
 
-    def _owner(self, line: Line) -> int | None:
+    def _owner(self, line: JournalLine) -> int | None:
         """The process; None if it is unknown, or is not told yet."""
         found = self.by_unit.get(line.unit)
         if found is None:
@@ -131,7 +131,7 @@ class JournalEvents:
             self._owners.add(line.stream_id, found)
         return found
 
-    def announces(self, line: Line) -> bool:
+    def announces(self, line: JournalLine) -> bool:
         """Whether it only says whose stream it is; that is kept.
 
         A process without such streams (of root, with both in one) may write the same text, and any
@@ -146,7 +146,7 @@ class JournalEvents:
         self._owners.add(line.stream_id, found)
         return True
 
-    def _line(self, line: Line, at_s: float) -> None:
+    def _line(self, line: JournalLine, at_s: float) -> None:
         if self.announces(line):
             return
         process_id = self._owner(line)
@@ -230,7 +230,7 @@ class JournalEvents:
         for one in self._units.values():
             one.noted_stop(at_s, by_user=False)
 
-    def _message(self, message: Message, at_s: float) -> None:
+    def _message(self, message: UnitMessage, at_s: float) -> None:
         process_id = self.by_unit.get(message.unit)
         if process_id is None:
             return

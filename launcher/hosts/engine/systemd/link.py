@@ -15,18 +15,18 @@ from launcher.hosts.engine.systemd.journal_events import JournalEvents
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.sessions import Sessions
-from launcher.hosts.engine.systemd.shell import Answer, Request
+from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.hosts.engine.systemd.timers import Timers
 from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.failures import NOT_FOUND, failure
-from launcher.run.machine import Command
+from launcher.run.machine import MachineCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from launcher.hosts.engine.link import LinkContext
-    from launcher.hosts.engine.systemd.facts import Facts
+    from launcher.hosts.engine.systemd.facts import HostFacts
     from launcher.hosts.engine.systemd.journal import Entry
     from launcher.hosts.file.order import Order
 
@@ -57,7 +57,7 @@ class SystemdLink:
         self._sessions = Sessions(context, self._run, self)
         self._units: dict[int, UnitProcess] = {}
         self._scripts: Scripts
-        self._facts: Facts
+        self._facts: HostFacts
         self._calls: deque[Callable[[], None]] = deque()
         self._events = JournalEvents(self._host.name, self._listener, self._reactor, self._units)
         if self._attached is not None:
@@ -102,8 +102,8 @@ class SystemdLink:
         self._orders[process_id] = order
         self._call(functools.partial(self._prepare, process_id, order))
 
-    def command(self, process_id: int, command: Command) -> None:
-        if self._attached is not None and command is Command.START:
+    def command(self, process_id: int, command: MachineCommand) -> None:
+        if self._attached is not None and command is MachineCommand.START:
             adopt = functools.partial(self._call, self._adopt)
             self._timers.after("adopt", 0, adopt)  # with those that are prepared together
             return
@@ -158,7 +158,7 @@ class SystemdLink:
         while self._calls and self.state is LinkState.READY:
             self._calls.popleft()()
 
-    def _request(self, request: Request) -> None:
+    def _request(self, request: ScriptRequest) -> None:
         self._sessions.request(request)
 
     def _prepare(self, process_id: int, order: Order) -> None:
@@ -185,17 +185,17 @@ class SystemdLink:
             self._write_manifest()
         if self.stop_after_s is not None and not self._has_watch:
             self._has_watch = True
-            self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
+            self._request(ScriptRequest(self._scripts.watch(self.stop_after_s), self._check_answer))
             self._timers.every("beat", beat_s(self.stop_after_s), self._send_beat)
 
     def _write_manifest(self) -> None:
         document = manifest.encode(self._run, self._context.title, self._started, self._orders)
-        self._request(Request(self._scripts.manifest(document), self._check_answer))
+        self._request(ScriptRequest(self._scripts.manifest(document), self._check_answer))
 
     def _send_files(self, process_id: int, order: Order) -> None:
-        self._request(Request(self._scripts.files(process_id, order), self._check_answer))
+        self._request(ScriptRequest(self._scripts.files(process_id, order), self._check_answer))
 
-    def _check_answer(self, answer: Answer) -> None:
+    def _check_answer(self, answer: ScriptResult) -> None:
         if answer.code:
             lines = answer.text.strip().splitlines() or [f"exit code {answer.code}"]
             self._listener.warn(self._host.name, f"cannot prepare its processes: {lines[-1]}")
@@ -206,17 +206,17 @@ class SystemdLink:
     def _write_stdin(self, process_id: int, data: bytes) -> None:
         name = self._units[process_id].order.name
 
-        def answered(answer: Answer) -> None:
+        def answered(answer: ScriptResult) -> None:
             if answer.code:
                 text = f"{name}: cannot write to its standard input: it does not read"
                 self._listener.warn(self._host.name, text)
 
         script = self._scripts.write_stdin(process_id, data)
-        self._request(Request(script, answered, lasts=False))
+        self._request(ScriptRequest(script, answered, lasts=False))
 
     # ---- the sessions
 
-    def met(self, facts: Facts) -> str | None:
+    def met(self, facts: HostFacts) -> str | None:
         why_not = why_unusable(facts)
         if why_not and self._on_unusable is not None:
             self._on_unusable(why_not)
@@ -248,12 +248,12 @@ class SystemdLink:
     def _warn_later(self, text: str) -> None:
         self._reactor.call_later(0, lambda: self._listener.warn(self._host.name, text))
 
-    def _know(self, facts: Facts) -> None:
+    def _know(self, facts: HostFacts) -> None:
         self._facts = facts
         self._events.uid = facts.uid
         self._scripts = Scripts(self._run, self._host, facts)
 
-    def met_again(self, facts: Facts) -> bool:
+    def met_again(self, facts: HostFacts) -> bool:
         if facts.boot_id == self._facts.boot_id:
             if self._has_watch:
                 self._send_beat()
@@ -274,18 +274,18 @@ class SystemdLink:
 
     def _restore(self) -> None:
         """Runtime files do not survive a restart of the host."""
-        self._request(Request(self._scripts.prepare(), self._check_answer))
+        self._request(ScriptRequest(self._scripts.prepare(), self._check_answer))
         for process_id, one in self._units.items():
             self._send_files(process_id, one.order)
         if self._has_watch and self.stop_after_s is not None:
-            self._request(Request(self._scripts.watch(self.stop_after_s), self._check_answer))
+            self._request(ScriptRequest(self._scripts.watch(self.stop_after_s), self._check_answer))
 
     def changed(self, state: LinkState, reason: str) -> None:
         is_first = state is LinkState.READY and not self._journal_works
         if is_first:
             self._timers.every("look", LOOK_S, self._look)
             if self._attached is None:
-                self._request(Request(self._scripts.prepare(), self._check_answer))
+                self._request(ScriptRequest(self._scripts.prepare(), self._check_answer))
                 self._await_first()
         for one in self._units.values():
             if state is LinkState.READY:
@@ -296,7 +296,7 @@ class SystemdLink:
         self._reactor.call_later(0, self._serve)
 
     def _await_first(self) -> None:
-        self._request(Request(self._scripts.mark("first"), lasts=False))
+        self._request(ScriptRequest(self._scripts.mark("first"), lasts=False))
         self._timers.after("readable", READABLE_S, self._check_readable)
 
     def _check_readable(self) -> None:
@@ -325,7 +325,7 @@ class SystemdLink:
         """Call back when the journal has told all that it has now, or is silent."""
         token = journal.new_mark()
         self._events.when_marked(token, callback)
-        self._request(Request(self._scripts.mark(token)))
+        self._request(ScriptRequest(self._scripts.mark(token)))
 
     # ---- attaching
 
@@ -343,13 +343,15 @@ class SystemdLink:
         if self.state is not LinkState.READY or not self._units:
             return
         names = [one.order.name for one in self._units.values()]
-        self._request(Request(self._scripts.show(names), self._looked, lasts=False))
+        self._request(ScriptRequest(self._scripts.show(names), self._looked, lasts=False))
         pids = {i: one.pid for i, one in self._units.items() if one.pid > 0}
         if pids:
             script = self._samples.script(pids.values(), self._reactor.now())
-            self._request(Request(script, functools.partial(self._sampled, pids), lasts=False))
+            self._request(
+                ScriptRequest(script, functools.partial(self._sampled, pids), lasts=False)
+            )
 
-    def _looked(self, answer: Answer) -> None:
+    def _looked(self, answer: ScriptResult) -> None:
         if self.state is not LinkState.READY:
             return
         now = self._reactor.now()
@@ -358,7 +360,7 @@ class SystemdLink:
             if process_id is not None:
                 self._units[process_id].seen(found, now)
 
-    def _sampled(self, pids: dict[int, int], answer: Answer) -> None:
+    def _sampled(self, pids: dict[int, int], answer: ScriptResult) -> None:
         found = self._samples.read(answer.text, pids, self._reactor.now())
         if found:
             self._listener.samples(self._host.name, found)
@@ -369,10 +371,10 @@ class SystemdLink:
         names = [one.order.name for one in self._units.values()]
         answered = functools.partial(self._finish_answered, at_once)
         script = self._scripts.finish(names, manifest.operator(), at_once=at_once)
-        self._request(Request(script, answered))
+        self._request(ScriptRequest(script, answered))
         self._when_marked(self._finished)
 
-    def _finish_answered(self, at_once: bool, answer: Answer) -> None:
+    def _finish_answered(self, at_once: bool, answer: ScriptResult) -> None:
         left = [line for line in answer.text.splitlines() if line.startswith("launcher-")]
         self._leftovers = left, at_once and bool(left)
         self._timers.after("finish", FINISH_S, self._finished)

@@ -23,7 +23,7 @@ RUN_ID = "[a-z0-9]{6,8}"
 _LATEST = 1e11  # a time that can be shown
 
 
-class Manifest(Record):
+class RunManifest(Record):
     """A run on one host; `started` in seconds since 1970, `orders` by process id.
 
     The orders have neither environment nor files: those are in the host's files already.
@@ -56,7 +56,7 @@ def encode(run: str, title: str, started: float, orders: Mapping[int, Order]) ->
     }
 
 
-def decode(text: str) -> Manifest:
+def decode(text: str) -> RunManifest:
     """ValueError for a record of another version, or for no record.
 
     It comes from a host: the id of the run becomes part of a path, and texts are shown.
@@ -69,7 +69,7 @@ def decode(text: str) -> Manifest:
     started = float(document["started"])
     if not 0 <= started < _LATEST:
         raise ValueError("not a time")
-    return Manifest(
+    return RunManifest(
         run=document["run"],
         title=escape(str(document["title"]), keep=""),
         operator=escape(str(document["operator"]), keep=""),

@@ -8,11 +8,11 @@ from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.hosts.engine.systemd import manifest
 from launcher.hosts.engine.systemd.facts import hello, read_facts
-from launcher.hosts.engine.systemd.manifest import Manifest
+from launcher.hosts.engine.systemd.manifest import RunManifest
 from launcher.hosts.engine.systemd.scripts import Scripts
 from launcher.hosts.file.model import Host, HostEngine
 from launcher.hosts.session import run as run_there
-from launcher.hosts.ssh import Connection
+from launcher.hosts.ssh import SshConnection
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,14 +44,14 @@ class FoundRun(Record):
     orders: Mapping[int, Order]
 
 
-class Found(Record):
+class FoundRuns(Record):
     """The runs, newest first; `warnings` name hosts that were not asked, with the reason."""
 
     runs: tuple[FoundRun, ...]
     warnings: tuple[str, ...]
 
 
-def find(hosts: Sequence[Host]) -> Found:
+def find(hosts: Sequence[Host]) -> FoundRuns:
     """Ask all hosts at the same time."""
     asked = [host for host in hosts if host.engine is not HostEngine.SSH]
     with ThreadPoolExecutor(max_workers=max(1, len(asked))) as pool:
@@ -65,13 +65,13 @@ def find(hosts: Sequence[Host]) -> Found:
     ids = dict.fromkeys(record.run for _, record in records)
     runs = [_joined([(h, r) for h, r in records if r.run == one]) for one in ids]
     newest_first = sorted(runs, key=lambda run: run.started, reverse=True)
-    return Found(tuple(newest_first), tuple(one for one in answers if isinstance(one, str)))
+    return FoundRuns(tuple(newest_first), tuple(one for one in answers if isinstance(one, str)))
 
 
-def _manifests(host: Host) -> list[Manifest] | str:
+def _manifests(host: Host) -> list[RunManifest] | str:
     """The records of a host, or why there are none."""
     try:
-        done = run_there(Connection(host, None), _MANIFESTS, timeout_s=TIMEOUT_S)
+        done = run_there(SshConnection(host, None), _MANIFESTS, timeout_s=TIMEOUT_S)
     except LauncherError as error:
         return f"{error.message}{f'; {error.hint}' if error.hint else ''}"
     found = []
@@ -83,7 +83,7 @@ def _manifests(host: Host) -> list[Manifest] | str:
     return found
 
 
-def _joined(records: Sequence[tuple[Host, Manifest]]) -> FoundRun:
+def _joined(records: Sequence[tuple[Host, RunManifest]]) -> FoundRun:
     _, first = records[0]
     return FoundRun(
         run=first.run,
@@ -104,7 +104,7 @@ def stop(run: FoundRun) -> list[str]:
 
 
 def _stop(run: FoundRun, host: Host) -> str:
-    connection = Connection(host, None)
+    connection = SshConnection(host, None)
     try:
         facts = read_facts(
             run_there(connection, hello(host), timeout_s=TIMEOUT_S).stdout.decode(errors="replace")

@@ -11,7 +11,7 @@ import shlex
 from launcher.base import strict_json
 from launcher.hosts import unit
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.facts import Facts
+from launcher.hosts.engine.systemd.facts import HostFacts
 from launcher.hosts.file.order_words import as_words, files_of
 from launcher.hosts.ssh import quoted, setup_script
 
@@ -31,7 +31,7 @@ _SHOWN_MORE = "ExecMainPID,ExecMainCode,ExecMainStatus,ExecMainStartTimestampMon
 class Scripts:
     """The scripts for the units of a run on a host."""
 
-    def __init__(self, run: str, host: Host, facts: Facts) -> None:
+    def __init__(self, run: str, host: Host, facts: HostFacts) -> None:
         self._run = run
         self._host = host
         self._facts = facts

@@ -13,19 +13,19 @@ from collections import deque
 from launcher.base.errors import LauncherError
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.channel import Channel
+from launcher.hosts.engine.systemd.channel import ChannelProcess
 from launcher.hosts.engine.systemd.facts import hello, read_facts
-from launcher.hosts.engine.systemd.shell import START, Answer, Answers, Request
+from launcher.hosts.engine.systemd.shell import START, Answers, ScriptRequest, ScriptResult
 from launcher.hosts.engine.systemd.timers import Timers
 from launcher.hosts.failures import failure, no_ssh
-from launcher.hosts.ssh import Connection, new_control_path, quoted, ssh_environment
+from launcher.hosts.ssh import SshConnection, new_control_path, quoted, ssh_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Protocol
 
     from launcher.hosts.engine.link import LinkContext
-    from launcher.hosts.engine.systemd.facts import Facts
+    from launcher.hosts.engine.systemd.facts import HostFacts
     from launcher.hosts.engine.systemd.journal import Entry
 
     class SessionsListener(Protocol):
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
         # The host has told about itself, for the first time; the reason to refuse it, or "". None:
         # the sessions were closed.
-        def met(self, facts: Facts) -> str | None: ...
+        def met(self, facts: HostFacts) -> str | None: ...
 
         # As `met`, when it is reached again; whether it is the same host and was not restarted.
-        def met_again(self, facts: Facts) -> bool: ...
+        def met_again(self, facts: HostFacts) -> bool: ...
 
         # READY after UNREACHABLE comes when the journal has been caught up with.
         def changed(self, state: LinkState, reason: str) -> None: ...
@@ -71,13 +71,13 @@ class Sessions:
         self.state = LinkState.CONNECTING
         self.clock = HostClock()
         self.reader = journal.JournalReader(run)
-        self._connection: Connection
+        self._connection: SshConnection
         self._control_path = ""
-        self._shell: Channel | None = None
-        self._journal: Channel | None = None
+        self._shell: ChannelProcess | None = None
+        self._journal: ChannelProcess | None = None
         self._answers = Answers(self._beat)
         self._heard_s = self._beat_s = self._reactor.now()
-        self._queue: deque[Request] = deque()
+        self._queue: deque[ScriptRequest] = deque()
         self._timers = Timers(self._reactor)
         self._attempts = 0
         self._mark = ""  # the last that was asked for
@@ -99,7 +99,7 @@ class Sessions:
     def _connect_first(self) -> None:
         try:
             self._control_path = new_control_path(self._context.environment)
-            self._connection = Connection(self._context.host, self._control_path)
+            self._connection = SshConnection(self._context.host, self._control_path)
         except LauncherError as error:
             self._refuse(error.message)
             return
@@ -109,7 +109,7 @@ class Sessions:
         self._answers = Answers(self._beat)
         self._beat_s = self._reactor.now()
         try:
-            self._shell = Channel(
+            self._shell = ChannelProcess(
                 self._reactor,
                 self._connection.leader("exec sh"),
                 ssh_environment(self._context.environment),
@@ -120,12 +120,12 @@ class Sessions:
             error = no_ssh(self._context.host)
             self._change(LinkState.UNREACHABLE, f"{error.message}; {error.hint}")
             return
-        asked = Request(hello(self._context.host), self._said_hello, lasts=False)
+        asked = ScriptRequest(hello(self._context.host), self._said_hello, lasts=False)
         self._shell.write(START.encode() + self._answers.framed(asked))
         limit_s = ATTEMPT_S if self._has_met else CONNECT_S
         self._timers.after("limit", limit_s, lambda: self._lose(f"no answer within {limit_s:g} s"))
 
-    def _said_hello(self, answer: Answer) -> None:
+    def _said_hello(self, answer: ScriptResult) -> None:
         self._timers.cancel("limit")
         try:
             facts = read_facts(answer.text)
@@ -170,7 +170,7 @@ class Sessions:
 
     def _catch_up(self) -> None:
         self._mark = journal.new_mark()
-        self._send(Request(self._listener.mark(self._mark), lasts=False))
+        self._send(ScriptRequest(self._listener.mark(self._mark), lasts=False))
         self._timers.after("mark", CATCH_UP_S, self._caught_up)
 
     def _caught_up(self) -> None:
@@ -182,7 +182,7 @@ class Sessions:
 
     # ---- the shell
 
-    def request(self, request: Request) -> None:
+    def request(self, request: ScriptRequest) -> None:
         """Run a script there; after the link is back if it is broken."""
         if self.state is LinkState.READY and not self._queue:
             self._send(request)
@@ -192,7 +192,7 @@ class Sessions:
     def send_beat(self, script: str) -> None:
         """Run it there as soon as the shell answers, also while the journal is caught up with."""
         if self._shell is not None and "limit" not in self._timers:
-            self._send(Request(script, lasts=False))
+            self._send(ScriptRequest(script, lasts=False))
 
     @property
     def has_requests(self) -> bool:
@@ -202,7 +202,7 @@ class Sessions:
     def forget_requests(self) -> None:
         self._queue.clear()
 
-    def _send(self, request: Request) -> None:
+    def _send(self, request: ScriptRequest) -> None:
         assert self._shell is not None
         self._shell.write(self._answers.framed(request))
 
@@ -273,7 +273,7 @@ class Sessions:
         words = quoted(journal.words(self._run, self.reader.cursor, first=self._first))
         # It ends with its input, so that none stays behind a connection that broke.
         leash = '{ cat <&3 >/dev/null 2>&1; kill "$$"; } >/dev/null 2>&1 &'
-        self._journal = Channel(
+        self._journal = ChannelProcess(
             self._reactor,
             self._connection.session(f"exec 3<&0; {leash} exec {words} 3<&-"),
             ssh_environment(self._context.environment),
@@ -288,11 +288,11 @@ class Sessions:
         if cursor is None:
             return
 
-        def answered(answer: Answer) -> None:
+        def answered(answer: ScriptResult) -> None:
             if journal.is_gone(cursor, answer.text):
                 self._listener.missed()
 
-        self._send(Request(journal.entry_at(cursor), answered, lasts=False))
+        self._send(ScriptRequest(journal.entry_at(cursor), answered, lasts=False))
 
     def _journal_data(self, data: bytes) -> None:
         self._heard_s = self._reactor.now()

@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    OnAnswer = Callable[["Answer"], None]
+    OnAnswer = Callable[["ScriptResult"], None]
 
 _HEART = re.compile(rb"\x01H ([0-9.]+)\x02")
 _ANSWER = re.compile(rb"\x01A (\d+) (\d+) ([^\x02]*)\x02", re.DOTALL)
@@ -33,14 +33,14 @@ launcher_beat </dev/null &
 """
 
 
-class Answer(Record):
+class ScriptResult(Record):
     """The exit code of a script, and what it has written to both streams."""
 
     code: int
     text: str
 
 
-class Request(Record):
+class ScriptRequest(Record):
     """A script, which does no harm if it is run twice, and what gets its answer.
 
     `on_loss` is called if it does not last, and the link was lost before the answer.
@@ -62,9 +62,9 @@ class Answers:
         self._on_beat = on_beat
         self._buffer = b""
         self._number = 0
-        self._waiting: deque[tuple[int, Request]] = deque()
+        self._waiting: deque[tuple[int, ScriptRequest]] = deque()
 
-    def framed(self, request: Request) -> bytes:
+    def framed(self, request: ScriptRequest) -> bytes:
         """What the shell reads for this request."""
         self._number += 1
         self._waiting.append((self._number, request))
@@ -74,7 +74,7 @@ class Answers:
         ).encode("utf-8", "surrogateescape")
 
     @property
-    def unanswered(self) -> list[Request]:
+    def unanswered(self) -> list[ScriptRequest]:
         """In the order of `framed`."""
         return [request for _, request in self._waiting]
 
@@ -85,11 +85,13 @@ class Answers:
         self._buffer = _HEART.sub(b"", self._buffer)
         while found := _ANSWER.search(self._buffer):
             self._buffer = self._buffer[found.end() :]
-            self._answered(int(found[1]), Answer(int(found[2]), found[3].decode(errors="replace")))
+            self._answered(
+                int(found[1]), ScriptResult(int(found[2]), found[3].decode(errors="replace"))
+            )
         if b"\x01" not in self._buffer:
             self._buffer = b""  # what a login shell prints
 
-    def _answered(self, number: int, answer: Answer) -> None:
+    def _answered(self, number: int, answer: ScriptResult) -> None:
         while self._waiting and self._waiting[0][0] <= number:
             got, request = self._waiting.popleft()
             if got == number and request.on_answer is not None:

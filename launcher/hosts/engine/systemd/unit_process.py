@@ -19,15 +19,15 @@ from launcher.hosts.engine.systemd.doubt import Doubt
 from launcher.hosts.engine.systemd.exits import outcome_of_unit, why_not_started
 from launcher.hosts.engine.systemd.recent_output import RecentOutput
 from launcher.hosts.engine.systemd.scripts import read_properties
-from launcher.hosts.engine.systemd.shell import Answer, Request
+from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.run.machine import (
     Action,
-    Command,
-    Ended,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
-    Order,
     ProcessState,
+    ReportExit,
     Signal,
     SignalSent,
     SpawnError,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 DRAIN_S = 0.05
 _KILLED = -9
 _TOLD = 16  # invocations: only those of late may be told twice
-_STOPS = (Command.STOP, Command.USER_STOP)
+_STOPS = (MachineCommand.STOP, MachineCommand.USER_STOP)
 
 
 class UnitProcess:
@@ -62,7 +62,7 @@ class UnitProcess:
         order: orders.Order,
         scripts: Callable[[], Scripts],
         reactor: Reactor,
-        request: Callable[[Request], None],
+        request: Callable[[ScriptRequest], None],
         report: Callable[[int, MachineEvent, float, int, float | None], None],
         mark: Callable[[Callable[[], None]], None],
         warn: Callable[[str], None],
@@ -99,14 +99,14 @@ class UnitProcess:
 
     # ---- the operator
 
-    def command(self, command: Command) -> None:
+    def command(self, command: MachineCommand) -> None:
         self._flush()
         now = self._reactor.now()
         waits = command in _STOPS and self._waits_for_systemd
         self._handle(command, now)
         if waits:
             if self.machine.state is ProcessState.STOPPING:
-                self._handle(Command.START_CANCELLED, now)
+                self._handle(MachineCommand.START_CANCELLED, now)
             self._stop()
 
     @property
@@ -123,9 +123,9 @@ class UnitProcess:
         """
         self._is_stopped = True
         self._stopped_s = float("inf")
-        self._request(Request(self._scripts().stop(self.order.name), self._stop_answered))
+        self._request(ScriptRequest(self._scripts().stop(self.order.name), self._stop_answered))
 
-    def _stop_answered(self, answer: Answer) -> None:
+    def _stop_answered(self, answer: ScriptResult) -> None:
         if self._is_stopped:
             self._stopped_s = self._reactor.now()
 
@@ -137,7 +137,7 @@ class UnitProcess:
         if by_user and may_end and self.machine.may_restart:
             # Systemd would restart it.
             self._is_held = True
-            self._request(Request(self._scripts().hold(self.process_id)))
+            self._request(ScriptRequest(self._scripts().hold(self.process_id)))
             self._after("_hold", self.order.stop.grace_s + 1.0, self._release)
         name = signal_name(signum)
         text = f"{self.order.name}: {name} may not have arrived: the link was lost meanwhile"
@@ -149,7 +149,7 @@ class UnitProcess:
         """It has survived the signal."""
         if self.machine.state is ProcessState.RUNNING and self._is_held:
             self._is_held = False
-            self._request(Request(self._scripts().release(self.process_id)))
+            self._request(ScriptRequest(self._scripts().release(self.process_id)))
 
     # ---- the machine
 
@@ -167,19 +167,19 @@ class UnitProcess:
 
     def _do(self, action: Action) -> None:
         match action:
-            case Order.SPAWN if not self._starts_itself:
+            case MachineAction.SPAWN if not self._starts_itself:
                 self._start()
             case Signal(signum=signum) if not self._starts_itself:
                 if self._is_stopped or _is_pause(signum):
                     self._send(signum)
                 else:
                     self._stop()  # it sends the first signal, and continues a suspended process
-            case Order.WAKE:
+            case MachineAction.WAKE:
                 self._send(signal.SIGCONT)
-            case Ended():
+            case ReportExit():
                 self._ended(action)
 
-    def _ended(self, end: Ended) -> None:
+    def _ended(self, end: ReportExit) -> None:
         self.pid = -1
         self._cancel("_hold")
 
@@ -195,9 +195,9 @@ class UnitProcess:
         self._is_held = self._is_stopped = False
         self._stopped_s = float("-inf")
         script = self._scripts().start(self.process_id, self.order, uuid.uuid4().hex)
-        self._request(Request(script, self._start_answered))
+        self._request(ScriptRequest(script, self._start_answered))
 
-    def _start_answered(self, answer: Answer) -> None:
+    def _start_answered(self, answer: ScriptResult) -> None:
         self._is_starting = False
         if self.machine.state not in (ProcessState.STARTING, ProcessState.STOPPING):
             return  # the journal was faster
@@ -213,7 +213,7 @@ class UnitProcess:
 
     def _send(self, signum: int, on_loss: Callable[[], None] | None = None) -> None:
         script = self._scripts().signal(self.order.name, signum)
-        self._request(Request(script, lasts=False, on_loss=on_loss))
+        self._request(ScriptRequest(script, lasts=False, on_loss=on_loss))
 
     # ---- the journal
 
@@ -228,13 +228,13 @@ class UnitProcess:
         if state is ProcessState.BACKOFF:
             self.noted_restart(at_s)
         elif not state.is_alive:
-            self._by_itself(Command.USER_START, at_s)  # by another operator
+            self._by_itself(MachineCommand.USER_START, at_s)  # by another operator
         self._invocations.append(invocation)
         self._invocation, self.pid = invocation, pid
         self._is_stopped = self._is_stopped and at_s <= self._stopped_s
-        self._handle(Command.STARTED, at_s)
+        self._handle(MachineCommand.STARTED, at_s)
         if at_s <= self._stopped_s and self.machine.state is ProcessState.RUNNING:
-            self._by_itself(Command.USER_STOP if was_held else Command.STOP, at_s)
+            self._by_itself(MachineCommand.USER_STOP if was_held else MachineCommand.STOP, at_s)
 
     def noted_exit(
         self, invocation: str, outcome: Outcome, at_s: float, *, timed_out: bool = False
@@ -249,7 +249,7 @@ class UnitProcess:
             )
         self._exits.append(invocation)
         while timed_out and self.machine.next_signal is not None:
-            self._by_itself(Command.SKIP_GRACE, at_s)
+            self._by_itself(MachineCommand.SKIP_GRACE, at_s)
         self._pending = outcome, at_s
         self._cancel("_timer")
         self._recent.ended()
@@ -292,7 +292,7 @@ class UnitProcess:
         self._stopped_s = max(self._stopped_s, at_s)
         if self.machine.state in (ProcessState.RUNNING, ProcessState.BACKOFF):
             self._is_stopped = True
-            self._by_itself(Command.USER_STOP if by_user else Command.STOP, at_s)
+            self._by_itself(MachineCommand.USER_STOP if by_user else MachineCommand.STOP, at_s)
 
     def noted_restart(self, at_s: float) -> None:
         """Systemd restarts it now."""
@@ -303,7 +303,7 @@ class UnitProcess:
     def _tick(self, at_s: float) -> None:
         if self.machine.deadline is not None:
             self.machine.deadline = min(self.machine.deadline, at_s)
-        self._by_itself(Command.TICK, at_s)
+        self._by_itself(MachineCommand.TICK, at_s)
 
     def noted_refusal(self, at_s: float, why: str) -> None:
         """Systemd does not restart it any more."""
@@ -348,7 +348,7 @@ class UnitProcess:
         self._is_starting = False
         if self.machine.state.is_alive:
             if self.machine.state is ProcessState.STARTING:
-                self._handle(Command.STARTED, at_s)
+                self._handle(MachineCommand.STARTED, at_s)
             self._exit(Outcome(returncode=_KILLED), at_s)
         self._is_own = True
         self._set_timer()
@@ -381,15 +381,15 @@ class UnitProcess:
     def _due(self) -> None:
         if self.machine.state is ProcessState.STOPPING:
             script = self._scripts().show([self.order.name])
-            self._request(Request(script, self._escalate, lasts=False))
+            self._request(ScriptRequest(script, self._escalate, lasts=False))
         else:
-            self._handle(Command.TICK, self._reactor.now())
+            self._handle(MachineCommand.TICK, self._reactor.now())
 
-    def _escalate(self, answer: Answer) -> None:
+    def _escalate(self, answer: ScriptResult) -> None:
         """Unless the unit has ended, which the journal tells behind much output."""
         found = (read_properties(answer.text) or [{}])[-1]
         if self._pending is None and not self._contradicts(found):
-            self._handle(Command.TICK, self._reactor.now())
+            self._handle(MachineCommand.TICK, self._reactor.now())
 
     def suspend_timers(self) -> None:
         """The host cannot be reached."""

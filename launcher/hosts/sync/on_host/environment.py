@@ -12,7 +12,7 @@ import sys
 import threading
 
 from launcher.hosts.sync.on_host import pip_messages
-from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors, remove_folder
+from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors, remove_folder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,13 +23,13 @@ _DEBIAN = "/usr/share/python-wheels"  # where Debian keeps the wheel of pip
 _PIP = ("--disable-pip-version-check", "--no-input", "--quiet", "--retries=1")
 
 
-def complete(workspace: Workspace, key: str) -> str | None:
+def complete(workspace: HostStore, key: str) -> str | None:
     """The newest complete environment for a key: `KEY`, or `KEY.2` that was made again."""
     found = [name for name in _names(workspace, key) if _is_complete(workspace, name)]
     return found[-1] if found else None
 
 
-def make(workspace: Workspace, key: str, requirements: str, wheels: Sequence[str] | None) -> str:
+def make(workspace: HostStore, key: str, requirements: str, wheels: Sequence[str] | None) -> str:
     """A new environment; its name. `wheels` are files in `wheels/`; None: pip downloads.
 
     It is made where it stays, since scripts in it have its path. Refusal.
@@ -52,7 +52,7 @@ def make(workspace: Workspace, key: str, requirements: str, wheels: Sequence[str
     return name
 
 
-def _names(workspace: Workspace, key: str) -> list[str]:
+def _names(workspace: HostStore, key: str) -> list[str]:
     if not os.path.isdir(workspace.venvs):
         return []
     found = [name for name in os.listdir(workspace.venvs) if name.partition(".")[0] == key]
@@ -63,12 +63,12 @@ def _number(name: str) -> int:
     return int(name.partition(".")[2] or 1)
 
 
-def _is_complete(workspace: Workspace, name: str) -> bool:
+def _is_complete(workspace: HostStore, name: str) -> bool:
     return os.path.isfile(os.path.join(workspace.venvs, name, _COMPLETE))
 
 
 def _install(
-    folder: str, requirements: str, wheels: Sequence[str] | None, workspace: Workspace
+    folder: str, requirements: str, wheels: Sequence[str] | None, workspace: HostStore
 ) -> None:
     python = os.path.join(folder, "bin/python")
     if wheels is None:
@@ -81,7 +81,7 @@ def _install(
         _run([*pip, "install", *_PIP, *words], "pip failed", requirements)
 
 
-def _pip(python: str, workspace: Workspace) -> list[str]:
+def _pip(python: str, workspace: HostStore) -> list[str]:
     """The words that run some pip for the environment; Refusal if the host has none."""
     files = glob.glob(os.path.join(workspace.wheels, "pip-*.whl"))
     try:

@@ -7,14 +7,14 @@ import platform
 import sys
 
 from launcher.hosts.sync.on_host import releases
-from launcher.hosts.sync.on_host.store import Workspace
+from launcher.hosts.sync.on_host.store import HostStore
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 
-def facts(workspace: Workspace) -> dict[str, Any]:
+def facts(workspace: HostStore) -> dict[str, Any]:
     current = workspace.current_release()
     return {
         "root": workspace.root,

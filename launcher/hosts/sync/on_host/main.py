@@ -7,7 +7,7 @@ import signal
 import sys
 
 from launcher.hosts.sync.on_host import environment, facts, releases, wire
-from launcher.hosts.sync.on_host.store import Refusal, Workspace, disk_errors
+from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 _SILENCE_S = 60  # a link that is down is not noticed otherwise, and would keep the lock
 
 
-class Service:
+class SyncService:
     def __init__(self, requests: Requests, answers: BinaryIO) -> None:
         self._requests = requests
         self._answers = answers
-        self._workspace = Workspace("")
+        self._workspace = HostStore("")
 
     def run(self) -> None:
         """Until the operator closes the connection."""
@@ -42,7 +42,7 @@ class Service:
 
     def _do_facts(self, request: dict[str, Any]) -> dict[str, Any]:
         root = os.path.expanduser(request["workspace"])
-        self._workspace = Workspace(os.path.join(os.path.realpath(os.getcwd()), root))
+        self._workspace = HostStore(os.path.join(os.path.realpath(os.getcwd()), root))
         return facts.facts(self._workspace)
 
     def _do_lock(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -157,6 +157,6 @@ def main() -> None:
     answers.write(wire.READY)
     answers.flush()
     try:
-        Service(Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
+        SyncService(Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
     except (wire.Closed, BrokenPipeError):
         sys.exit(1)

@@ -11,8 +11,8 @@ import subprocess
 from launcher.hosts.sync.on_host.store import (
     FULL,
     RECORD,
+    HostStore,
     Refusal,
-    Workspace,
     disk_errors,
     flush,
     remove_folder,
@@ -27,14 +27,14 @@ _MARGIN_BYTES = 4 * 1024 * 1024
 _PARTIAL = ".partial"
 
 
-def identity(workspace: Workspace, name: str | None) -> str:
+def identity(workspace: HostStore, name: str | None) -> str:
     """The id of a release; empty if it is not there, or not as it was brought."""
     if name is None or workspace.changed_files(name):
         return ""
     return str(workspace.record(name).get("id", ""))
 
 
-def missing(workspace: Workspace, sizes: dict[str, int]) -> list[str]:
+def missing(workspace: HostStore, sizes: dict[str, int]) -> list[str]:
     """The hashes of which no file is here; Refusal if there is no space for them."""
     known = workspace.contents()
     wanted = [digest for digest in sizes if digest not in known]
@@ -49,7 +49,7 @@ def missing(workspace: Workspace, sizes: dict[str, int]) -> list[str]:
     return wanted
 
 
-def make(workspace: Workspace, wanted: str, entries: list[list[Any]], venv: str) -> str:
+def make(workspace: HostStore, wanted: str, entries: list[list[Any]], venv: str) -> str:
     """A complete release of these entries, not yet in use; its name."""
     _remove_partial(workspace)
     name = f"{_next_number(workspace):06d}-{wanted[:8]}"
@@ -71,7 +71,7 @@ def make(workspace: Workspace, wanted: str, entries: list[list[Any]], venv: str)
     return name
 
 
-def _lay_out(workspace: Workspace, folder: str, entries: list[list[Any]]) -> dict[str, list[Any]]:
+def _lay_out(workspace: HostStore, folder: str, entries: list[list[Any]]) -> dict[str, list[Any]]:
     """Link the files to their places; path -> hash, size and time of each."""
     known = workspace.contents()
     files: dict[str, list[Any]] = {}
@@ -146,12 +146,12 @@ def _checked(path: str) -> str:
     return path
 
 
-def _next_number(workspace: Workspace) -> int:
+def _next_number(workspace: HostStore) -> int:
     numbers = [int(name[:6]) for name in os.listdir(workspace.releases) if name[:6].isdigit()]
     return max(numbers, default=0) + 1
 
 
-def _remove_partial(workspace: Workspace) -> None:
+def _remove_partial(workspace: HostStore) -> None:
     for name in os.listdir(workspace.releases):
         if name.endswith(_PARTIAL):
             remove_folder(os.path.join(workspace.releases, name))
@@ -160,7 +160,7 @@ def _remove_partial(workspace: Workspace) -> None:
 # ---- the release in use
 
 
-def switch(workspace: Workspace, name: str) -> None:
+def switch(workspace: HostStore, name: str) -> None:
     """Use a release from now on, and note which one was used before."""
     before = workspace.current_release()
     with disk_errors(workspace):
@@ -169,7 +169,7 @@ def switch(workspace: Workspace, name: str) -> None:
         workspace.point(workspace.current, os.path.join("releases", name))
 
 
-def roll_back(workspace: Workspace) -> tuple[str, str]:
+def roll_back(workspace: HostStore) -> tuple[str, str]:
     """Use the release that was used before; the names of both. Refusal if there is none."""
     name = workspace.current_release()
     if name is None:
@@ -182,7 +182,7 @@ def roll_back(workspace: Workspace) -> tuple[str, str]:
     return name, before
 
 
-def previous(workspace: Workspace, name: str) -> str | None:
+def previous(workspace: HostStore, name: str) -> str | None:
     """The release that was used before this one."""
     try:
         before = os.path.basename(os.readlink(_before(workspace, name)))
@@ -191,14 +191,14 @@ def previous(workspace: Workspace, name: str) -> str | None:
     return before if before in workspace.names() else None
 
 
-def _before(workspace: Workspace, name: str) -> str:
+def _before(workspace: HostStore, name: str) -> str:
     return os.path.join(workspace.releases, f".before-{name}")
 
 
 # ---- old releases
 
 
-def prune(workspace: Workspace) -> list[str]:
+def prune(workspace: HostStore) -> list[str]:
     """Remove releases and environments that are old and that no process uses; their names."""
     current = workspace.current_release()
     keep = [] if current is None else _line(workspace, current)
@@ -216,7 +216,7 @@ def prune(workspace: Workspace) -> list[str]:
     return removed
 
 
-def _line(workspace: Workspace, name: str) -> list[str]:
+def _line(workspace: HostStore, name: str) -> list[str]:
     """The release and those before it, in the order of rolling back."""
     line = [name]
     while (found := previous(workspace, line[-1])) is not None and found not in line:
@@ -224,14 +224,14 @@ def _line(workspace: Workspace, name: str) -> list[str]:
     return line
 
 
-def _prune_venvs(workspace: Workspace, running: set[str]) -> None:
+def _prune_venvs(workspace: HostStore, running: set[str]) -> None:
     needed = {str(workspace.record(name).get("venv", "")) for name in workspace.names()}
     for key in os.listdir(workspace.venvs):
         if key not in needed and key not in running:
             remove_folder(os.path.join(workspace.venvs, key))
 
 
-def _used_now(workspace: Workspace) -> set[str]:
+def _used_now(workspace: HostStore) -> set[str]:
     """The releases and environments that running processes of this user have in their paths."""
     pattern = re.escape(os.fsencode(os.path.realpath(workspace.root)))
     place = re.compile(pattern + rb"/(?:releases|venvs)/([^/:\0]+)")

@@ -37,7 +37,7 @@ class Refusal(Exception):
         self.hint = hint
 
 
-class Workspace:
+class HostStore:
     """`root` is absolute. Nothing is made before `lock`."""
 
     def __init__(self, root: str) -> None:
@@ -203,7 +203,7 @@ def _flush_folder(path: str) -> None:
 
 
 @contextlib.contextmanager
-def disk_errors(workspace: Workspace) -> Iterator[None]:
+def disk_errors(workspace: HostStore) -> Iterator[None]:
     """Turn errors of the disk into a Refusal; a full disk is relieved of what was brought."""
     try:
         yield

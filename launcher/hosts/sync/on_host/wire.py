@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from typing import Any, BinaryIO, Protocol
 
-    class Source(Protocol):
+    class ContentSource(Protocol):
         def read(self, size: int, /) -> bytes: ...
 
 
@@ -39,7 +39,7 @@ def send(file: BinaryIO, message: dict[str, Any]) -> None:
     file.flush()
 
 
-def receive(file: Source) -> dict[str, Any]:
+def receive(file: ContentSource) -> dict[str, Any]:
     """The next message; Closed."""
     length = _length(file)
     if length > MAX_MESSAGE_BYTES:
@@ -62,7 +62,7 @@ def send_content(file: BinaryIO, blocks: Iterable[bytes], count: Callable[[int],
     file.write(_LENGTH.pack(0))
 
 
-def receive_content(file: Source) -> Iterator[bytes]:
+def receive_content(file: ContentSource) -> Iterator[bytes]:
     """The blocks of a content; Closed."""
     while length := _length(file):
         block = _exactly(file, length & ~_COMPRESSED)
@@ -87,12 +87,12 @@ def _gets_smaller(block: bytes) -> bool:
     return len(sample) >= _LEAST_BYTES and len(zlib.compress(sample, 1)) < _WORTH * len(sample)
 
 
-def _length(file: Source) -> int:
+def _length(file: ContentSource) -> int:
     found: int = _LENGTH.unpack(_exactly(file, _LENGTH.size))[0]
     return found
 
 
-def _exactly(file: Source, size: int) -> bytes:
+def _exactly(file: ContentSource, size: int) -> bytes:
     data = file.read(size)
     if len(data) < size:
         raise Closed("the connection was closed")

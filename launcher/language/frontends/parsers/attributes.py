@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, List  # noqa: UP035 - List[Entity] is what entities understand
 
-from launcher.language.diagnostics.origin import Origin
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends.entity import Entity
 from launcher.language.frontends.errors import StructureError
 
@@ -36,7 +36,7 @@ def parse_condition(entity: Entity, parser: Any) -> Any:
     condition = kind(parser.parse_substitution(text))
     place = parser._place_of(text) if hasattr(parser, "_place_of") else None
     if place is not None:
-        condition._origin = Origin(place.path, place.line)
+        condition._origin = FileLine(place.path, place.line)
     return condition
 
 

@@ -19,7 +19,7 @@ from launcher.workspace.building.checks.interface_index import InterfaceIndex
 from launcher.workspace.building.checks.known import Environment
 from launcher.workspace.building.checks.overlay import check_overlay
 from launcher.workspace.building.checks.python import check_python
-from launcher.workspace.building.sources import Found, Package, cycles
+from launcher.workspace.building.sources import FoundPackages, Package, cycles
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning, shown
 
 _FOR_BUILDING = ("depend", "build_depend", "buildtool_depend")
@@ -27,7 +27,7 @@ _BUILD_TYPES = ("ament_cmake", "ament_python", "cmake")
 
 
 def check(
-    found: Found,
+    found: FoundPackages,
     env: Mapping[str, str] = os.environ,
     *,
     install: str | None = None,

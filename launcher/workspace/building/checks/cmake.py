@@ -12,7 +12,7 @@ from launcher.workspace.building.checks import origins
 from launcher.workspace.building.checks.interface_index import InterfaceIndex
 from launcher.workspace.building.checks.interface_packages import check_interfaces
 from launcher.workspace.building.sources import Package
-from launcher.workspace.building.sources.cmake_file import Argument, CMakeFile, Command
+from launcher.workspace.building.sources.cmake_file import Argument, CMakeCommand, CMakeFile
 from launcher.workspace.building.sources.source_text import SourceError
 
 _INSTALL_ENDS = (
@@ -98,7 +98,7 @@ class CMakeCheck:
             if "REQUIRED" in command.words:
                 yield from self._found(command)
 
-    def _found(self, command: Command) -> Iterator[SourceError]:
+    def _found(self, command: CMakeCommand) -> Iterator[SourceError]:
         argument = command.arguments[0]
         name, line = argument.text, argument.line
         environment = self._index.environment

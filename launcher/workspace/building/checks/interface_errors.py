@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from launcher.base.text import did_you_mean
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 _INSTEAD = {
     "int": "int32", "unsigned": "uint32", "uint": "uint32", "long": "int64", "short": "int16",
@@ -18,7 +18,7 @@ _FIELD_NAMES = "lower case letters, digits and single underscores, beginning wit
 _CONSTANT_NAMES = "upper case letters, digits and single underscores, beginning with a letter"
 
 
-def name_error(source: SourceText, name: str, suffix: str) -> SourceError | None:
+def name_error(source: PackageText, name: str, suffix: str) -> SourceError | None:
     """The error for a file whose name is not valid for an interface; rosidl takes any for IDL."""
     if re.fullmatch(r"[A-Z][A-Za-z0-9]*", name):
         return None
@@ -33,7 +33,7 @@ def name_error(source: SourceText, name: str, suffix: str) -> SourceError | None
     )
 
 
-def explained(source: SourceText, number: int, line: str, problem: Exception) -> SourceError:
+def explained(source: PackageText, number: int, line: str, problem: Exception) -> SourceError:
     """The error for a line that rosidl's parser refuses with an exception."""
     code = line.partition("#")[0].rstrip()
     if code[:1].isspace():

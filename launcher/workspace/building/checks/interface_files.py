@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from launcher.base.text import count
 from launcher.workspace.building.checks.interface_errors import explained, name_error
-from launcher.workspace.building.sources.source_text import SourceError, SourceText, SourceWarning
+from launcher.workspace.building.sources.source_text import PackageText, SourceError, SourceWarning
 
 SUFFIXES = (".msg", ".srv", ".action", ".idl")
 _PARTS = {".msg": 1, ".srv": 2, ".action": 3}
@@ -55,7 +55,7 @@ class InterfaceFile:
 
     def __init__(self, package: str, path: str) -> None:
         self.package = package
-        self.source = SourceText(path)
+        self.source = PackageText(path)
         self.name, self.suffix = os.path.splitext(os.path.basename(path))
         self.problems: list[SourceError] = []
         self.references: list[Reference] = []

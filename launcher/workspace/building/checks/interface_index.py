@@ -13,8 +13,8 @@ from launcher.base.text import suggest
 from launcher.workspace.building.checks.interface_files import SUFFIXES
 from launcher.workspace.building.checks.known import Environment
 from launcher.workspace.building.sources import Package, dependencies_within, with_dependencies
-from launcher.workspace.building.sources.cmake_file import CMakeFile, Command
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.cmake_file import CMakeCommand, CMakeFile
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 _CALL = "rosidl_generate_interfaces"
 _EXPORTING = ("ament_export_dependencies", "ament_package")
@@ -36,7 +36,7 @@ class Generated:
     to be meant.
     """
 
-    def __init__(self, command: Command) -> None:
+    def __init__(self, command: CMakeCommand) -> None:
         self.line = command.line
         self.is_complete = command.is_complete
         self.files: list[tuple[str, int]] = []
@@ -234,7 +234,7 @@ def _texts(package: Package) -> Iterator[str]:
     for pattern in ("**/CMakeLists.txt", "**/*.cmake"):
         for path in glob.glob(pattern, root_dir=package.folder, recursive=True):
             with contextlib.suppress(SourceError):
-                text = SourceText(package.file(path), errors="replace").text
+                text = PackageText(package.file(path), errors="replace").text
                 yield re.sub(r"#.*", "", text)
 
 

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from launcher.workspace.building.checks.interface_files import Reference
 from launcher.workspace.building.checks.interface_index import interface_name
 from launcher.workspace.building.sources import path_back
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 # The messages of a package: where each is defined, and its fields of the package's own types.
-Fields = dict[str, tuple[SourceText, list[Reference]]]
+Fields = dict[str, tuple[PackageText, list[Reference]]]
 
 
 def snake_case(name: str) -> str:
@@ -21,7 +21,7 @@ def snake_case(name: str) -> str:
     return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower()
 
 
-def same_names(source: SourceText, listed: Iterable[tuple[str, int]]) -> Iterator[SourceError]:
+def same_names(source: PackageText, listed: Iterable[tuple[str, int]]) -> Iterator[SourceError]:
     """Files that are listed twice, or whose generated files have the same names."""
     seen: dict[str, tuple[str, int]] = {}
     for text, line in listed:
@@ -45,14 +45,14 @@ def same_names(source: SourceText, listed: Iterable[tuple[str, int]]) -> Iterato
         yield source.error(message, line, at=text, hint=hint)
 
 
-def _second(source: SourceText, text: str, line: int) -> tuple[int, int | None]:
+def _second(source: PackageText, text: str, line: int) -> tuple[int, int | None]:
     """Line and column of the second time that a line has a word."""
     found = re.finditer(rf"(?<![\w/]){re.escape(text)}(?!\w)", source.lines[line - 1])
     second = next(itertools.islice(found, 1, None), None)
     return line, second.start() + 1 if second else None
 
 
-def recursions(fields: Mapping[str, tuple[SourceText, list[Reference]]]) -> Iterator[SourceError]:
+def recursions(fields: Mapping[str, tuple[PackageText, list[Reference]]]) -> Iterator[SourceError]:
     """Messages that contain themselves."""
     uses = {name: {one.name for one in own} & fields.keys() for name, (_, own) in fields.items()}
     done: set[str] = set()

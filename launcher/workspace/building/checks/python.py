@@ -18,7 +18,7 @@ from launcher.workspace.building.sources.setup_file import (
     configuration_error,
     configured_name,
 )
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 
 def check_python(package: Package) -> Iterator[SourceError]:
@@ -53,7 +53,7 @@ def _name(package: Package, setup: SetupFile) -> Iterator[SourceError]:
         return
     configured = configured_name(package.file("setup.cfg"))
     if configured is not None and _normal(configured) != _normal(package.name):
-        source = SourceText(package.file("setup.cfg"))
+        source = PackageText(package.file("setup.cfg"))
         message = f"setup.cfg is about '{configured}', package.xml about '{package.name}'"
         yield source.warning(message, *source.find(configured), hint=f"write name = {package.name}")
 
@@ -245,7 +245,7 @@ def _modules(folder: str) -> list[str]:
 def _names_in(file: str) -> set[str] | None:
     """The names that a module defines at its top; None if it may define others."""
     try:
-        tree = ast.parse(SourceText(file).text)
+        tree = ast.parse(PackageText(file).text)
     except (SourceError, SyntaxError, ValueError):
         return None
     names: set[str] = set()
@@ -280,7 +280,7 @@ def _script_folder(package: Package, setup: SetupFile) -> Iterator[SourceError]:
             f"[install] install_scripts={wanted}",
         )
         return
-    source = SourceText(path)
+    source = PackageText(path)
     problem = configuration_error(path)
     parser = configuration(path)
     if problem is not None or parser is None:
@@ -313,7 +313,7 @@ def _near_key(parser: RawConfigParser, section: str, key: str) -> str | None:
     return suggest(key, [one.replace("-", "_") for one in parser.options(section)])
 
 
-def _line_of(source: SourceText, section: str, key: str) -> int | None:
+def _line_of(source: PackageText, section: str, key: str) -> int | None:
     """The line of a key in a section; keys may be written with dashes and capitals."""
     current = ""
     for number, line in enumerate(source.lines, start=1):

@@ -14,7 +14,7 @@ from launcher.posix.dispositions import Handled
 _ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
-class Terminated(BaseException):
+class BuildTerminated(BaseException):
     """SIGTERM, SIGHUP or SIGQUIT; Ctrl-C is a KeyboardInterrupt."""
 
 
@@ -23,7 +23,7 @@ def end_the_build() -> Iterator[None]:
     """Raise Terminated for them, so that blocks are left in order."""
 
     def end(number: int, _: FrameType | None) -> None:
-        raise Terminated(number)
+        raise BuildTerminated(number)
 
     with Handled(end, _ENDING):
         yield

@@ -20,7 +20,11 @@ from launcher.packages.workspace import VARIABLE
 from launcher.packages.workspace import find as find_workspace
 from launcher.workspace.building.create import names, place
 from launcher.workspace.building.create.names import is_email
-from launcher.workspace.building.create.templates import Metadata, interface_files, node_files
+from launcher.workspace.building.create.templates import (
+    PackageMetadata,
+    interface_files,
+    node_files,
+)
 from launcher.workspace.building.sources import find as find_packages
 from launcher.workspace.building.sources.source_text import shown
 
@@ -40,7 +44,7 @@ class Created:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Request:
+class CreateRequest:
     """The command line; None and empty where it says nothing.
 
     `verbs` are those of the launcher: a package of such a name is launched by `launch NAME`.
@@ -75,7 +79,7 @@ class Request:
         return [name for name in wanted if name is not None]
 
 
-def create(request: Request, env: Mapping[str, str]) -> Created:
+def create(request: CreateRequest, env: Mapping[str, str]) -> Created:
     """Make the packages. UsageError before anything is written, LauncherError."""
     names.check_package(request.name, partial(_is_usable, request, env))
     _check(request)
@@ -89,7 +93,7 @@ def create(request: Request, env: Mapping[str, str]) -> Created:
 # ---- checks
 
 
-def _is_usable(request: Request, env: Mapping[str, str], name: str) -> bool:
+def _is_usable(request: CreateRequest, env: Mapping[str, str], name: str) -> bool:
     """Whether the packages can be made under this name."""
     try:
         names.check_package(name)
@@ -99,7 +103,7 @@ def _is_usable(request: Request, env: Mapping[str, str], name: str) -> bool:
     return True
 
 
-def _free_folder(request: Request, env: Mapping[str, str]) -> str:
+def _free_folder(request: CreateRequest, env: Mapping[str, str]) -> str:
     """The folder for the packages; UsageError if a package or module has one of the names."""
     folder = place.destination(request.folder)
     place.check_free(folder, request.packages)
@@ -109,7 +113,7 @@ def _free_folder(request: Request, env: Mapping[str, str]) -> str:
     return folder
 
 
-def _check(request: Request) -> None:
+def _check(request: CreateRequest) -> None:
     """UsageError if the command line alone tells that it is wrong."""
     names.check_nodes(request.nodes)
     for dependency in request.dependencies:
@@ -153,7 +157,9 @@ def _check_unknown(name: str, known: Iterable[str], env: Mapping[str, str]) -> N
         )
 
 
-def _check_dependencies(request: Request, folder: str, env: Mapping[str, str]) -> Iterator[str]:
+def _check_dependencies(
+    request: CreateRequest, folder: str, env: Mapping[str, str]
+) -> Iterator[str]:
     """Warnings about dependencies; UsageError for one that a package of interfaces cannot have."""
     workspace = find_workspace(place.existing(folder))
     if workspace is not None:  # what it has built counts as well
@@ -177,12 +183,12 @@ def _check_dependencies(request: Request, folder: str, env: Mapping[str, str]) -
 # ---- contents
 
 
-def _contents(request: Request, folder: str) -> dict[str, dict[str, str]]:
+def _contents(request: CreateRequest, folder: str) -> dict[str, dict[str, str]]:
     person, email = maintainer(request.maintainer, request.email, place.existing(folder))
 
-    def metadata(what: str) -> Metadata:
+    def metadata(what: str) -> PackageMetadata:
         description = request.description or f"{TO_DO}: {what} of {request.name}"
-        return Metadata(
+        return PackageMetadata(
             description=description,
             license=request.license or TO_DO,
             maintainer=person,
@@ -210,7 +216,7 @@ def _contents(request: Request, folder: str) -> dict[str, dict[str, str]]:
 
 
 def _report(
-    request: Request, folder: str, packages: Mapping[str, Mapping[str, str]]
+    request: CreateRequest, folder: str, packages: Mapping[str, Mapping[str, str]]
 ) -> Iterator[str]:
     for name, texts in packages.items():
         files = [os.path.basename(path) for path in texts if _is_example(path)]
@@ -235,7 +241,7 @@ def _is_example(path: str) -> bool:
     return "/" in path and folder not in ("resource",) and not path.endswith("__init__.py")
 
 
-def _next_commands(request: Request, folder: str) -> Iterator[str]:
+def _next_commands(request: CreateRequest, folder: str) -> Iterator[str]:
     name = f"{program()}{_workspace_option(request)}"
     if request.folder is not None:
         yield f"cd {shlex.quote(shown(folder))}"
@@ -248,7 +254,7 @@ def _next_commands(request: Request, folder: str) -> Iterator[str]:
         yield f"{name} interface show {request.interfaces}/msg/Count"
 
 
-def _workspace_option(request: Request) -> str:
+def _workspace_option(request: CreateRequest) -> str:
     """` --workspace DIR` if the working directory is not in the workspace of the packages."""
     workspace = os.environ.get(VARIABLE)
     if request.folder is not None or not workspace:

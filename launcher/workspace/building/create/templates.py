@@ -15,7 +15,7 @@ _OF_INTERFACES = ("builtin_interfaces",)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Metadata:
+class PackageMetadata:
     """What package.xml and setup.py say about a package; a line each."""
 
     description: str
@@ -31,7 +31,7 @@ class _Template(string.Template):
 def node_files(
     name: str,
     nodes: Sequence[str],
-    metadata: Metadata,
+    metadata: PackageMetadata,
     *,
     dependencies: Sequence[str] = (),
     interfaces: str | None = None,
@@ -62,7 +62,7 @@ def node_files(
 
 
 def interface_files(
-    name: str, metadata: Metadata, *, dependencies: Sequence[str] = ()
+    name: str, metadata: PackageMetadata, *, dependencies: Sequence[str] = ()
 ) -> dict[str, str]:
     """Path -> text of a package of a message, a service and an action."""
     needed = tuple(dict.fromkeys((*_OF_INTERFACES, *dependencies)))
@@ -89,7 +89,7 @@ def class_name(node: str) -> str:
     return "".join(word.capitalize() for word in words) + "Node"
 
 
-def _common(name: str, metadata: Metadata, needed: Iterable[str]) -> dict[str, str]:
+def _common(name: str, metadata: PackageMetadata, needed: Iterable[str]) -> dict[str, str]:
     depends = _lines((f"<depend>{one}</depend>" for one in dict.fromkeys(needed)), 2)
     quoted = {f"xml_{k}": escape(v, {'"': "&quot;"}) for k, v in vars(metadata).items()}
     return {"name": name, "depends": depends, **quoted}

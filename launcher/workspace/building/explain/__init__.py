@@ -7,14 +7,14 @@ import re
 
 from launcher.base.errors import LauncherError
 from launcher.workspace.building.explain import cmake, compiler, interfaces, python
-from launcher.workspace.building.explain.output import Output
+from launcher.workspace.building.explain.output import BuildOutput
 from launcher.workspace.building.place import FULL_DISK_HINT
 from launcher.workspace.building.sources.source_text import SourceError, shown
 
-__all__ = ["Output", "explain"]
+__all__ = ["BuildOutput", "explain"]
 
 
-def explain(output: Output) -> LauncherError | None:
+def explain(output: BuildOutput) -> LauncherError | None:
     """The first cause of a failure; None if nothing in the output is known. It only reads files."""
     for reader in (
         _full_disk,
@@ -37,7 +37,7 @@ def explain(output: Output) -> LauncherError | None:
     return None
 
 
-def _full_disk(output: Output) -> LauncherError | None:
+def _full_disk(output: BuildOutput) -> LauncherError | None:
     """The disk is full, or was: at the end there may be space again. Some tools name a file."""
     if not output.has("No space left on device", "Disk quota exceeded", "[Errno 28]"):
         return None
@@ -48,7 +48,7 @@ def _full_disk(output: Output) -> LauncherError | None:
     return LauncherError(f"No space left on device: {shown(path.rstrip('/'))}", hint=FULL_DISK_HINT)
 
 
-def _out_of_memory(output: Output) -> LauncherError | None:
+def _out_of_memory(output: BuildOutput) -> LauncherError | None:
     """A compiler that the kernel has killed, or that could not get more memory."""
     signs = (
         r"Killed signal terminated program",
@@ -69,7 +69,7 @@ def _out_of_memory(output: Output) -> LauncherError | None:
     )
 
 
-def _same_output(output: Output) -> LauncherError | None:
+def _same_output(output: BuildOutput) -> LauncherError | None:
     found = re.search(
         r"ninja: error: build\.ninja:\d+: (?:(\S+) is defined as an output multiple times"
         r"|multiple rules generate (\S+))",
@@ -84,7 +84,7 @@ def _same_output(output: Output) -> LauncherError | None:
     )
 
 
-def _not_writable(output: Output) -> LauncherError | None:
+def _not_writable(output: BuildOutput) -> LauncherError | None:
     pattern = (
         r"(?:Permission denied|Read-only file system|Operation not permitted):? '?(/[^'\n:]+)"
         r"|(/[^'\n:]+)'?: (?:Permission denied|Read-only file system)"
@@ -96,7 +96,7 @@ def _not_writable(output: Output) -> LauncherError | None:
     return LauncherError(f"{path} cannot be written", hint="check its owner and its permissions")
 
 
-def _missing_file(output: Output) -> LauncherError | None:
+def _missing_file(output: BuildOutput) -> LauncherError | None:
     found = re.search(
         r"ninja: error: '([^']+)', needed by '[^']+', missing and no known", output.text
     )
@@ -106,7 +106,7 @@ def _missing_file(output: Output) -> LauncherError | None:
     return LauncherError(f"the file {found[1]} does not exist, and no rule makes it", hint=hint)
 
 
-def _failed_command(output: Output) -> LauncherError | None:
+def _failed_command(output: BuildOutput) -> LauncherError | None:
     """A command of the package's CMakeLists.txt that says nothing about its failure."""
     found = re.search(r"^FAILED: .*\n(.*)$", output.text, re.MULTILINE)
     if found is None:

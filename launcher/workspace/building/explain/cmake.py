@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from launcher.base.errors import LauncherError
 from launcher.base.text import did_you_mean
 from launcher.workspace.building.checks import origins
-from launcher.workspace.building.explain.output import Output
-from launcher.workspace.building.sources.source_text import SourceText
+from launcher.workspace.building.explain.output import BuildOutput
+from launcher.workspace.building.sources.source_text import PackageText
 
 _HEAD = re.compile(
     r"^CMake Error(?: at (?P<file>.+?):(?P<line>\d+)(?: \((?P<command>\w+)\))?)?:(?P<text>.*)$"
@@ -32,7 +32,7 @@ _COMMANDS = re.findall(
 
 
 @dataclass(frozen=True)
-class Frame:
+class CMakeFrame:
     """A line that CMake was in, and the command of this line."""
 
     file: str
@@ -40,7 +40,7 @@ class Frame:
     command: str
 
 
-def explain(output: Output) -> LauncherError | None:
+def explain(output: BuildOutput) -> LauncherError | None:
     """The first error of CMake."""
     lines = output.text.splitlines()
     for number, line in enumerate(lines):
@@ -50,10 +50,10 @@ def explain(output: Output) -> LauncherError | None:
     return None
 
 
-def _explained(output: Output, head: re.Match[str], rest: list[str]) -> LauncherError:
+def _explained(output: BuildOutput, head: re.Match[str], rest: list[str]) -> LauncherError:
     frames = []
     if head["file"]:
-        frames.append(Frame(head["file"], int(head["line"]), head["command"] or ""))
+        frames.append(CMakeFrame(head["file"], int(head["line"]), head["command"] or ""))
     message, stack = _body(rest)
     frames += stack
     text = head["text"].strip() or _first_paragraph(message)
@@ -67,21 +67,21 @@ def _explained(output: Output, head: re.Match[str], rest: list[str]) -> Launcher
     return _without_place(output, text, hint)
 
 
-def _without_place(output: Output, text: str, hint: str | None) -> LauncherError:
+def _without_place(output: BuildOutput, text: str, hint: str | None) -> LauncherError:
     """An error of a step that has no line; for a file to install it is the line that names it."""
     path = output.own("CMakeLists.txt")
     name = re.search(r"/([^/']+)/?' is to be installed", text)
     if path is None or name is None:
         return LauncherError(text, hint=hint)
-    source = SourceText(path, errors="replace")
+    source = PackageText(path, errors="replace")
     line, column = source.find(name[1])
     return output.error(text, path, line, column, hint=hint)
 
 
-def _body(lines: list[str]) -> tuple[list[str], list[Frame]]:
+def _body(lines: list[str]) -> tuple[list[str], list[CMakeFrame]]:
     """The indented message, and the call stack, up to the next message."""
     message: list[str] = []
-    frames: list[Frame] = []
+    frames: list[CMakeFrame] = []
     in_stack = False
     for line in lines:
         if line.startswith("Call Stack"):
@@ -92,7 +92,7 @@ def _body(lines: list[str]) -> tuple[list[str], list[Frame]]:
             found = _FRAME.match(line)
             if found is None:
                 break
-            frames.append(Frame(found["file"], int(found["line"]), found["command"]))
+            frames.append(CMakeFrame(found["file"], int(found["line"]), found["command"]))
         else:
             message.append(line)
     return message, frames

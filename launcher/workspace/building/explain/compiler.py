@@ -7,8 +7,8 @@ import re
 from launcher.base.errors import LauncherError
 from launcher.base.program import program
 from launcher.workspace.building.checks import origins
-from launcher.workspace.building.explain.output import Output
-from launcher.workspace.building.sources.source_text import SourceText
+from launcher.workspace.building.explain.output import BuildOutput
+from launcher.workspace.building.sources.source_text import PackageText
 
 _ERROR = re.compile(
     r"^(?P<file>[^\s:][^:\n]*):(?P<line>\d+):(?P<column>\d+): (?:fatal )?error: (?P<text>.*)$",
@@ -25,7 +25,7 @@ _UNDEFINED = re.compile(
 )
 
 
-def explain(output: Output) -> LauncherError | None:
+def explain(output: BuildOutput) -> LauncherError | None:
     """The first error of a compiler, else of a linker."""
     found = _ERROR.search(output.text)
     if found is not None:
@@ -33,7 +33,7 @@ def explain(output: Output) -> LauncherError | None:
     return _linked(output)
 
 
-def _compiled(output: Output, found: re.Match[str]) -> LauncherError:
+def _compiled(output: BuildOutput, found: re.Match[str]) -> LauncherError:
     text = found["text"].strip()
     hint = None
     header = re.match(r"'?([^':]+)'?(?::| file) (?:No such file or directory|not found)", text)
@@ -47,7 +47,7 @@ def _compiled(output: Output, found: re.Match[str]) -> LauncherError:
     return output.error(text, path, line, column, hint=hint)
 
 
-def _user_place(output: Output, found: re.Match[str]) -> tuple[str, int, int | None] | None:
+def _user_place(output: BuildOutput, found: re.Match[str]) -> tuple[str, int, int | None] | None:
     """The place of an error, or what it is an error for: in the package's sources."""
     path = output.own(found["file"])
     if path is not None:
@@ -94,7 +94,7 @@ def _missing_header(header: str) -> tuple[str, str | None]:
     )
 
 
-def _linked(output: Output) -> LauncherError | None:
+def _linked(output: BuildOutput) -> LauncherError | None:
     found = _UNDEFINED.search(output.text)
     if found is not None:
         symbol = (found["gnu"] or found["lld"]).strip()
@@ -115,7 +115,7 @@ def _linked(output: Output) -> LauncherError | None:
     return LauncherError(f"the library '{library[1]}' is not found", hint=hint)
 
 
-def _object_source(output: Output) -> str | None:
+def _object_source(output: BuildOutput) -> str | None:
     """The source file whose object needs the symbol."""
     for found in re.finditer(r"CMakeFiles/[^/\s]+\.dir/(\S+?)\.o\b", output.text):
         path = output.own(found[1])
@@ -126,5 +126,5 @@ def _object_source(output: Output) -> str | None:
 
 def _line_with(path: str, name: str) -> int | None:
     """The last line that has the name: its uses are after its declaration."""
-    lines = SourceText(path, errors="replace").lines if name else []
+    lines = PackageText(path, errors="replace").lines if name else []
     return max((number for number, line in enumerate(lines, 1) if name in line), default=None)

@@ -14,14 +14,14 @@ from collections.abc import Iterator
 from launcher.base.errors import LauncherError
 from launcher.workspace.building.checks.interface_files import SUFFIXES, InterfaceFile
 from launcher.workspace.building.checks.interface_names import snake_case
-from launcher.workspace.building.explain.output import Output
+from launcher.workspace.building.explain.output import BuildOutput
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning
 
 _SIGNS = ("rosidl_adapter", "rosidl_generator", "rosidl_parser", "rosidl_typesupport")
 _GENERATED = re.compile(r"/(?:msg|srv|action)/detail/(\w+?)__\w+\.\w+:\d+:\d+: (?:fatal )?error: ")
 
 
-def explain(output: Output) -> LauncherError | None:
+def explain(output: BuildOutput) -> LauncherError | None:
     """The mistake in an interface file that made a generator or a compiler fail."""
     if not output.has(*_SIGNS) or not re.search(r"Traceback|error: ", output.text):
         return None
@@ -33,7 +33,7 @@ def explain(output: Output) -> LauncherError | None:
     return _unknown_package(output, files) or _unknown_type(output, files) or _generated(output)
 
 
-def _files(output: Output) -> Iterator[InterfaceFile]:
+def _files(output: BuildOutput) -> Iterator[InterfaceFile]:
     for folder in ("msg", "srv", "action", "*/msg", "*/srv", "*/action"):
         pattern = os.path.join(glob.escape(output.folder), folder, "**")
         for path in sorted(glob.glob(pattern, recursive=True)):
@@ -44,7 +44,7 @@ def _files(output: Output) -> Iterator[InterfaceFile]:
                     continue
 
 
-def _unknown_package(output: Output, files: list[InterfaceFile]) -> LauncherError | None:
+def _unknown_package(output: BuildOutput, files: list[InterfaceFile]) -> LauncherError | None:
     found = re.search(r"^KeyError: '(\w+)'$", output.text, re.MULTILINE)
     if found is None:
         return None
@@ -59,7 +59,7 @@ def _unknown_package(output: Output, files: list[InterfaceFile]) -> LauncherErro
     return None
 
 
-def _unknown_type(output: Output, files: list[InterfaceFile]) -> LauncherError | None:
+def _unknown_type(output: BuildOutput, files: list[InterfaceFile]) -> LauncherError | None:
     found = re.search(r"FileNotFoundError: .*/(\w+)/msg/(\w+)\.json'", output.text)
     if found is None:
         return None
@@ -71,7 +71,7 @@ def _unknown_type(output: Output, files: list[InterfaceFile]) -> LauncherError |
     return None
 
 
-def _generated(output: Output) -> LauncherError | None:
+def _generated(output: BuildOutput) -> LauncherError | None:
     """An error in a file that is generated from an interface file."""
     found = _GENERATED.search(output.text)
     if found is None:

@@ -6,11 +6,11 @@ import os
 from dataclasses import dataclass
 
 from launcher.base.errors import LauncherError
-from launcher.workspace.building.sources.source_text import SourceError, SourceText, shown
+from launcher.workspace.building.sources.source_text import PackageText, SourceError, shown
 
 
 @dataclass(frozen=True)
-class Output:
+class BuildOutput:
     """`folder` has the sources of the package, `build` is its build folder."""
 
     package: str
@@ -47,7 +47,9 @@ class Output:
     ) -> LauncherError:
         """An error with a place in a file, and the line if the file can be read."""
         try:
-            return SourceText(path, errors="replace").error(message, line, column, at=at, hint=hint)
+            return PackageText(path, errors="replace").error(
+                message, line, column, at=at, hint=hint
+            )
         except SourceError:
             where = f"{shown(path)}:{line}" if line else shown(path)
             return LauncherError(message, where=where, hint=hint)

@@ -7,19 +7,19 @@ import re
 
 from launcher.base.errors import LauncherError
 from launcher.base.text import did_you_mean
-from launcher.workspace.building.explain.output import Output
+from launcher.workspace.building.explain.output import BuildOutput
 
 _FRAME = re.compile(r'^\s*File "(?P<file>[^"\n]+)", line (?P<line>\d+)', re.MULTILINE)
 _LAST = re.compile(r"^ {0,3}([A-Za-z_][\w.]*)(?:: (.*))?$")
 
 
-def explain(output: Output) -> LauncherError | None:
+def explain(output: BuildOutput) -> LauncherError | None:
     """The first error of setuptools, else the last traceback."""
     found = _no_metadata(output) or _data_file(output) or _folder(output)
     return found or _traceback(output) or _setup_command(output)
 
 
-def _no_metadata(output: Output) -> LauncherError | None:
+def _no_metadata(output: BuildOutput) -> LauncherError | None:
     """colcon's own traceback is left if setup.py succeeds without it."""
     if "_get_setup_information" not in output.text or "CalledProcessError" not in output.text:
         return None
@@ -27,7 +27,7 @@ def _no_metadata(output: Output) -> LauncherError | None:
     return _in_setup(output, "setup.py does not give the metadata of the package", "setup(", hint)
 
 
-def _data_file(output: Output) -> LauncherError | None:
+def _data_file(output: BuildOutput) -> LauncherError | None:
     found = re.search(
         r"error: can't copy '([^']+)': doesn't exist or not a regular file", output.text
     )
@@ -42,7 +42,7 @@ def _data_file(output: Output) -> LauncherError | None:
     return _in_setup(output, f"the file '{name}' in data_files does not exist", name, hint)
 
 
-def _folder(output: Output) -> LauncherError | None:
+def _folder(output: BuildOutput) -> LauncherError | None:
     found = re.search(r"error: package directory '([^']+)' does not exist", output.text)
     if found is None:
         return None
@@ -52,13 +52,13 @@ def _folder(output: Output) -> LauncherError | None:
     return _in_setup(output, f"the Python package '{name}' does not exist", name, hint)
 
 
-def _setup_command(output: Output) -> LauncherError | None:
+def _setup_command(output: BuildOutput) -> LauncherError | None:
     found = re.search(r"^error in .+ setup command: (.*)$", output.text, re.MULTILINE)
     found = found or re.search(r"^error: (.*)$", output.text, re.MULTILINE)
     return _in_setup(output, f"setuptools: {found[1]}", "setup(", None) if found else None
 
 
-def _in_setup(output: Output, message: str, word: str, hint: str | None) -> LauncherError:
+def _in_setup(output: BuildOutput, message: str, word: str, hint: str | None) -> LauncherError:
     """An error at the line of setup.py that has the word."""
     path = os.path.join(output.folder, "setup.py")
     try:
@@ -73,7 +73,7 @@ def _in_setup(output: Output, message: str, word: str, hint: str | None) -> Laun
     return output.error(message, path, hint=hint)
 
 
-def _traceback(output: Output) -> LauncherError | None:
+def _traceback(output: BuildOutput) -> LauncherError | None:
     """The error of the last traceback, at the innermost line of the package's own files."""
     begin = output.text.rfind("Traceback (most recent call last):")
     text = output.text[begin:] if begin >= 0 else output.text

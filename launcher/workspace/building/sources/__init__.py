@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from launcher.base import text_file
 from launcher.workspace.building.sources import manifest
 from launcher.workspace.building.sources.manifest import Dependency, Manifest
-from launcher.workspace.building.sources.source_text import SourceError, SourceText, shown
+from launcher.workspace.building.sources.source_text import PackageText, SourceError, shown
 
 _IGNORE = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
 _PROJECT = re.compile(r"^\s*project\s*\(\s*\"?([\w.-]+)", re.IGNORECASE | re.MULTILINE)
@@ -64,7 +64,7 @@ class Package:
 
 
 @dataclass
-class Found:
+class FoundPackages:
     """The packages below some folders, and the errors of those that cannot be read.
 
     Of `unreadable` packages only the folders are known, and the names as far as they can be read.
@@ -79,14 +79,14 @@ class Found:
         return [*self.unreadable, *self.packages]
 
 
-def find(folders: Iterable[str], env: Mapping[str, str] = os.environ) -> Found:
+def find(folders: Iterable[str], env: Mapping[str, str] = os.environ) -> FoundPackages:
     """All packages in and below the folders, sorted by name; raises nothing.
 
     Like colcon it follows links, does not look below a package, and leaves out hidden folders and
     those with a file COLCON_IGNORE, AMENT_IGNORE or CATKIN_IGNORE. `env` has the variables of
     conditions in package.xml.
     """
-    found = Found()
+    found = FoundPackages()
     for folder in package_folders(folders):
         try:
             package = read(folder, env)
@@ -153,7 +153,7 @@ def read(folder: str, env: Mapping[str, str] = os.environ) -> Package | None:
 def _name_in_broken(folder: str) -> str:
     """The name in a package.xml that cannot be parsed, else that of the folder."""
     with contextlib.suppress(SourceError):
-        text = SourceText(os.path.join(folder, "package.xml"), errors="replace").text
+        text = PackageText(os.path.join(folder, "package.xml"), errors="replace").text
         if match := _NAME.search(text):
             return match[1]
     return os.path.basename(os.path.abspath(folder))
@@ -173,7 +173,7 @@ def _looked_for(folder: str) -> tuple[Dependency, ...]:
 
 def _cmake_text(folder: str, file: str) -> str:
     """The text of a file without its comments."""
-    return re.sub(r"#.*", "", SourceText(os.path.join(folder, file), errors="replace").text)
+    return re.sub(r"#.*", "", PackageText(os.path.join(folder, file), errors="replace").text)
 
 
 def python_name(folder: str) -> str | None:

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 _TOKEN = re.compile(
     r"""
@@ -67,7 +67,7 @@ class Argument:
 
 
 @dataclass(frozen=True)
-class Command:
+class CMakeCommand:
     """A command; its name in lower case. Not `is_complete` if some arguments are unknown."""
 
     name: str
@@ -93,20 +93,20 @@ class CMakeFile:
 
     def __init__(self, path: str) -> None:
         # CMake and colcon accept any encoding.
-        self.source = SourceText(path, errors="replace")
+        self.source = PackageText(path, errors="replace")
         self.folder = os.path.dirname(os.path.abspath(path))
-        self.commands: list[Command] = []
-        self.conditional: list[Command] = []  # that may not run
-        self._bodies: dict[str, Sequence[Command]] = {}  # of functions and macros
+        self.commands: list[CMakeCommand] = []
+        self.conditional: list[CMakeCommand] = []  # that may not run
+        self._bodies: dict[str, Sequence[CMakeCommand]] = {}  # of functions and macros
         self._defined: set[str] = set()  # their names
         self._variables = {name: Values([Argument(self.folder, 0)]) for name in _FOLDERS}
         self._run(list(_commands(self.source)))
 
     @property
-    def project(self) -> Command | None:
+    def project(self) -> CMakeCommand | None:
         return next(iter(self.named("project")), None)
 
-    def named(self, *names: str) -> list[Command]:
+    def named(self, *names: str) -> list[CMakeCommand]:
         return [command for command in self.commands if command.name in names]
 
     def has(self, *names: str) -> bool:
@@ -127,7 +127,7 @@ class CMakeFile:
             for one in (*self.commands, *self.conditional)
         )
 
-    def _is_foreign(self, command: Command) -> bool:
+    def _is_foreign(self, command: CMakeCommand) -> bool:
         if command.name == "include":  # a module of CMake, or a file
             return re.fullmatch(r"\w+", "".join(command.words[:1])) is None
         is_known = command.name in (*_OF_CMAKE, *self._defined) or _PLAIN.fullmatch(command.name)
@@ -135,7 +135,7 @@ class CMakeFile:
 
     # ---- a walk over the commands, with variables
 
-    def _run(self, commands: Sequence[Command]) -> None:
+    def _run(self, commands: Sequence[CMakeCommand]) -> None:
         index = 0
         while index < len(commands):
             command = commands[index]
@@ -154,9 +154,9 @@ class CMakeFile:
                 self._skip(*commands[index:])
                 return
 
-    def _step(self, raw: Command) -> None:
+    def _step(self, raw: CMakeCommand) -> None:
         arguments, is_complete = self._expanded(raw.arguments)
-        command = Command(raw.name, raw.line, tuple(arguments), is_complete)
+        command = CMakeCommand(raw.name, raw.line, tuple(arguments), is_complete)
         self.commands.append(command)
         match command.name, arguments:
             case "project", [name, *_]:
@@ -182,21 +182,21 @@ class CMakeFile:
             case _:
                 self._forget(command)
 
-    def _define(self, command: Command, body: Sequence[Command]) -> None:
+    def _define(self, command: CMakeCommand, body: Sequence[CMakeCommand]) -> None:
         for name in command.arguments[:1]:
             self._bodies[name.text.lower()] = body
             self._defined.add(name.text.lower())
         self._skip(*body)
 
-    def _skip(self, *commands: Command) -> None:
+    def _skip(self, *commands: CMakeCommand) -> None:
         """Record commands that may not run; what they may set is unknown."""
         for raw in commands:
             arguments, is_complete = self._expanded(raw.arguments)
-            command = Command(raw.name, raw.line, tuple(arguments), is_complete)
+            command = CMakeCommand(raw.name, raw.line, tuple(arguments), is_complete)
             self.conditional.append(command)
             self._forget(command)
 
-    def _forget(self, command: Command) -> None:
+    def _forget(self, command: CMakeCommand) -> None:
         """Take variables as unknown that a command may set."""
         arguments = command.arguments
         names = {one.text for one in arguments if not one.is_quoted} & self._variables.keys()
@@ -213,7 +213,7 @@ class CMakeFile:
         if body:
             self._bodies[command.name] = body
 
-    def _foreach(self, command: Command, body: Sequence[Command]) -> None:
+    def _foreach(self, command: CMakeCommand, body: Sequence[CMakeCommand]) -> None:
         if not command.arguments:
             return
         name, *rest = command.arguments
@@ -279,7 +279,7 @@ def _elements(values: Values, argument: Argument) -> list[Argument]:
     return parts or ([replace(argument, text="")] if argument.is_quoted else [])
 
 
-def _may_leave(command: Command, body: Sequence[Command]) -> bool:
+def _may_leave(command: CMakeCommand, body: Sequence[CMakeCommand]) -> bool:
     """Whether the commands after this one, or after its block, may not run."""
     if command.name in _DEFINITIONS:
         return False
@@ -287,7 +287,7 @@ def _may_leave(command: Command, body: Sequence[Command]) -> bool:
     return any(one.name in leaving for one in (command, *body))
 
 
-def _end_of(commands: Sequence[Command], index: int) -> int:
+def _end_of(commands: Sequence[CMakeCommand], index: int) -> int:
     """The index of the command that ends a block; the same index if it begins none."""
     begin = commands[index].name
     end = "endforeach" if begin == "foreach" else _BLOCKS.get(begin)
@@ -304,7 +304,7 @@ def _end_of(commands: Sequence[Command], index: int) -> int:
     return len(commands)
 
 
-def _commands(source: SourceText) -> Iterator[Command]:
+def _commands(source: PackageText) -> Iterator[CMakeCommand]:
     """All commands as written; SourceError for a syntax error."""
     text, position, line = source.text, 0, 1
     name: tuple[str, int] | None = None
@@ -325,7 +325,7 @@ def _commands(source: SourceText) -> Iterator[Command]:
         elif kind == "close":
             depth -= 1
             if depth == 0 and name is not None:
-                yield Command(name[0].lower(), name[1], tuple(arguments))
+                yield CMakeCommand(name[0].lower(), name[1], tuple(arguments))
                 name, arguments = None, []
         elif kind == "word" and depth == 0:
             if name is not None:
@@ -347,7 +347,7 @@ def _argument(token: str, kind: str, line: int) -> Argument:
     return Argument(re.sub(r"\\(.)", r"\1", token), line)
 
 
-def _unreadable(source: SourceText, char: str, line: int, position: int) -> SourceError:
+def _unreadable(source: PackageText, char: str, line: int, position: int) -> SourceError:
     column = source.line_of(position)[1]
     if char == '"':
         return source.error("the text in quotation marks is not closed", line, column)

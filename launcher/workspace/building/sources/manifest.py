@@ -13,7 +13,7 @@ from launcher.base import xml_tree
 from launcher.base.text import did_you_mean, suggest
 from launcher.base.xml_tree import XmlElement, XmlError
 from launcher.packages.workspace import ros_variables
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 # XmlElement of a dependency -> colcon's kinds.
 _KINDS = {
@@ -46,7 +46,7 @@ class Dependency:
 class Manifest:
     """What a package.xml says, after its conditions."""
 
-    source: SourceText
+    source: PackageText
     name: str
     name_line: int
     version: str
@@ -70,7 +70,7 @@ def read(path: str, env: Mapping[str, str]) -> Manifest:
     Without catkin_pkg, which comes with what building needs, conditions are taken as met, and the
     contents of tags are not judged: enough to know the packages.
     """
-    source = SourceText(path)
+    source = PackageText(path)
     root = _parse(source)
     try:
         return _manifest(source, root, {"ROS_VERSION": "2", **ros_variables(env), **env})
@@ -79,7 +79,7 @@ def read(path: str, env: Mapping[str, str]) -> Manifest:
         raise
 
 
-def _manifest(source: SourceText, root: XmlElement, env: Mapping[str, str]) -> Manifest:
+def _manifest(source: PackageText, root: XmlElement, env: Mapping[str, str]) -> Manifest:
     _check_tags(source, root)
     name, version = _validated(source, root)
     active = [tag for tag in root.children if _applies(source, tag, env)]
@@ -115,7 +115,7 @@ def _like_build_type(exports: Iterable[XmlElement]) -> tuple[str, int] | None:
     return next(((one.name, one.line) for one in near), None)
 
 
-def _applies(source: SourceText, tag: XmlElement, env: Mapping[str, str]) -> bool:
+def _applies(source: PackageText, tag: XmlElement, env: Mapping[str, str]) -> bool:
     condition = tag.attributes.get("condition")
     if condition is None or not _has_catkin_pkg():
         return True
@@ -144,7 +144,7 @@ def _has_catkin_pkg() -> bool:
         return False
 
 
-def _validated(source: SourceText, root: XmlElement) -> tuple[str, str]:
+def _validated(source: PackageText, root: XmlElement) -> tuple[str, str]:
     """Name and version."""
     if not _has_catkin_pkg():
         return _text_of(source, root, "name"), _text_of(source, root, "version")
@@ -164,7 +164,7 @@ def _validated(source: SourceText, root: XmlElement) -> tuple[str, str]:
         raise source.error(message, tag.line, tag.column, hint=hint) from None
 
 
-def _text_of(source: SourceText, root: XmlElement, name: str) -> str:
+def _text_of(source: PackageText, root: XmlElement, name: str) -> str:
     text = next((tag.text.strip() for tag in root.children if tag.name == name), "")
     if not text:
         raise source.error(f"package.xml has no <{name}>", root.line, hint=_missing_tag_hint(name))
@@ -191,7 +191,7 @@ def _missing_tag_hint(message: str) -> str | None:
     return next((f"add {tag}" for word, tag in examples.items() if word in message), None)
 
 
-def _check_tags(source: SourceText, root: XmlElement) -> None:
+def _check_tags(source: PackageText, root: XmlElement) -> None:
     """Unknown tags, which catkin_pkg reports without a suggestion."""
     if root.name != "package":
         raise source.error(
@@ -223,7 +223,7 @@ def _check_tags(source: SourceText, root: XmlElement) -> None:
             )
 
 
-def _parse(source: SourceText) -> XmlElement:
+def _parse(source: PackageText) -> XmlElement:
     if not source.text.strip():
         raise source.error("the file is empty", 1)
     try:

@@ -9,7 +9,7 @@ import re
 import sys
 from functools import cached_property
 
-from launcher.workspace.building.sources.source_text import SourceError, SourceText
+from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class SetupFile:
     """A setup.py. SourceError if it cannot be read, or is not Python."""
 
     def __init__(self, path: str) -> None:
-        self.source = SourceText(path)
+        self.source = PackageText(path)
         try:
             self._tree = ast.parse(self.source.text)
         except SyntaxError as error:

@@ -27,7 +27,7 @@ class SourceWarning(SourceError):
         return super().render().replace("error: ", "warning: ", 1)
 
 
-class SourceText:
+class PackageText:
     """A text file of a package. Raises SourceError if it cannot be read."""
 
     def __init__(self, path: str, *, errors: str = "strict") -> None:

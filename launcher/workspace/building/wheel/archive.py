@@ -24,7 +24,7 @@ _Moment = tuple[int, int, int, int, int, int]  # year to second
 
 
 @dataclass(frozen=True)
-class Entry:
+class WheelEntry:
     """A file of a wheel; `source` is its content, or the path of a file with it."""
 
     name: str
@@ -54,7 +54,7 @@ def timestamp(text: str | None) -> int:
         ) from None
 
 
-def write(path: str, entries: Iterable[Entry], dist_info: str, seconds: int) -> bool:
+def write(path: str, entries: Iterable[WheelEntry], dist_info: str, seconds: int) -> bool:
     """Write a wheel; False if there was one with the same bytes. `dist_info` is where RECORD is.
 
     LauncherError; an old wheel is replaced by a whole one or not at all.
@@ -79,7 +79,7 @@ def write(path: str, entries: Iterable[Entry], dist_info: str, seconds: int) -> 
 
 
 def _write_entries(
-    archive: zipfile.ZipFile, entries: Iterable[Entry], dist_info: str, moment: _Moment
+    archive: zipfile.ZipFile, entries: Iterable[WheelEntry], dist_info: str, moment: _Moment
 ) -> None:
     rows = []
     # The files that describe the wheel come last, as the specification recommends.
@@ -88,10 +88,10 @@ def _write_entries(
     record = f"{dist_info}/RECORD"
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([*rows, (record, "", "")])
-    _write_entry(archive, Entry(record, text.getvalue().encode()), moment)
+    _write_entry(archive, WheelEntry(record, text.getvalue().encode()), moment)
 
 
-def _write_entry(archive: zipfile.ZipFile, entry: Entry, moment: _Moment) -> tuple[str, int]:
+def _write_entry(archive: zipfile.ZipFile, entry: WheelEntry, moment: _Moment) -> tuple[str, int]:
     """Digest and size, as RECORD has them."""
     info = zipfile.ZipInfo(entry.name, moment)
     info.compress_type = zipfile.ZIP_DEFLATED

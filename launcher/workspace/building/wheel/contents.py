@@ -12,7 +12,7 @@ from launcher.base.program import program
 from launcher.workspace.building.place import Place
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.sources.source_text import shown
-from launcher.workspace.building.wheel.archive import Entry
+from launcher.workspace.building.wheel.archive import WheelEntry
 
 _MANIFESTS = ("install_manifest.txt", "symlink_install_manifest.txt")
 _PYTHON = re.compile(r"(?:local/)?lib/python(\d+\.\d+)/(?:site|dist)-packages/")
@@ -29,15 +29,15 @@ _LEGAL = re.compile(r"(?:licen[cs]e|copying|notice|authors)[^/]*", re.IGNORECASE
 
 
 @dataclass(frozen=True)
-class Contents:
+class WheelContents:
     """The files of a wheel, but for the folder that describes it.
 
     `python` is the version that extension modules are for, "3.11"; None if there are none.
     `modules` go to site-packages, `data` to the prefix. `entry_points` is the text of that file.
     """
 
-    modules: tuple[Entry, ...]
-    data: tuple[Entry, ...]
+    modules: tuple[WheelEntry, ...]
+    data: tuple[WheelEntry, ...]
     python: str | None = None
     entry_points: str = ""
     left_out: tuple[str, ...] = ()
@@ -54,7 +54,7 @@ def is_built(place: Place, name: str) -> bool:
     return any(os.path.isfile(os.path.join(share, marker, name)) for marker in markers)
 
 
-def installed(place: Place, package: Package) -> Contents:
+def installed(place: Place, package: Package) -> WheelContents:
     """The files that CMake has installed; LauncherError."""
     prefix = prefix_of(place, package.name)
     names = _installed_names(place, package, prefix)
@@ -71,11 +71,11 @@ def installed(place: Place, package: Package) -> Contents:
         is_executable = os.access(path, os.X_OK) and _LIBRARY.search(name) is None
         in_python = _PYTHON.match(name)
         if in_python is None:
-            data.append(Entry(name, path, is_executable))
+            data.append(WheelEntry(name, path, is_executable))
         elif ".egg-info/" not in name:  # the metadata of the wheel take its place
-            modules.append(Entry(name[in_python.end() :], path, is_executable))
+            modules.append(WheelEntry(name[in_python.end() :], path, is_executable))
             python = in_python[1] if name.endswith(".so") else python
-    return Contents(
+    return WheelContents(
         tuple(modules), tuple(data), python, _entry_points(prefix, names), _own_hooks(names)
     )
 
@@ -127,10 +127,10 @@ def _installed_names(place: Place, package: Package, prefix: str) -> list[str]:
     return sorted(names)
 
 
-def legal_files(package: Package) -> list[Entry]:
+def legal_files(package: Package) -> list[WheelEntry]:
     """LICENSE and the like in the top folder of the sources."""
     return [
-        Entry(name, package.file(name))
+        WheelEntry(name, package.file(name))
         for name in sorted(os.listdir(package.folder))
         if _LEGAL.fullmatch(name) and os.path.isfile(package.file(name))
     ]

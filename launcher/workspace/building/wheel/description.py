@@ -11,8 +11,8 @@ from catkin_pkg.package import parse_package_string
 from launcher.base.errors import LauncherError
 from launcher.base.program import program
 from launcher.workspace.building.sources import Package
-from launcher.workspace.building.wheel.archive import Entry
-from launcher.workspace.building.wheel.contents import Contents
+from launcher.workspace.building.wheel.archive import WheelEntry
+from launcher.workspace.building.wheel.contents import WheelContents
 
 
 def fields_of(package: Package) -> Fields:
@@ -27,23 +27,23 @@ def fields_of(package: Package) -> Fields:
 
 def entries(
     fields: Fields,
-    contents: Contents,
+    contents: WheelContents,
     tag: str,
     requirements: Sequence[str],
-    legal: Sequence[Entry],
-) -> list[Entry]:
+    legal: Sequence[WheelEntry],
+) -> list[WheelEntry]:
     """The files of the folder `dist_info`."""
     folder = dist_info(fields)
     text = _metadata(fields, contents, requirements, legal)
     is_pure = "false" if contents.python or not tag.endswith("-any") else "true"
     wheel = f"Wheel-Version: 1.0\nGenerator: launcher\nRoot-Is-Purelib: {is_pure}\nTag: {tag}\n"
     found = [
-        Entry(f"{folder}/METADATA", text.encode()),
-        Entry(f"{folder}/WHEEL", wheel.encode()),
-        *(Entry(f"{folder}/licenses/{one.name}", one.source) for one in legal),
+        WheelEntry(f"{folder}/METADATA", text.encode()),
+        WheelEntry(f"{folder}/WHEEL", wheel.encode()),
+        *(WheelEntry(f"{folder}/licenses/{one.name}", one.source) for one in legal),
     ]
     if contents.entry_points:
-        found.append(Entry(f"{folder}/entry_points.txt", contents.entry_points.encode()))
+        found.append(WheelEntry(f"{folder}/entry_points.txt", contents.entry_points.encode()))
     return found
 
 
@@ -56,7 +56,10 @@ def dist_info(fields: Fields) -> str:
 
 
 def _metadata(
-    fields: Fields, contents: Contents, requirements: Sequence[str], legal: Sequence[Entry]
+    fields: Fields,
+    contents: WheelContents,
+    requirements: Sequence[str],
+    legal: Sequence[WheelEntry],
 ) -> str:
     description = " ".join(fields.description.split())
     people = [(one.name, one.email) for one in fields.maintainers]

@@ -19,7 +19,7 @@ from elftools.elf.elffile import ELFFile
 
 from launcher.base.program import program
 from launcher.workspace.building.wheel import archive
-from launcher.workspace.building.wheel.archive import Entry
+from launcher.workspace.building.wheel.archive import WheelEntry
 
 _MAGIC = b"\x7fELF"
 
@@ -28,12 +28,12 @@ _MAGIC = b"\x7fELF"
 class Library:
     """An entry with a library, the name that others need it by, and the libraries that it needs."""
 
-    entry: Entry
+    entry: WheelEntry
     soname: str
     needed: tuple[str, ...]
 
 
-def is_library(entry: Entry) -> bool:
+def is_library(entry: WheelEntry) -> bool:
     """Whether it is a library or a program for the machine."""
     if isinstance(entry.source, bytes):
         return entry.source.startswith(_MAGIC)
@@ -41,7 +41,7 @@ def is_library(entry: Entry) -> bool:
         return file.read(len(_MAGIC)) == _MAGIC
 
 
-def read(entry: Entry, folder: str) -> Library:
+def read(entry: WheelEntry, folder: str) -> Library:
     """The library without the RUNPATHs that lead out of the prefix into which it is installed.
 
     `folder` is where pip puts it, relative to the prefix. In a workspace each package has a folder
@@ -64,7 +64,7 @@ def read(entry: Entry, folder: str) -> Library:
                 old = strings.get_string(offset)
                 start, length = strings["sh_offset"] + offset, len(old.encode())
                 data[start : start + length] = _inside(old, folder).encode().ljust(length, b"\0")
-    return Library(Entry(entry.name, bytes(data), entry.is_executable), soname, tuple(needed))
+    return Library(WheelEntry(entry.name, bytes(data), entry.is_executable), soname, tuple(needed))
 
 
 def _inside(runpath: str, folder: str) -> str:
@@ -87,8 +87,8 @@ def platform(libraries: Sequence[Library], required: Collection[str]) -> tuple[s
     own |= {posixpath.basename(library.entry.name) for library in libraries}
     with tempfile.TemporaryDirectory(prefix="launcher-") as folder:
         path = os.path.join(folder, "libraries-0-py3-none-linux_x86_64.whl")
-        entries = [Entry(library.entry.name, library.entry.source) for library in libraries]
-        entries.append(Entry("libraries-0.dist-info/WHEEL", b"Wheel-Version: 1.0\n"))
+        entries = [WheelEntry(library.entry.name, library.entry.source) for library in libraries]
+        entries.append(WheelEntry("libraries-0.dist-info/WHEEL", b"Wheel-Version: 1.0\n"))
         archive.write(path, entries, "libraries-0.dist-info", archive.timestamp(None))
         found = analyze_wheel_abi(
             Libc.detect(),

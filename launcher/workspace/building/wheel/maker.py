@@ -25,8 +25,8 @@ from launcher.workspace.building.wheel import (
     python_package,
     requirements,
 )
-from launcher.workspace.building.wheel.archive import Entry
-from launcher.workspace.building.wheel.contents import Contents
+from launcher.workspace.building.wheel.archive import WheelEntry
+from launcher.workspace.building.wheel.contents import WheelContents
 from launcher.workspace.building.wheel.libraries import Library
 
 
@@ -148,7 +148,10 @@ class _Maker:
         stem = description.stem(fields)
         entries = [
             *modules,
-            *(Entry(f"{stem}.data/data/{one.name}", one.source, one.is_executable) for one in data),
+            *(
+                WheelEntry(f"{stem}.data/data/{one.name}", one.source, one.is_executable)
+                for one in data
+            ),
         ]
         self._check_paths(entries)
         legal = contents.legal_files(package)
@@ -176,7 +179,7 @@ class _Maker:
         if last["setting"]["tools"] != tools.fingerprint():
             self._warnings.append(f"built with other ROS wheels or tools than installed: {again}")
 
-    def _contents(self) -> tuple[Contents, tuple[str, ...]]:
+    def _contents(self) -> tuple[WheelContents, tuple[str, ...]]:
         if self._package.is_python:
             return python_package.contents(self._package)
         found = contents.installed(self._place, self._package)
@@ -217,7 +220,7 @@ class _Maker:
             self._warnings.append(f"the wheel fits machines like this one only: {reason}")
         return tag
 
-    def _check_paths(self, entries: Sequence[Entry]) -> None:
+    def _check_paths(self, entries: Sequence[WheelEntry]) -> None:
         """Warn of folders of this machine in the files."""
         folders = {os.path.realpath(self._place.root), self._place.root}
         if sys.prefix != sys.base_prefix:  # an environment; /usr is everywhere
@@ -232,13 +235,15 @@ class _Maker:
             )
 
 
-def _with_libraries(entries: Iterable[Entry], base: str) -> tuple[list[Entry], list[Library]]:
+def _with_libraries(
+    entries: Iterable[WheelEntry], base: str
+) -> tuple[list[WheelEntry], list[Library]]:
     """The entries, with libraries as they are to be installed below `base`, and these.
 
     A library that others need by another name than that of its file is there by both: the link that
     CMake makes for it is missing where files are installed as links.
     """
-    found, native = dict[str, Entry](), list[Library]()
+    found, native = dict[str, WheelEntry](), list[Library]()
     for entry in entries:
         if libraries.is_library(entry):
             folder = posixpath.dirname(entry.name)
@@ -246,6 +251,6 @@ def _with_libraries(entries: Iterable[Entry], base: str) -> tuple[list[Entry], l
             native.append(library)
             entry = library.entry
             alias = posixpath.join(folder, library.soname)
-            found.setdefault(alias, Entry(alias, entry.source, entry.is_executable))
+            found.setdefault(alias, WheelEntry(alias, entry.source, entry.is_executable))
         found[entry.name] = entry
     return list(found.values()), native

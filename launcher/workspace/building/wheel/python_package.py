@@ -17,15 +17,15 @@ from launcher.base.errors import LauncherError
 from launcher.packages.extras import install_command
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.sources.source_text import shown
-from launcher.workspace.building.wheel.archive import Entry
-from launcher.workspace.building.wheel.contents import Contents
+from launcher.workspace.building.wheel.archive import WheelEntry
+from launcher.workspace.building.wheel.contents import WheelContents
 
 # `__legacy__` works with and without pyproject.toml; the folder of setup.py is on sys.path.
 _BUILD = "import sys; from setuptools.build_meta import __legacy__ as b; b.build_wheel(sys.argv[1])"
 _MARKS = ("COLCON_IGNORE", "pyvenv.cfg")  # of build/, install/ and log/, and of environments
 
 
-def contents(package: Package) -> tuple[Contents, tuple[str, ...]]:
+def contents(package: Package) -> tuple[WheelContents, tuple[str, ...]]:
     """The files of the wheel, and the requirements that setup.py names; LauncherError.
 
     In a workspace the files are links to the sources, so the sources are packed, in a copy without
@@ -80,7 +80,7 @@ def _no_sources(top: str) -> Callable[[str, list[str]], list[str]]:
     return ignored
 
 
-def _read(path: Path) -> tuple[Contents, tuple[str, ...]]:
+def _read(path: Path) -> tuple[WheelContents, tuple[str, ...]]:
     stem = "-".join(path.name.split("-")[:2])
     modules, data = [], []
     entry_points, requirements = "", tuple[str, ...]()
@@ -101,12 +101,12 @@ def _read(path: Path) -> tuple[Contents, tuple[str, ...]]:
                 scheme, _, inside = inside.partition("/")
                 where = {"data": "", "scripts": "bin/", "headers": "include/"}.get(scheme)
                 if where is not None:
-                    data.append(Entry(where + inside, content, is_executable))
+                    data.append(WheelEntry(where + inside, content, is_executable))
                     continue
             else:
                 inside = info.filename
-            modules.append(Entry(inside, content, is_executable))
+            modules.append(WheelEntry(inside, content, is_executable))
     python = f"{sys.version_info[0]}.{sys.version_info[1]}"
     is_native = any(one.name.endswith(".so") for one in modules)
-    found = Contents(tuple(modules), tuple(data), python if is_native else None, entry_points)
+    found = WheelContents(tuple(modules), tuple(data), python if is_native else None, entry_points)
     return found, requirements

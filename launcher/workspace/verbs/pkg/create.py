@@ -13,7 +13,7 @@ from launcher.workspace.building.create import create
 
 
 def _create(options: Parsed) -> int:
-    request = create.Request(
+    request = create.CreateRequest(
         name=options.name,
         nodes=options.node,
         with_interfaces=options.interfaces,

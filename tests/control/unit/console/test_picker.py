@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from launcher.control.console.bar import width
 from launcher.control.console.pager import MAX_LINES, Pager
-from launcher.control.console.panel import PENDING_LINES, View, _fitting, _height
+from launcher.control.console.panel import PENDING_LINES, ProcessView, _fitting, _height
 from launcher.control.console.picker import CLOSE, Picker, key_hints
 from tests.control.unit.console.rows import process
 
@@ -317,7 +317,7 @@ def test_the_pager_never_shows_more_than_its_place(
 def test_lines_that_are_looked_at_are_kept_until_the_end_is_followed_again():
     async def scenario() -> None:
         drawn: list[int] = []
-        view = View("logs", "a-1", lambda: drawn.append(1))
+        view = ProcessView("logs", "a-1", lambda: drawn.append(1))
         view.pager.add(map(str, range(MAX_LINES)))
         seen(view.pager)
         view.pager.press("home")

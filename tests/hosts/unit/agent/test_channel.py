@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from launcher.hosts.engine.channel import WRITE_BYTES, Channel
-from launcher.hosts.engine.frames import Frame, Kind
+from launcher.hosts.engine.channel import WRITE_BYTES, FrameChannel
+from launcher.hosts.engine.frames import Frame, FrameKind
 from launcher.posix.reactor import Reactor
 
 FRAMES = 3000  # more than writev(2) takes at once
@@ -17,12 +17,12 @@ class End:
     def __init__(self, reactor: Reactor, frames: int) -> None:
         self._reactor = reactor
         self._frames = frames
-        self.channel = Channel(reactor, self)
+        self.channel = FrameChannel(reactor, self)
         self.payloads: list[bytes] = []
         self.lost_because: list[str] = []
 
     def received(self, frame: Frame) -> None:
-        if frame.kind == Kind.OUTPUT:
+        if frame.kind == FrameKind.OUTPUT:
             self.payloads.append(frame.payload)
         if len(self.payloads) == self._frames:
             self._reactor.stop()
@@ -43,7 +43,7 @@ def test_many_small_frames_that_were_kept_arrive_after_a_return():
     with Reactor() as reactor:
         sender, receiver = End(reactor, FRAMES), End(reactor, FRAMES)
         for payload in payloads:
-            sender.channel.send(Kind.OUTPUT, payload)
+            sender.channel.send(FrameKind.OUTPUT, payload)
         there, back = os.pipe(), os.pipe()
         sender.channel.attach(back[0], there[1])
         receiver.channel.attach(there[0], back[1])

@@ -7,7 +7,7 @@ import json
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from launcher.hosts.engine.frames import OUTPUT_HEADER, Decoder, Frame, Kind
+from launcher.hosts.engine.frames import OUTPUT_HEADER, Decoder, Frame, FrameKind
 from launcher.hosts.engine.outbox import Outbox
 
 
@@ -31,11 +31,11 @@ def numbers(frames: list[Frame]) -> list[int]:
 def test_what_was_not_acknowledged_is_sent_again():
     outbox = Outbox()
     for _ in range(5):
-        outbox.add(Kind.EVENT, 1.0, b"{}")
+        outbox.add(FrameKind.EVENT, 1.0, b"{}")
     assert numbers(frames_of(outbox)) == [1, 2, 3, 4, 5]
 
     outbox.acknowledge(2)
-    outbox.add(Kind.EVENT, 1.0, b"{}")
+    outbox.add(FrameKind.EVENT, 1.0, b"{}")
     outbox.resume(3)
 
     assert numbers(frames_of(outbox)) == [4, 5, 6]
@@ -47,21 +47,21 @@ def test_what_was_not_acknowledged_is_sent_again():
 def test_the_oldest_output_is_dropped_and_counted_and_events_never():
     outbox = Outbox()
     for number in range(50):
-        outbox.add(Kind.OUTPUT, 1.0, output(b"line\n" * 10))
+        outbox.add(FrameKind.OUTPUT, 1.0, output(b"line\n" * 10))
         if number % 10 == 0:
-            outbox.add(Kind.EVENT, 2.0, b"{}")
+            outbox.add(FrameKind.EVENT, 2.0, b"{}")
 
     outbox.limit(outbox.bytes // 2, 3.0)
 
     frames = frames_of(outbox)
     assert numbers(frames) == sorted(numbers(frames))
-    assert sum(frame.kind == Kind.EVENT for frame in frames) == 5
-    left = sum(frame.data()[2].count(b"\n") for frame in frames if frame.kind == Kind.OUTPUT)
-    dropped = sum(json.loads(f.payload)["lines"] for f in frames if f.kind == Kind.DROPPED)
+    assert sum(frame.kind == FrameKind.EVENT for frame in frames) == 5
+    left = sum(frame.data()[2].count(b"\n") for frame in frames if frame.kind == FrameKind.OUTPUT)
+    dropped = sum(json.loads(f.payload)["lines"] for f in frames if f.kind == FrameKind.DROPPED)
     assert dropped > 200
     assert left + dropped == 500
-    last_drop = max(frame.sequence for frame in frames if frame.kind == Kind.DROPPED)
-    assert all(frame.sequence > last_drop for frame in frames if frame.kind == Kind.OUTPUT)
+    last_drop = max(frame.sequence for frame in frames if frame.kind == FrameKind.DROPPED)
+    assert all(frame.sequence > last_drop for frame in frames if frame.kind == FrameKind.OUTPUT)
 
 
 ACTIONS = st.lists(
@@ -90,9 +90,9 @@ class Receiver:
             if frame.sequence <= self.last:
                 continue
             self.last = frame.sequence
-            if frame.kind == Kind.EVENT:
+            if frame.kind == FrameKind.EVENT:
                 self.events.append(frame.sequence)
-            elif frame.kind == Kind.OUTPUT:
+            elif frame.kind == FrameKind.OUTPUT:
                 self.lines += frame.data()[2].count(b"\n")
             else:
                 self.lines += json.loads(frame.payload)["lines"]
@@ -105,10 +105,10 @@ def test_every_event_arrives_once_in_order_whatever_happens(actions: list[tuple[
     events, lines, dropped = [], 0, False
     for action, amount in actions:
         if action == "output":
-            outbox.add(Kind.OUTPUT, 1.0, output(b"x\n" * amount))
+            outbox.add(FrameKind.OUTPUT, 1.0, output(b"x\n" * amount))
             lines += amount
         elif action == "event":
-            outbox.add(Kind.EVENT, 1.0, b"{}")
+            outbox.add(FrameKind.EVENT, 1.0, b"{}")
             events.append(outbox.sequence)
         elif action == "send":
             for _ in range(amount):

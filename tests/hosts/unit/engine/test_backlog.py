@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from launcher.hosts.engine import backlog
-from launcher.hosts.engine.backlog import Backlog, last_lines
+from launcher.hosts.engine.backlog import HostsBacklog, last_lines
 from launcher.hosts.engine.driver import HostsDriver
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteHost
@@ -31,7 +31,7 @@ def test_the_last_lines_are_those_of_all_hosts():
     assert last_lines(held, 0) == []
 
 
-class Begun(Backlog):
+class Begun(HostsBacklog):
     """Of two hosts, the last two lines; `shown` is what it has shown."""
 
     def __init__(self, reactor: Reactor, lines: int = 2) -> None:

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from launcher.base.model.record import replace
 from launcher.hosts.engine.systemd import journal, journal_events
-from launcher.hosts.engine.systemd.journal import JournalReader, Line, Note
+from launcher.hosts.engine.systemd.journal import JournalLine, JournalReader, Note
 from launcher.hosts.engine.systemd.journal_events import BURST, REST_LOOKS, Flood, JournalEvents
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
@@ -49,9 +49,9 @@ def events_of(reactor: Reactor, heard: Heard, units: dict[int, Unit]) -> Journal
     return JournalEvents("bot1", cast(Any, heard), reactor, cast(Any, units))
 
 
-def lone_line(pid: int, text: bytes, stream_id: str = "", at_s: float = 1.0) -> Line:
+def lone_line(pid: int, text: bytes, stream_id: str = "", at_s: float = 1.0) -> JournalLine:
     """One whose unit the journal does not know."""
-    return Line("", pid, 0, stream_id, "stdout", text, at_s)
+    return JournalLine("", pid, 0, stream_id, "stdout", text, at_s)
 
 
 def attached(reactor: Reactor) -> tuple[JournalEvents, Unit, Heard]:
@@ -93,7 +93,7 @@ def test_silence_is_told_after_what_is_not_finished(monkeypatch):
         events.by_unit["u"] = 3
 
         def write(text: bytes) -> None:
-            events.feed(Line("u", 7, 0, "s", "stdout", text, 1.0), 1.0)
+            events.feed(JournalLine("u", 7, 0, "s", "stdout", text, 1.0), 1.0)
 
         write(b"a line\n")
         write(b"a piece of ")
@@ -175,11 +175,11 @@ def test_a_process_may_write_what_streams_begin_with():
         heard, units = Heard(), {3: Unit(3), 4: Unit(4)}
         events = events_of(reactor, heard, units)
         events.by_unit.update(u=3, v=4)
-        events.feed(Line("v", 80, 0, "s4", "stdout", text, 1.0), 1.0)  # another one
+        events.feed(JournalLine("v", 80, 0, "s4", "stdout", text, 1.0), 1.0)  # another one
         units[3].order = replace(units[3].order, merge=True)  # has no such streams
-        events.feed(Line("u", 70, 0, "s3", "stdout", text, 1.0), 1.0)
+        events.feed(JournalLine("u", 70, 0, "s3", "stdout", text, 1.0), 1.0)
         events.uid = 1000  # all streams of a user begin so
-        events.feed(Line("u", 70, 1000, "s5", "stdout", text, 1.0), 1.0)
+        events.feed(JournalLine("u", 70, 1000, "s5", "stdout", text, 1.0), 1.0)
         events.feed(lone_line(71, b"of a child\n", "s5"), 1.0)
         events.close()
 

@@ -12,7 +12,7 @@ from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost
 from launcher.hosts.file.model import Host
 from launcher.run.logs import messages
-from launcher.run.machine import Command, Ended
+from launcher.run.machine import MachineCommand, ReportExit
 from launcher.run.process import Process
 
 
@@ -71,7 +71,7 @@ def test_the_end_waits_for_it_as_long_as_the_slowest_stop_takes():
         one = Process(number, spec, number=number, prefix=b"")
         one.machine.stop = StopPolicy(sigterm_timeout_s=wait_s, sigkill_timeout_s=1.0)
         if wait_s < 600.0:
-            one.machine.handle(Command.START, 0.0)
+            one.machine.handle(MachineCommand.START, 0.0)
         host.processes.append(one)
     assert host.longest_stop_s == idle_s + 8.0
 
@@ -96,7 +96,7 @@ def test_a_host_without_the_executable_is_to_be_synchronized(code: int, has_hint
     process = Process(1, spec, number=0, prefix=b"")
     process.host = remote(Link())
     process.words_there = ("python3", "-m", "launcher", "run", "p", "a")
-    end = Ended(Outcome(returncode=code), asked=False, retry_in_s=None)
+    end = ReportExit(Outcome(returncode=code), asked=False, retry_in_s=None)
     text = messages.ended(process, 7, end).text
     assert "cmd 'python3 -m launcher run p a'" in text
     assert text.endswith("if bot1 lacks it: python -m launcher hosts sync") is has_hint

@@ -16,18 +16,18 @@ from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.replica import STARTS, Replica, ReportingMachine
 from launcher.run.machine import (
     Action,
-    Command,
-    Ended,
     Escalate,
     Exited,
+    MachineAction,
+    MachineCommand,
     MachineEvent,
-    Order,
     ProcessMachine,
     ProcessState,
+    ReportExit,
+    ReportStuck,
     Signal,
     SignalSent,
     SpawnError,
-    Stuck,
 )
 from tests.support.examples import examples
 
@@ -52,7 +52,7 @@ STOPS = [
     StopPolicy(sigterm_timeout_s=0.5, sigkill_timeout_s=0.0),
     StopPolicy(polite=((signal.SIGUSR1, 0.4), (signal.SIGTERM, 0.0))),
 ]
-REPORTING = (Signal, Escalate, Stuck, Ended)
+REPORTING = (Signal, Escalate, ReportStuck, ReportExit)
 
 
 class World:
@@ -66,7 +66,7 @@ class World:
         self.is_cut = False
         self.is_alive = False
         self.is_full = False  # the next spawn fails
-        self.to_host: deque[Command | SignalSent] = deque()
+        self.to_host: deque[MachineCommand | SignalSent] = deque()
         self.to_operator: deque[tuple[MachineEvent, float, float | None]] = deque()
         self.done_there: list[Action] = []
         self.done_here: list[Action] = []
@@ -79,12 +79,12 @@ class World:
     def feed(self, event: MachineEvent) -> None:
         for action in self.original.handle(event, self.now):
             self.done_there.append(action)
-            if action is Order.SPAWN and self.is_full:
+            if action is MachineAction.SPAWN and self.is_full:
                 self.is_full = False
                 self.feed(SpawnError(errno.EAGAIN))
-            elif action is Order.SPAWN:
+            elif action is MachineAction.SPAWN:
                 self.is_alive = True
-                self.feed(Command.STARTED)
+                self.feed(MachineCommand.STARTED)
             elif action == Signal(signal.SIGKILL):
                 self.die(-9)
 
@@ -95,7 +95,7 @@ class World:
 
     # ---- the operator, and the link
 
-    def ask(self, request: Command | SignalSent) -> None:
+    def ask(self, request: MachineCommand | SignalSent) -> None:
         if request in STARTS:
             self.replica.wants_start()
         self.to_host.append(request)
@@ -121,9 +121,9 @@ class World:
             case "fill":
                 self.is_full = True
             case "tick":
-                self.feed(Command.TICK)
+                self.feed(MachineCommand.TICK)
             case "stop there":
-                self.feed(Command.STOP)
+                self.feed(MachineCommand.STOP)
             case int(code):
                 self.die(code)
             case request:
@@ -131,16 +131,16 @@ class World:
         self.carry()
 
 
-STEPS: tuple[Command | SignalSent | str | int, ...] = (
-    Command.START,
-    Command.START,
-    Command.USER_START,
-    Command.STOP,
-    Command.USER_STOP,
-    Command.RESTART,
-    Command.SKIP_GRACE,
-    Command.SUSPEND,
-    Command.RESUME,
+STEPS: tuple[MachineCommand | SignalSent | str | int, ...] = (
+    MachineCommand.START,
+    MachineCommand.START,
+    MachineCommand.USER_START,
+    MachineCommand.STOP,
+    MachineCommand.USER_STOP,
+    MachineCommand.RESTART,
+    MachineCommand.SKIP_GRACE,
+    MachineCommand.SUSPEND,
+    MachineCommand.RESUME,
     SignalSent(signal.SIGTERM),
     SignalSent(signal.SIGKILL, by_user=False),
     *("cut", "restore", "tick", "tick", "tick", "stop there", "fill", 0, 1, -11, -15),
@@ -214,8 +214,8 @@ def test_a_start_that_was_requested_shows_as_starting():
     one.wants_start()
     assert one.state is ProcessState.STARTING
     assert one.is_pending
-    one.follow(Command.START, 1.0, None)
-    one.follow(Command.STARTED, 1.0, None)
+    one.follow(MachineCommand.START, 1.0, None)
+    one.follow(MachineCommand.STARTED, 1.0, None)
     assert one.state is ProcessState.RUNNING
     one.follow(Exited(Outcome(returncode=0)), 2.0, None)
     assert one.state is ProcessState.EXITED
@@ -223,10 +223,10 @@ def test_a_start_that_was_requested_shows_as_starting():
 
 def test_a_start_without_effect_there_is_forgotten():
     one = replica()
-    one.follow(Command.START, 1.0, None)
-    one.follow(Command.STARTED, 1.0, None)
+    one.follow(MachineCommand.START, 1.0, None)
+    one.follow(MachineCommand.STARTED, 1.0, None)
     one.wants_start()
-    one.follow(Command.USER_START, 1.5, None)
+    one.follow(MachineCommand.USER_START, 1.5, None)
     one.follow(Exited(Outcome(returncode=0)), 2.0, None)
     assert one.state is ProcessState.EXITED
 
@@ -234,10 +234,10 @@ def test_a_start_without_effect_there_is_forgotten():
 def test_a_process_that_was_lost_with_its_host_is_not_restarted():
     for events in ([], [Exited(Outcome(returncode=1))]):
         one = replica(RestartMode.ALWAYS)
-        for event in [Command.START, Command.STARTED, *events]:
+        for event in [MachineCommand.START, MachineCommand.STARTED, *events]:
             one.follow(event, 1.0, 1.0 if events and event is events[0] else None)
         outcome = Outcome(returncode=-9, lost_with="bot1")
-        assert one.lose(outcome, 2.0) == [Ended(outcome, asked=False, retry_in_s=None)]
+        assert one.lose(outcome, 2.0) == [ReportExit(outcome, asked=False, retry_in_s=None)]
         assert str(outcome) == "lost with bot1"
         assert not one.is_pending
         assert one.deadline is None
@@ -245,8 +245,8 @@ def test_a_process_that_was_lost_with_its_host_is_not_restarted():
 
 def test_a_process_that_was_being_stopped_is_lost_as_requested():
     one = replica()
-    for event in (Command.START, Command.STARTED, Command.STOP):
-        one.follow(event, 1.0, 5.0 if event is Command.STOP else None)
+    for event in (MachineCommand.START, MachineCommand.STARTED, MachineCommand.STOP):
+        one.follow(event, 1.0, 5.0 if event is MachineCommand.STOP else None)
     (end,) = one.lose(Outcome(returncode=-9, lost_with="bot1"), 2.0)
-    assert isinstance(end, Ended)
+    assert isinstance(end, ReportExit)
     assert end.asked

@@ -12,24 +12,24 @@ from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy
 from launcher.hosts.engine.systemd import facts, journal, manifest
 from launcher.hosts.engine.systemd.exits import outcome_of_record, outcome_of_unit
-from launcher.hosts.engine.systemd.journal import JournalReader, Line, Message, Note
+from launcher.hosts.engine.systemd.journal import JournalLine, JournalReader, Note, UnitMessage
 from launcher.hosts.engine.systemd.journal_events import Owners
 from launcher.hosts.engine.systemd.recent_output import MUCH, RecentOutput
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import read_properties, written
 from launcher.hosts.engine.systemd.sessions import HostClock
-from launcher.hosts.engine.systemd.shell import Answer, Answers, Request
+from launcher.hosts.engine.systemd.shell import Answers, ScriptRequest, ScriptResult
 from launcher.hosts.file.order import Order
 from tests.support.journal import entry
 
 # ---- the shell
 
 
-def answers_of(*scripts: str) -> tuple[list[Answer], Answers]:
+def answers_of(*scripts: str) -> tuple[list[ScriptResult], Answers]:
     """What a real shell answers."""
-    got: list[Answer] = []
+    got: list[ScriptResult] = []
     answers = Answers(lambda beat: None)
-    text = b"".join(answers.framed(Request(script, got.append)) for script in scripts)
+    text = b"".join(answers.framed(ScriptRequest(script, got.append)) for script in scripts)
     done = subprocess.run(["/bin/sh"], input=text, capture_output=True, check=True)
     answers.feed(done.stdout)
     return got, answers
@@ -44,9 +44,9 @@ def test_each_script_is_answered_with_its_exit_code():
 
 def test_answers_come_in_any_pieces_with_beats_in_between():
     beats: list[float] = []
-    got: list[Answer] = []
+    got: list[ScriptResult] = []
     answers = Answers(beats.append)
-    answers.framed(Request("x", got.append))
+    answers.framed(ScriptRequest("x", got.append))
     text = b"Welcome!\n\x01H 1.5\x02\x01A 1 0 he\x01H 2.5\x02llo\x02\x01H 3.5\x02"
     for place in range(len(text)):
         answers.feed(text[place : place + 1])
@@ -57,7 +57,7 @@ def test_answers_come_in_any_pieces_with_beats_in_between():
 
 def test_what_was_not_answered_is_known():
     answers = Answers(lambda beat: None)
-    first, second = Request("a"), Request("b", lasts=False)
+    first, second = ScriptRequest("a"), ScriptRequest("b", lasts=False)
     answers.framed(first)
     answers.framed(second)
 
@@ -79,9 +79,9 @@ def read(*entries: bytes) -> list[object]:
     return list(JournalReader("k3").feed(b"".join(entries)))
 
 
-def line(message: object, **fields: object) -> Line:
+def line(message: object, **fields: object) -> JournalLine:
     (one,) = read(entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE=message, PRIORITY="6", **fields))
-    assert isinstance(one, Line)
+    assert isinstance(one, JournalLine)
     return one
 
 
@@ -107,7 +107,7 @@ def test_pieces_of_a_long_line_are_one_line():
 def test_streams_are_told_by_their_priority():
     assert line("x").stream == "stdout"
     (one,) = read(entry(SYSLOG_IDENTIFIER="launcher-k3", MESSAGE="x", PRIORITY="5"))
-    assert isinstance(one, Line)
+    assert isinstance(one, JournalLine)
     assert one.stream == "stderr"
 
 
@@ -118,7 +118,7 @@ def test_records_and_messages():
 
     assert read(note, message, other) == [
         Note(("start", "1", "abc", "77"), 0, 2.5),
-        Message(journal.FAILED, "u", 0, "start-limit-hit", 2.5),
+        UnitMessage(journal.FAILED, "u", 0, "start-limit-hit", 2.5),
     ]
 
 

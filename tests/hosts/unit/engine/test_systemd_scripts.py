@@ -18,11 +18,11 @@ import pytest
 from launcher.base.model.record import replace
 from launcher.hosts.engine.link import LinkContext, LinkListener
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.facts import Facts, hello, read_facts
+from launcher.hosts.engine.systemd.facts import HostFacts, hello, read_facts
 from launcher.hosts.engine.systemd.link import SystemdLink
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import Scripts
-from launcher.hosts.engine.systemd.shell import Answer, Answers, Request
+from launcher.hosts.engine.systemd.shell import Answers, ScriptRequest, ScriptResult
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import SentFile
@@ -31,7 +31,7 @@ from launcher.hosts.sync import release_python, sync_session
 from launcher.posix.reactor import Reactor
 
 
-def facts(folder: Path, **fields: object) -> Facts:
+def facts(folder: Path, **fields: object) -> HostFacts:
     known = {
         "uid": 0,
         "user": "me",
@@ -46,7 +46,7 @@ def facts(folder: Path, **fields: object) -> Facts:
         "has_launcher": True,
         "python": sys.executable,
     }
-    return Facts(**{**known, **fields})  # type: ignore[arg-type]
+    return HostFacts(**{**known, **fields})  # type: ignore[arg-type]
 
 
 def test_a_python_that_is_not_there_is_told_apart_from_one_without_the_launcher(tmp_path: Path):
@@ -193,9 +193,9 @@ def test_a_sample_needs_no_program_of_the_host(tmp_path: Path, missing: str):
     for name in {"getconf", "grep"} - {missing}:
         (tmp_path / name).symlink_to(str(shutil.which(name)))
     pid, samples = os.getpid(), Samples()
-    answered: list[Answer] = []
+    answered: list[ScriptResult] = []
     answers = Answers(lambda beat: None)
-    script = answers.framed(Request(samples.script([pid], 1.0), answered.append))
+    script = answers.framed(ScriptRequest(samples.script([pid], 1.0), answered.append))
 
     words, env = [str(shutil.which("sh"))], {"PATH": str(tmp_path)}
     answers.feed(

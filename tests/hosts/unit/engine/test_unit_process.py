@@ -10,17 +10,17 @@ import pytest
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.systemd.doubt import SUSPICIOUS
-from launcher.hosts.engine.systemd.facts import Facts
+from launcher.hosts.engine.systemd.facts import HostFacts
 from launcher.hosts.engine.systemd.scripts import Scripts
-from launcher.hosts.engine.systemd.shell import Answer, Request
+from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import Command, Ended, Exited, MachineEvent, ProcessState
+from launcher.run.machine import Exited, MachineCommand, MachineEvent, ProcessState, ReportExit
 from tests.support.waiting import wait_until
 
-FACTS = Facts(
+FACTS = HostFacts(
     uid=0,
     user="root",
     home="/root",
@@ -42,7 +42,7 @@ class There:
 
     def __init__(self, reactor: Reactor) -> None:
         self.reactor = reactor
-        self.requests: deque[Request] = deque()
+        self.requests: deque[ScriptRequest] = deque()
         self.events: list[MachineEvent] = []
         self.marks: list[Callable[[], None]] | None = None  # of a journal that is behind
         scripts = Scripts("k3", Host(name="bot1", address="10.0.0.1"), FACTS)
@@ -72,11 +72,11 @@ class There:
     def answer(self, text: str = "", code: int = 0) -> None:
         request = self.requests.popleft()
         if request.on_answer is not None:
-            request.on_answer(Answer(code, text))
+            request.on_answer(ScriptResult(code, text))
 
     def begin(self) -> None:
         """A start from here, whose answer comes."""
-        self.process.command(Command.START)
+        self.process.command(MachineCommand.START)
         self.answer("InvocationID=i1\nExecMainPID=7\nActiveState=active\nNRestarts=0")
         assert self.state is ProcessState.RUNNING
 
@@ -105,11 +105,11 @@ def there() -> Iterator[There]:
         made.process.close()
 
 
-STOPS = [Command.STOP, Command.USER_STOP]
+STOPS = [MachineCommand.STOP, MachineCommand.USER_STOP]
 
 
 @pytest.mark.parametrize("stop", STOPS)
-def test_systemd_is_told_not_to_restart_what_is_stopped(there: There, stop: Command):
+def test_systemd_is_told_not_to_restart_what_is_stopped(there: There, stop: MachineCommand):
     there.begin()
     there.exit("i1")
     assert there.state is ProcessState.BACKOFF
@@ -122,7 +122,7 @@ def test_systemd_is_told_not_to_restart_what_is_stopped(there: There, stop: Comm
 @pytest.mark.parametrize("stop", STOPS)
 @pytest.mark.parametrize("is_answered", [False, True])
 def test_a_restart_that_was_faster_than_the_stop_is_stopped(
-    there: There, stop: Command, is_answered: bool
+    there: There, stop: MachineCommand, is_answered: bool
 ):
     there.begin()
     there.exit("i1")
@@ -135,12 +135,12 @@ def test_a_restart_that_was_faster_than_the_stop_is_stopped(
     there.exit("i2")
 
     assert there.state is ProcessState.STOPPED
-    assert there.process.machine.is_held is (stop is Command.USER_STOP)
+    assert there.process.machine.is_held is (stop is MachineCommand.USER_STOP)
     assert there.asked() == ([] if is_answered else ["stop"])
 
 
 @pytest.mark.parametrize("stop", STOPS)
-def test_a_restart_in_progress_is_stopped(there: There, stop: Command):
+def test_a_restart_in_progress_is_stopped(there: There, stop: MachineCommand):
     there.begin()
     there.exit("i1")
     there.process.noted_restart(there.reactor.now())
@@ -152,8 +152,8 @@ def test_a_restart_in_progress_is_stopped(there: There, stop: Command):
 
 
 def test_a_start_in_progress_is_stopped_and_not_only_signalled(there: There):
-    there.process.command(Command.START)
-    there.process.command(Command.STOP)
+    there.process.command(MachineCommand.START)
+    there.process.command(MachineCommand.STOP)
     there.answer("InvocationID=i1\nExecMainPID=7\nActiveState=active\nNRestarts=0")
 
     assert there.state is ProcessState.STOPPING
@@ -163,7 +163,7 @@ def test_a_start_in_progress_is_stopped_and_not_only_signalled(there: There):
 def test_an_exit_whose_start_is_not_told_belongs_to_the_stop(there: There):
     there.begin()
     there.exit("i1")
-    there.process.command(Command.STOP)
+    there.process.command(MachineCommand.STOP)
     there.answer()
     there.exit("i2")
 
@@ -183,7 +183,7 @@ def test_a_stop_there_that_is_told_before_the_start_of_what_it_stops(there: Ther
 
 def test_another_operator_may_start_what_was_stopped(there: There):
     there.begin()
-    there.process.command(Command.USER_STOP)
+    there.process.command(MachineCommand.USER_STOP)
     there.answer()
     there.exit("i1")
     assert there.state is ProcessState.STOPPED
@@ -196,7 +196,7 @@ def test_another_operator_may_start_what_was_stopped(there: There):
 def test_signals_of_a_stop_follow_the_request_of_the_stop(there: There):
     there.begin()
     for _ in range(3):
-        there.process.command(Command.SKIP_GRACE)
+        there.process.command(MachineCommand.SKIP_GRACE)
 
     assert there.asked() == ["stop", "kill", "kill"]
 
@@ -239,7 +239,7 @@ def test_a_stop_that_is_told_after_its_end_is_not_escalated(there: There):
     there.await_exit()
 
     assert there.asked() == []
-    assert Command.TICK not in there.events
+    assert MachineCommand.TICK not in there.events
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_only_what_still_runs_there_is_escalated(there: There, state: str, escal
     """The exit may be behind much output in the journal."""
     there.process.machine.stop = StopPolicy(0.01, 60.0)
     there.begin()
-    there.process.command(Command.STOP)
+    there.process.command(MachineCommand.STOP)
     assert there.asked() == ["stop"]
     there.answer()
 
@@ -267,7 +267,7 @@ def test_only_what_still_runs_there_is_escalated(there: There, state: str, escal
     assert there.asked() == ["show"]
     there.answer(state)
     assert there.asked() == ["kill"] * escalates
-    assert (Command.TICK in there.events) == escalates
+    assert (MachineCommand.TICK in there.events) == escalates
 
 
 def test_an_exit_that_the_journal_tells_late_is_not_guessed(there: There):
@@ -297,7 +297,7 @@ def test_an_exit_that_the_journal_does_not_tell_is_known_from_the_unit(there: Th
 
 def test_an_unknown_end_of_a_unit_that_is_stopped_is_that_of_the_stop(there: There):
     there.begin()
-    there.process.command(Command.STOP)
+    there.process.command(MachineCommand.STOP)
     there.answer()
     for _ in range(SUSPICIOUS + 1):
         there.process.seen(FORGOTTEN, there.reactor.now())
@@ -309,10 +309,10 @@ def test_an_unknown_end_of_a_unit_that_is_stopped_is_that_of_the_stop(there: The
 def test_a_sigkill_of_systemd_at_the_end_of_its_patience_is_a_step_of_the_stop(
     there: There, timed_out: bool
 ):
-    ends: list[Ended] = []
+    ends: list[ReportExit] = []
     there.begin()
     there.process._ended = ends.append  # type: ignore[method-assign]
-    there.process.command(Command.STOP)
+    there.process.command(MachineCommand.STOP)
     there.process.noted_exit("i1", Outcome(returncode=-9), there.reactor.now(), timed_out=timed_out)
     there.await_exit()
     assert there.process.machine.had_to_be_killed is timed_out

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from launcher.language.frontends.grammar import (
     MAX_DEPTH,
-    Call,
     GrammarError,
     Part,
+    SubstitutionCall,
     Text,
     parse_template,
     unescape,
@@ -75,7 +75,7 @@ def render_template(parts: Sequence[Part]) -> str:
     )
 
 
-def _render_call(call: Call, quote: str) -> str:
+def _render_call(call: SubstitutionCall, quote: str) -> str:
     words = [_render_word(word, quote) for word in call.words]
     return "$(" + " ".join([call.name, *words]) + ")"
 
@@ -147,7 +147,7 @@ def merged(parts: tuple[Part, ...]) -> list[object]:
     """`plain`, neighbouring texts made one: printing cannot keep them apart."""
     tree: list[object] = []
     for part in parts:
-        if isinstance(part, Call):
+        if isinstance(part, SubstitutionCall):
             tree.append([part.name, *(merged(word) for word in part.words)])
         elif tree and isinstance(tree[-1], str):
             tree[-1] += part.text
@@ -160,19 +160,21 @@ _NAMES = st.sampled_from(["var", "env", "find-pkg-share", "a_1"])
 _TEXTS = st.text(st.sampled_from("ab1 $()'\"/-_\n\u00fc"), min_size=1, max_size=6)
 
 
-def _calls(inner: st.SearchStrategy[Call]) -> st.SearchStrategy[Call]:
+def _calls(inner: st.SearchStrategy[SubstitutionCall]) -> st.SearchStrategy[SubstitutionCall]:
     # Within quotes a nested call cannot have words with spaces, so nested words have none.
     bare = _TEXTS.map(lambda text: text.replace(" ", "_"))
     parts = st.lists(st.builds(Text, bare, st.just(0)) | inner, min_size=1, max_size=3).map(tuple)
-    return st.builds(Call, _NAMES, st.lists(parts, max_size=2).map(tuple), st.just(0))
+    return st.builds(SubstitutionCall, _NAMES, st.lists(parts, max_size=2).map(tuple), st.just(0))
 
 
-_NESTED = st.recursive(st.builds(Call, _NAMES, st.just(()), st.just(0)), _calls, max_leaves=6)
+_NESTED = st.recursive(
+    st.builds(SubstitutionCall, _NAMES, st.just(()), st.just(0)), _calls, max_leaves=6
+)
 _WORDS = st.lists(
     st.lists(st.builds(Text, _TEXTS, st.just(0)) | _NESTED, max_size=3).map(tuple), max_size=3
 ).map(tuple)
 _TEMPLATES = st.lists(
-    st.builds(Text, _TEXTS, st.just(0)) | st.builds(Call, _NAMES, _WORDS, st.just(0)),
+    st.builds(Text, _TEXTS, st.just(0)) | st.builds(SubstitutionCall, _NAMES, _WORDS, st.just(0)),
     min_size=1,
     max_size=4,
 ).map(tuple)

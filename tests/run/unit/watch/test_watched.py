@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from launcher.run.watch import checks
-from launcher.run.watch.programs import Program, files_of
+from launcher.run.watch.programs import WatchedProgram, files_of
 from launcher.run.watch.watched import Broken, Changed, Deleted, Report, Watched
 
 LATER_NS = time.time_ns() + 10**15
@@ -34,7 +34,7 @@ class Scene:
     def start(self, name: str, started_ns: int = LATER_NS) -> list[str]:
         parameters = (str(self.parameters),) if name == "b" else ()
         argv = (sys.executable, str(self.main))
-        program = Program(argv, {}, str(self.folder), parameters)
+        program = WatchedProgram(argv, {}, str(self.folder), parameters)
         return self.watched.add_process(name, program, started_ns)
 
     def settle(self) -> list[Report]:
@@ -136,7 +136,7 @@ def test_a_program_that_is_deleted_and_restored_has_not_changed(scene: Scene, ar
     scene.main.write_text(f"#!{sys.executable}\nimport own\n")
     scene.main.chmod(0o755)
     scene.settle()
-    program = Program(argv, dict(os.environ), str(scene.folder))
+    program = WatchedProgram(argv, dict(os.environ), str(scene.folder))
     for name in ("a", "b"):
         assert scene.watched.add_process(name, program, LATER_NS) == []
     content = scene.main.read_text()
@@ -165,7 +165,7 @@ def test_a_program_that_was_started_while_it_was_deleted_is_started_when_it_is_t
 def test_a_program_that_is_deleted_is_not_started_though_another_file_has_changed(
     scene: Scene, options
 ):
-    program = Program((sys.executable, *options, str(scene.main)), {}, str(scene.folder))
+    program = WatchedProgram((sys.executable, *options, str(scene.main)), {}, str(scene.folder))
     for name in ("a", "b"):
         assert scene.watched.add_process(name, program, LATER_NS) == []
     scene.main.unlink()
@@ -311,11 +311,11 @@ def test_python_that_cannot_be_read_is_an_error_not_an_exception(tmp_path: Path,
 def test_which_program_a_command_runs(tmp_path: Path, argv: tuple[str, ...]):
     (tmp_path / "node.py").write_text("import beside\n")
     (tmp_path / "beside.py").write_text("")
-    program = Program(argv, dict(os.environ), str(tmp_path))
+    program = WatchedProgram(argv, dict(os.environ), str(tmp_path))
     assert files_of(program) == [str(tmp_path / "node.py"), str(tmp_path / "beside.py")]
 
 
 def test_a_program_that_is_no_python_is_its_own_file(tmp_path: Path):
-    program = Program(("./node", "x"), {}, str(tmp_path))
+    program = WatchedProgram(("./node", "x"), {}, str(tmp_path))
     assert files_of(program) == [str(tmp_path / "node")]
-    assert files_of(Program(("/bin/sh", "-c", "exec sleep 1"), {}, None)) == []
+    assert files_of(WatchedProgram(("/bin/sh", "-c", "exec sleep 1"), {}, None)) == []

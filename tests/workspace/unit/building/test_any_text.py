@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from launcher.workspace.building import checks, sources
 from launcher.workspace.building.checks.interface_files import InterfaceFile
-from launcher.workspace.building.explain import Output, explain
+from launcher.workspace.building.explain import BuildOutput, explain
 from launcher.workspace.building.sources import manifest
 from launcher.workspace.building.sources.cmake_file import CMakeFile
 from launcher.workspace.building.sources.setup_file import SetupFile
@@ -69,7 +69,7 @@ def test_any_text(name: str, text: str, tmp_path: Path):
 @FAST
 @given(text=TEXTS)
 def test_any_output(text: str, tmp_path: Path):
-    error = explain(Output("p", str(tmp_path), str(tmp_path / "build"), text))
+    error = explain(BuildOutput("p", str(tmp_path), str(tmp_path / "build"), text))
 
     assert error is None or error.render()
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from launcher.base.program import program
-from launcher.workspace.building.explain import Output, evidence, explain
+from launcher.workspace.building.explain import BuildOutput, evidence, explain
 from tests.workspace.unit.building.source_tree import python_package, write
 
 RECORDED = Path(__file__).with_name("recorded")
@@ -279,11 +279,11 @@ CASES = {
 }
 
 
-def output_of(name: str, folder: Path) -> Output:
+def output_of(name: str, folder: Path) -> BuildOutput:
     text = (RECORDED / f"{name}.txt").read_text(encoding="utf-8")
     for key, path in (("folder", folder), ("build", folder / "build"), ("prefix", "/prefix")):
         text = text.replace(f"{{{key}}}", str(path))
-    return Output(name, str(folder), str(folder / "build"), text)
+    return BuildOutput(name, str(folder), str(folder / "build"), text)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -322,14 +322,17 @@ def test_every_recorded_output_is_used():
     ],
 )
 def test_the_file_for_which_a_disk_has_no_space_is_named(tmp_path: Path, text: str):
-    error = explain(Output("p", str(tmp_path), str(tmp_path / "build"), text))
+    error = explain(BuildOutput("p", str(tmp_path), str(tmp_path / "build"), text))
     assert error is not None
     assert error.message == "No space left on device: /tmp/cc1.s"
 
 
 def test_an_unknown_output_is_not_explained(tmp_path: Path):
-    assert explain(Output("p", str(tmp_path), str(tmp_path), "this package needs Windows")) is None
-    assert explain(Output("p", str(tmp_path), str(tmp_path), "")) is None
+    assert (
+        explain(BuildOutput("p", str(tmp_path), str(tmp_path), "this package needs Windows"))
+        is None
+    )
+    assert explain(BuildOutput("p", str(tmp_path), str(tmp_path), "")) is None
 
 
 def test_a_file_is_known_by_its_real_path_and_in_any_encoding(tmp_path: Path):
@@ -339,7 +342,7 @@ def test_a_file_is_known_by_its_real_path_and_in_any_encoding(tmp_path: Path):
     (tmp_path / "link").symlink_to("real")
     folder, text = tmp_path / "link" / "src" / "p", f"{sources}/go.cpp:2:9: error: no y\n"
 
-    error = explain(Output("p", str(folder), str(tmp_path / "link" / "build" / "p"), text))
+    error = explain(BuildOutput("p", str(folder), str(tmp_path / "link" / "build" / "p"), text))
 
     assert error is not None
     assert (error.where, error.source_line) == (f"{folder}/go.cpp:2", "int x = y;")

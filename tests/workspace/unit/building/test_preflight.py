@@ -45,7 +45,7 @@ def approved(*paths: str, words: tuple[str, ...] = (), keep_going: bool = False)
 
 
 def test_all_mistakes_are_reported_at_once_and_nothing_is_built(workspace: Path):
-    with pytest.raises(preflight.RefusedError) as raised:
+    with pytest.raises(preflight.BuildRefusedError) as raised:
         approved()
 
     assert [error.where for error in raised.value.errors] == [
@@ -77,7 +77,7 @@ def test_keep_going_builds_what_needs_a_refused_package_only_later(workspace: Pa
 
 def test_only_the_named_packages_and_what_they_need_are_checked():
     assert approved("src/alone") == (["alone"], [])
-    with pytest.raises(preflight.RefusedError) as raised:
+    with pytest.raises(preflight.BuildRefusedError) as raised:
         approved("src/user")
     assert [error.package for error in raised.value.errors] == ["broken"]
 
@@ -100,7 +100,7 @@ def test_packages_that_colcon_is_to_leave_out_are_not_checked(
 ):
     try:
         approved(words=words)
-    except preflight.RefusedError as error:
+    except preflight.BuildRefusedError as error:
         assert [one.package for one in error.errors] == told
     else:
         assert told == []
@@ -136,7 +136,7 @@ def test_a_package_whose_package_xml_cannot_be_read_is_reported_once(workspace: 
     tags = manifest("needs", "<depend>lost</depend>")
     write(workspace / "src", {"needs/package.xml": tags, "needs/CMakeLists.txt": cmake})
 
-    with pytest.raises(preflight.RefusedError) as raised:
+    with pytest.raises(preflight.BuildRefusedError) as raised:
         approved("src/needs")
 
     assert [error.where for error in raised.value.errors] == ["src/lost/package.xml:2"]
@@ -174,7 +174,7 @@ def test_a_package_that_cannot_be_read_is_refused_with_those_that_need_it(
     write(workspace / "src", {"lost/package.xml": text})
     write(workspace / "src", python_package("needs", "<depend>lost</depend>"))
 
-    with pytest.raises(preflight.RefusedError) as raised:
+    with pytest.raises(preflight.BuildRefusedError) as raised:
         approved(*paths, words=words)
     packages, refused = approved(*paths, words=words, keep_going=True)
 

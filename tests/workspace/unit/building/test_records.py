@@ -12,7 +12,7 @@ from tests.workspace.unit.building.source_tree import interface_package, write
 def changes_after(package: sources.Package, root: Path, edit: Path) -> list[str]:
     """What is new to a record when this file gets another line."""
     place = Place(str(root), str(root / "src"))
-    setting = records.Setting(place, links=True, tools="", compiler="", options=())
+    setting = records.BuildSetting(place, links=True, tools="", compiler="", options=())
     last = {**records.make(package, setting, {}, None), "installed": []}
     edit.write_text(f"{edit.read_text()}# edited\n")
     return records.changes(last, records.make(package, setting, {}, last), place)

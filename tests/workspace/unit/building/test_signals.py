@@ -10,7 +10,7 @@ from launcher.workspace.building.colcon import signals
 
 
 def test_sighup_ends_a_build_unless_it_is_ignored_as_by_nohup():
-    with pytest.raises(signals.Terminated), signals.end_the_build():
+    with pytest.raises(signals.BuildTerminated), signals.end_the_build():
         signal.raise_signal(signal.SIGHUP)
 
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)

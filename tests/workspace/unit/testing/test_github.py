@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from launcher.workspace.testing import github
-from launcher.workspace.testing.results import Failure, Results
+from launcher.workspace.testing.results import FailedTest, Results
 
-FAILED = Failure("test_bad", "assert 1 == 2", "src/a/test/test_a.py:5")
+FAILED = FailedTest("test_bad", "assert 1 == 2", "src/a/test/test_a.py:5")
 JUDGED = {
     "a": (Results(passed=2, failed=1, failures=[FAILED]), "1 failed"),
     "b": (Results(passed=3), ""),

@@ -14,7 +14,7 @@ import zipfile
 import pytest
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.workspace.building.wheel.archive import Entry, timestamp, write
+from launcher.workspace.building.wheel.archive import WheelEntry, timestamp, write
 
 INFO = "p-1.0.dist-info"
 
@@ -24,10 +24,10 @@ def entries(tmp_path):
     program = tmp_path / "größe.py"
     program.write_text("print(1)\n")
     return [
-        Entry("p/größe.py", str(program)),
-        Entry(f"{INFO}/METADATA", b"Name: p\n"),
-        Entry("p-1.0.data/data/bin/p", b"#!/bin/sh\n", is_executable=True),
-        Entry("p/a,b.py", b""),
+        WheelEntry("p/größe.py", str(program)),
+        WheelEntry(f"{INFO}/METADATA", b"Name: p\n"),
+        WheelEntry("p-1.0.data/data/bin/p", b"#!/bin/sh\n", is_executable=True),
+        WheelEntry("p/a,b.py", b""),
     ]
 
 
@@ -84,7 +84,7 @@ def test_a_file_beyond_the_limit_of_32_bits(tmp_path, monkeypatch, is_file):
     (tmp_path / "big").write_bytes(data)
     write(
         str(tmp_path / "a.whl"),
-        [Entry("big", str(tmp_path / "big") if is_file else data)],
+        [WheelEntry("big", str(tmp_path / "big") if is_file else data)],
         INFO,
         timestamp(None),
     )
@@ -96,7 +96,7 @@ def test_a_file_that_cannot_be_read_leaves_nothing(tmp_path, entries):
     with pytest.raises(LauncherError, match="gone cannot be read: No such file"):
         write(
             str(tmp_path / "a.whl"),
-            [*entries, Entry("p/b", str(tmp_path / "gone"))],
+            [*entries, WheelEntry("p/b", str(tmp_path / "gone"))],
             INFO,
             timestamp(None),
         )
@@ -115,12 +115,12 @@ def test_a_full_disk_leaves_the_old_wheel(tmp_path, entries):
     old = target.read_bytes()
     program = f"""
 import signal, resource, os
-from launcher.workspace.building.wheel.archive import Entry, write
+from launcher.workspace.building.wheel.archive import WheelEntry, write
 from launcher.base.errors import LauncherError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
-    write({str(target)!r}, [Entry("p/big", os.urandom(10**6))], {INFO!r}, 315532800)
+    write({str(target)!r}, [WheelEntry("p/big", os.urandom(10**6))], {INFO!r}, 315532800)
 except LauncherError as error:
     print(error.message)
 """

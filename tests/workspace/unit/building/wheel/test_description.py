@@ -12,8 +12,8 @@ from launcher.packages.sources import MARKERS
 from launcher.packages.workspace import MARKER
 from launcher.workspace.building import sources
 from launcher.workspace.building.wheel import description, requirements
-from launcher.workspace.building.wheel.archive import Entry
-from launcher.workspace.building.wheel.contents import Contents
+from launcher.workspace.building.wheel.archive import WheelEntry
+from launcher.workspace.building.wheel.contents import WheelContents
 from launcher.workspace.building.wheel.requirements import (
     Installed,
     in_workspaces,
@@ -118,8 +118,8 @@ def test_installed_knows_the_wheels_of_ros():
 
 def test_metadata(package):
     fields = description.fields_of(package("stations"))
-    legal = [Entry("LICENSE", b"As you like.")]
-    contents = Contents((), (), "3.11", "[console_scripts]\n")
+    legal = [WheelEntry("LICENSE", b"As you like.")]
+    contents = WheelContents((), (), "3.11", "[console_scripts]\n")
     made = description.entries(fields, contents, "cp311-cp311-linux_x86_64", ["a==1"], legal)
     texts = {entry.name.partition("/")[2]: entry.read().decode() for entry in made}
     metadata = message_from_string(texts["METADATA"])
@@ -136,7 +136,7 @@ def test_metadata(package):
 
 def test_a_wheel_without_libraries_is_pure(package):
     fields = description.fields_of(package("stations"))
-    made = description.entries(fields, Contents((), ()), "py3-none-any", [], [])
+    made = description.entries(fields, WheelContents((), ()), "py3-none-any", [], [])
     texts = {entry.name.partition("/")[2]: entry.read().decode() for entry in made}
     assert "Root-Is-Purelib: true\n" in texts["WHEEL"]
     assert "Requires-Python" not in texts["METADATA"] and "entry_points.txt" not in texts

@@ -9,7 +9,7 @@ import subprocess
 import pytest
 from elftools.elf.elffile import ELFFile
 
-from launcher.workspace.building.wheel.archive import Entry
+from launcher.workspace.building.wheel.archive import WheelEntry
 from launcher.workspace.building.wheel.libraries import is_library, platform, read
 
 COMPILER = shutil.which("gcc")
@@ -23,7 +23,7 @@ def library(tmp_path):
         source.write_text(text)
         command = [COMPILER, "-shared", "-fPIC", str(source), "-o", str(target), *words]
         subprocess.run(command, check=True, timeout=60)
-        return Entry(f"lib/{name}", str(target))
+        return WheelEntry(f"lib/{name}", str(target))
 
     return make
 
@@ -57,7 +57,7 @@ def test_names(library):
     found = read(library("liba.so", "-Wl,--no-as-needed", needed.source), "lib")
     assert "libb.so.1" in found.needed and found.soname == "liba.so"
     assert read(needed, "lib").soname == "libb.so.1"
-    assert is_library(needed) and not is_library(Entry("a.py", b"print()"))
+    assert is_library(needed) and not is_library(WheelEntry("a.py", b"print()"))
 
 
 def test_a_library_of_this_machine_only(library):
