@@ -106,7 +106,7 @@ def split_at_dashes(words: Sequence[str]) -> tuple[list[str], list[str]]:
 
 HELP = option("-h, --help", "show this help")
 DEBUG = option("--debug", "show the traceback of an error")
-# Of every command of a shell, and in front of it. `commands.workspace_option` takes it out.
+# Of every command of a shell, and in front of it. `cli.workspace_option` takes it out.
 WORKSPACE = option(
     "--workspace DIR", "the colcon workspace, instead of that around the working directory"
 )

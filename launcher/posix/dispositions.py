@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Handler = Callable[[int, FrameType | None], object]
 else:
-    import _signal as signal  # see `engine.cleanup.watchdog`
+    import _signal as signal  # see `posix.cleanup.watchdog`
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 # Python ignores these, and what is exec'd would do so, too.

@@ -215,6 +215,19 @@ ROWS = (
         ),
     ),
     Row(
+        "launcher.run.quiet_limit:QuietLimit",
+        When.FIRST,
+        lambda run: run.options.stop_after_quiet_s is not None,
+        options=(
+            option(
+                "--stop-after-quiet SECONDS",
+                "end the run when its processes have written nothing for so long",
+                positive_seconds,
+                name="stop_after_quiet_s",
+            ),
+        ),
+    ),
+    Row(
         "launcher.run.monitor.enforcement:BudgetEnforcement",
         When.FIRST,
         lambda run: run.options.has_budgets,

@@ -21,12 +21,13 @@ class RunOptions(Record):
     words in front of the command), of which the last that matches counts. `log_levels` are
     (pattern, (logger or nothing, level)). `stagger_s` is the least time between two starts,
     `max_starting` how many processes may be starting at the same time (None: any number). The run
-    ends when a process that matches `required` exits, after `timeout_s`, or with
-    `exit_when_any_dies` after the first failure without a restart. `budgets` are limits on
-    resources (see `budget_parser`), as are `file_budgets`, of supervision files; `start_rules` are
-    the StartRules of these (see `supervision`), `file_names` the names of processes in them, each
+    ends when a process that matches `required` exits, after `timeout_s`, after
+    `stop_after_quiet_s` without a line, or with `exit_when_any_dies` after the first failure
+    without a restart. `budgets` are limits on resources (see `budget_parser`), as are
+    `file_budgets`, of supervision files; `start_rules` are the StartRules of these (see
+    `supervision`), `file_names` the names of processes in them, each
     with its place, and `settings_beside` says whether to look for one beside the launch file.
-    `format` is the form of lines on the screen (see `engine.output.line_format`). `control`: open
+    `format` is the form of lines on the screen (see `output.line_format`). `control`: open
     the control socket; `ros`: publish the state of the run in ROS. `hosts` is the path of a hosts
     file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
     used. `record`: `flight` or `all`, with the bounds `record_keep` (seconds, bytes) and the
@@ -46,6 +47,7 @@ class RunOptions(Record):
     compose: tuple[str, ...] = ()
     exit_when_any_dies: bool = False
     timeout_s: float | None = None
+    stop_after_quiet_s: float | None = None
     format: str = "default"
     log_files: bool = True
     control: bool = True

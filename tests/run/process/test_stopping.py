@@ -77,6 +77,7 @@ DYING = 'sh("sleep 0.3; exit 1", name="dying")'
     ("words", "told", "code"),
     [
         (["--timeout", "0.5"], "timeout of 0.5 s reached", 0),
+        (["--stop-after-quiet", "0.5"], "no output for 0.5 s", 0),
         (["--required", "dying"], "dying-2 is required and has exited", 1),
         (["--exit-when-any-dies"], "dying-2 died", 1),
     ],
@@ -89,6 +90,15 @@ def test_nothing_more_starts_whatever_ends_the_run(
     assert f"told: {told}\n" in done.stdout.decode()
     assert b"next" not in done.stdout
     assert bench.survivors() == []
+
+
+@pytest.mark.thorough
+def test_each_line_begins_the_time_of_a_quiet_run_again(bench: Bench):
+    busy = "for i in $(seq 50); do echo line; sleep 0.1; done; exec sleep 60"
+    done = bench.run(f'sh("{busy}")', "--stop-after-quiet", "4")
+    assert done.returncode == 0
+    assert done.stdout.count(b"line\n") == 50
+    assert b"ended by: no output for 4 s" in done.stdout
 
 
 def test_nothing_more_starts_when_a_person_ends_the_run(bench: Bench):
