@@ -1,5 +1,6 @@
 """Install the fleet: with colcon (ament_python) as well as with pip."""
 
+import os
 import sys
 from glob import glob
 
@@ -18,7 +19,10 @@ NODES = [
 ]
 # colcon puts console scripts into lib/group_gp1 (setup.cfg). pip would put them on PATH, where
 # `robot` hides that of Robot Framework: there the launcher alone finds them.
-BY_PIP = {"bdist_wheel", "dist_info", "editable_wheel"}.intersection(sys.argv)
+# pip says to setuptools by this variable, or by its newer name, what it builds with.
+BY_PIP = bool({"PEP517_BUILD_BACKEND", "_PYPROJECT_HOOKS_BUILD_BACKEND"} & os.environ.keys()) or (
+    bool({"bdist_wheel", "dist_info", "editable_wheel"}.intersection(sys.argv))
+)
 
 setup(
     name=PACKAGE,

@@ -59,7 +59,7 @@ class Row(Record):
 
 
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
-prepared_hosts = lazy("launcher.hosts.launching.preparation:Preparation")
+prepared_hosts = lazy("launcher.hosts.launching.preparation:HostsPreparation")
 planned_hosts = lazy("launcher.hosts.launching.planned:PlannedHosts")
 open_node = lazy("launcher.ros.helpers.spinning_node:SpinningNode")
 COMPOSED = "launcher.ros.composed"

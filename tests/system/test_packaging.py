@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from launcher import __version__, packages
+from launcher import __version__
+from launcher.packages import finder
 from tests.support.repository import REPOSITORY
 from tests.system.conftest import LONG_STOP_WORDS, World
 
@@ -57,7 +58,7 @@ def test_only_the_launcher_is_on_path():
 def test_programs_that_are_not_on_path_are_found():
     nodes = {"debug_logger", "dispatcher", "monitor", "qos_probe"}
     nodes |= {"robot", "robot_1", "robot_2", "robot_3"}
-    assert set(packages.executables("group_gp1", os.environ)) == nodes
+    assert set(finder.executables("group_gp1", os.environ)) == nodes
 
 
 def test_the_launcher_names_no_package_of_the_fleet():

@@ -54,9 +54,11 @@ WALL_CLOCK_READERS = {
     "line_format",
     "link",
     "reload",
+    "run",  # when it has begun
     "run_directory",
     "process_driver",
     "shared_memory",
+    "warm",
     "watching",
 }
 
