@@ -37,7 +37,7 @@ class WebPage(Part):
         self._process = self._new_process()
 
     def _new_process(self) -> ClientProcess:
-        return ClientProcess(
+        process = ClientProcess(
             self.run,
             (MODULE,),
             name="the server of the page",
@@ -45,8 +45,9 @@ class WebPage(Part):
             goodbye_s=GOODBYE_S,
             on_line=self._heard,
             on_exit=self._died,
-            greeting=strict_json.packed(self._settings).encode(),
         )
+        process.greeting = strict_json.packed(self._settings).encode()
+        return process
 
     def _show(self, text: str) -> None:
         self.run.screen.log("INFO", "launch", text)

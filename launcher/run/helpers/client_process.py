@@ -47,7 +47,6 @@ class ClientProcess:
         goodbye_s: float,
         on_line: Callable[[bytes], None] | None = None,
         on_exit: Callable[[bool], object] = lambda is_restarted: None,
-        greeting: bytes | None = None,
     ) -> None:
         self._run = run
         self._reactor = run.reactor
@@ -57,7 +56,7 @@ class ClientProcess:
         self._goodbye_s = goodbye_s
         self._on_line = on_line
         self._on_exit = on_exit
-        self.greeting = greeting
+        self.greeting: bytes | None = None
         self._output = b""
         # Without the run id: it exits by itself when we do.
         self._env = {name: value for name, value in run.env.items() if name != RUN_ID_VARIABLE}
