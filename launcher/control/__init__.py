@@ -19,5 +19,5 @@ Doors:
 `socket_part` and `console_process` are the parts of a run that open these. Verbs of other parts
 come from `launcher.run.parts`.
 
-Folder: `console/` is the prompt and the status bar, a process of its own.
+Folder: `console/` is the prompt and the status bar, a separate process.
 """

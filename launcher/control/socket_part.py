@@ -10,8 +10,7 @@ from launcher.control.service import Service
 from launcher.posix import socket_directory
 from launcher.posix.socket_directory import ControlError
 from launcher.run.output.screen_filters import ScreenFilters
-from launcher.run.part import Part
-from launcher.run.parts import When
+from launcher.run.part import Part, When
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ Doors:
 * `agent/`: `launcher agent`, the engine on a host without systemd.
 * `check/` and `sync/`: `hosts check` and `hosts sync`. `verbs/`: these, `attach` and `agent`.
 * `discovery`: the variables with which nodes on several hosts find each other; `discovery_server`:
-  a program of its own that becomes Fast DDS's.
+  a separate program that becomes Fast DDS's.
 * `ssh`: command lines of OpenSSH; `failures`: what its messages mean; `session`: one command on a
   host. `unit`: the settings of systemd units, for runs and for export. `identity`: what launchers
   on two hosts compare.

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from launcher.base.errors import UsageError
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.base.model.options import RunOptions
     from launcher.run.run import Run
 
 GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
+
+
+def check(options: RunOptions) -> None:
+    """UsageError without the control socket."""
+    if not options.control:
+        raise UsageError("--ros needs the control socket and excludes --no-control")
 
 
 class RosBridge(Part):

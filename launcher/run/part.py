@@ -6,6 +6,12 @@ verbs it brings. Nothing else in a run knows it.
 
 from __future__ import annotations
 
+import enum
+
+from launcher.base.command_line import Option
+from launcher.base.model.record import Record
+from launcher.base.run_verb import Verb
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -170,3 +176,31 @@ class StartStage(Part):
     def awaits_preparation(self, process: Process) -> bool:
         """Whether that has to wait for a preparation."""
         return False
+
+
+class When(enum.Enum):
+    """When a part is made that is wanted: before the first start, after the static part of the
+    launch file, or when there is a control socket. Others are made when they are asked for.
+    """
+
+    FIRST = enum.auto()
+    BEGUN = enum.auto()
+    SERVED = enum.auto()
+
+
+class PartRow(Record):
+    """A part, as `module:Class`.
+
+    `wanted` says whether a run has it `when` that is, `delay_s` later; modules that its `imports`
+    name are imported before, one at a time, so that a line of a process waits for one at most.
+    `options` are those of a command line; with one of them, `check` is called with all.
+    """
+
+    part: str
+    when: When = When.BEGUN
+    wanted: Callable[[Run], object] | None = None
+    delay_s: float = 0.0
+    imports: tuple[str, ...] = ()
+    options: tuple[Option, ...] = ()
+    check: str = ""
+    verbs: tuple[Verb, ...] = ()

@@ -1,62 +1,14 @@
-"""The table of the parts of a run, and the parts that one run has."""
+"""The table of the parts that a run may have, with their options and verbs."""
 
 from __future__ import annotations
 
-import enum
-import functools
 import os
 
 from launcher.base.by_name import lazy, load
 from launcher.base.command_line import Option, count, option, positive_seconds, seconds
-from launcher.base.errors import UsageError
 from launcher.base.model.options import RunOptions
-from launcher.base.model.record import Record
 from launcher.base.run_verb import Verb
-from launcher.run.part import Part, StartStage
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from typing import TypeVar
-
-    from launcher.run.run import Run
-
-    P = TypeVar("P", bound=Part)
-
-
-def _discovery(word: str) -> str:
-    if word not in DISCOVERY_MODES:
-        raise ValueError(f"'{word}' is not one of {', '.join(DISCOVERY_MODES)}")
-    return word
-
-
-class When(enum.Enum):
-    """When a part is made that is wanted: before the first start, after the static part of the
-    launch file, or when there is a control socket. Others are made when they are asked for.
-    """
-
-    FIRST = enum.auto()
-    BEGUN = enum.auto()
-    SERVED = enum.auto()
-
-
-class Row(Record):
-    """A part, as `module:Class`.
-
-    `wanted` says whether a run has it `when` that is, `delay_s` later; modules that its `imports`
-    name are imported before, one at a time, so that a line of a process waits for one at most.
-    `options` are those of a command line; with one of them, `check` is called with all.
-    """
-
-    part: str
-    when: When = When.BEGUN
-    wanted: Callable[[Run], object] | None = None
-    delay_s: float = 0.0
-    imports: tuple[str, ...] = ()
-    options: tuple[Option, ...] = ()
-    check: str = ""
-    verbs: tuple[Verb, ...] = ()
-
+from launcher.run.part import PartRow, When
 
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
 prepared_hosts = lazy("launcher.hosts.launching.preparation:HostsPreparation")
@@ -91,19 +43,19 @@ RECORDING = (
         "--record[=all]",
         "keep the last messages of all topics in memory, and write them with logs and events when "
         "a process dies, and at `snapshot`; all: write every message into the folder of the run",
-        lazy("launcher.bag.recording:parse_mode"),
+        lazy("launcher.bag.flight.recording:parse_mode"),
         repeat="once",
     ),
     option(
         "--record-keep 60s,256M",
         "how long --record keeps messages, and how much memory they may take",
-        lazy("launcher.bag.recording:parse_keep"),
+        lazy("launcher.bag.flight.recording:parse_keep"),
         repeat="once",
     ),
     option(
         "--record-topics REGEX",
         "record only topics whose names it matches",
-        lazy("launcher.bag.recording:parse_topics"),
+        lazy("launcher.bag.flight.recording:parse_topics"),
     ),
 )
 
@@ -143,8 +95,8 @@ STATE = option("STATE", "on or off")
 
 # In the order in which parts hear of events; they are closed in the opposite one.
 ROWS = (
-    Row("launcher.run.monitor.housekeeping:Housekeeping", wanted=lambda run: True),
-    Row(
+    PartRow("launcher.run.monitor.housekeeping:Housekeeping", wanted=lambda run: True),
+    PartRow(
         "launcher.hosts.engine.fleet:Fleet",
         When.FIRST,
         lambda run: run.launched.hosts is not None,
@@ -155,8 +107,8 @@ ROWS = (
             SKIP_HOST,
             option(
                 "--discovery MODE",
-                "how the nodes of several hosts find each other: multicast, peers or server",
-                _discovery,
+                "how the nodes of several hosts find each other",
+                choices=DISCOVERY_MODES,
                 repeat="once",
             ),
         ),
@@ -168,14 +120,14 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.compose.members:ComposedMembers",
         When.FIRST,
         lambda run: run.options.compose,
         options=(COMPOSE,),
     ),
-    Row("launcher.run.ready.gate:ReadyGate", When.FIRST, lambda run: run.options.start_rules),
-    Row(
+    PartRow("launcher.run.ready.gate:ReadyGate", When.FIRST, lambda run: run.options.start_rules),
+    PartRow(
         "launcher.run.starts.pacing:StartPacing",
         When.FIRST,
         lambda run: run.options.stagger_s > 0 or run.options.max_starting is not None,
@@ -190,7 +142,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.starts.warm:WarmStarts",
         When.FIRST,
         lambda run: run.options.warm is not False,
@@ -204,8 +156,8 @@ ROWS = (
             option("--cold", "start no process warm", name="warm", value=False),
         ),
     ),
-    Row(
-        "launcher.run.time_limit:TimeLimit",
+    PartRow(
+        "launcher.run.run_timeout:RunTimeout",
         When.FIRST,
         lambda run: run.options.timeout_s is not None,
         options=(
@@ -214,7 +166,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.quiet_limit:QuietLimit",
         When.FIRST,
         lambda run: run.options.stop_after_quiet_s is not None,
@@ -227,7 +179,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.monitor.enforcement:BudgetEnforcement",
         When.FIRST,
         lambda run: run.options.has_budgets,
@@ -240,13 +192,13 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.plan_file:PlanFile",
         When.FIRST,
         lambda run: run.log_dir is not None or run.options.name_processes,
     ),
-    Row("launcher.run.requests.process_control:ProcessControl"),
-    Row(
+    PartRow("launcher.run.requests.process_control:ProcessControl"),
+    PartRow(
         "launcher.run.helpers.parameter_checks:ParameterChecks",
         wanted=lambda run: run.options.check_parameters,
         options=(
@@ -258,7 +210,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.reload.reload:Reloader",
         verbs=(
             Verb(
@@ -270,7 +222,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.watch.watching:Watching",
         wanted=lambda run: run.options.watch,
         delay_s=0.05,
@@ -292,7 +244,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.monitor.responsiveness:Responsiveness",
         wanted=lambda run: run.options.responsive,
         delay_s=2.0,  # nodes are starting before, and cannot be late
@@ -304,7 +256,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.stacks.stacks:Stacks",
         verbs=(
             Verb(
@@ -337,7 +289,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.run.helpers.logger_levels:LoggerLevels",
         verbs=(
             Verb(
@@ -351,7 +303,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.web.web_page:WebPage",
         When.SERVED,
         lambda run: run.options.web,
@@ -372,7 +324,7 @@ ROWS = (
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.control.socket_part:ControlSocket",
         wanted=lambda run: run.options.control,
         delay_s=0.05,
@@ -386,22 +338,22 @@ ROWS = (
             ),
         ),
     ),
-    Row(
-        "launcher.bag.flight_recorder:FlightRecorder",
+    PartRow(
+        "launcher.bag.flight.flight_recorder:FlightRecorderProcess",
         When.SERVED,
         lambda run: run.options.record is not None,
         options=RECORDING,
-        check="launcher.bag.recording:check",
+        check="launcher.bag.flight.recording:check",
         verbs=(
             Verb(
                 "snapshot [REASON]",
                 "write the last messages, logs and events of a run with --record",
                 (option("REASON", "why, for the index of the snapshot"),),
-                serve="launcher.bag.snapshot_verb:serve",
+                serve="launcher.bag.flight.snapshot_verb:serve",
             ),
         ),
     ),
-    Row(
+    PartRow(
         "launcher.ros.bridge_process:RosBridge",
         When.SERVED,
         lambda run: run.options.ros,
@@ -412,9 +364,9 @@ ROWS = (
                 "stop and restart processes, for rqt and Foxglove",
             ),
         ),
-        check="launcher.run.parts:check_bridge",
+        check="launcher.ros.bridge_process:check",
     ),
-    Row(
+    PartRow(
         "launcher.control.console_process:ConsoleProcess",
         When.SERVED,
         lambda run: run.options.console and run.screen.is_tty and os.isatty(0),
@@ -426,14 +378,7 @@ ROWS = (
         ),
     ),
 )
-_RANKS = {row.part: rank for rank, row in enumerate(ROWS)}
 PART_OPTIONS = tuple(option for row in ROWS for option in row.options)
-
-
-def check_bridge(options: RunOptions) -> None:
-    """UsageError without the control socket."""
-    if not options.control:
-        raise UsageError("--ros needs the control socket and excludes --no-control")
 
 
 def check_options(options: RunOptions) -> None:
@@ -443,58 +388,3 @@ def check_options(options: RunOptions) -> None:
             getattr(options, one.name) != getattr(RunOptions, one.name) for one in row.options
         ):
             load(row.check)(options)
-
-
-class Parts:
-    """The parts of one run, in the order of the table."""
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-        self._parts: tuple[Part, ...] = ()
-        self.stages: Sequence[StartStage] = ()
-
-    def __iter__(self) -> Iterator[Part]:
-        return iter(self._parts)
-
-    def find(self, kind: type[P]) -> P | None:
-        """The part of this class, if it was made."""
-        return next((part for part in self._parts if type(part) is kind), None)
-
-    def need(self, kind: type[P]) -> P:
-        """The part of this class, which is made with the first request."""
-        found = self.find(kind)
-        if found is not None:
-            return found
-        part = kind(self._run)
-        self._parts = tuple(sorted((*self._parts, part), key=_rank))
-        self.stages = [one for one in self._parts if isinstance(one, StartStage)]
-        return part
-
-    def _wanted(self, when: When) -> list[Row]:
-        rows = (row for row in ROWS if row.when is when)
-        return [row for row in rows if row.wanted is not None and row.wanted(self._run)]
-
-    def make_first(self) -> None:
-        """Make the parts that are wanted before the first start; UsageError."""
-        for row in self._wanted(When.FIRST):
-            self.need(load(row.part))
-
-    def begin(self, when: When) -> None:
-        """Make those that are wanted from then on, in idle moments."""
-        for row in self._wanted(when):
-            begin = functools.partial(self._begin, row)
-            if row.delay_s:
-                self._run.reactor.call_later(row.delay_s, begin)
-            else:
-                begin()
-
-    def _begin(self, row: Row) -> None:
-        when_idle = self._run.reactor.when_idle
-        for name in row.imports:
-            when_idle(functools.partial(__import__, name))
-        when_idle(lambda: self.need(load(row.part)).begin())
-
-
-def _rank(part: Part) -> int:
-    kind = type(part)
-    return _RANKS[f"{kind.__module__}:{kind.__qualname__}"]

@@ -13,10 +13,9 @@ from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.run.core_driver import CoreDriver
 from launcher.run.logs.run_log import RunLog
 from launcher.run.output.reader import OutputReader
-from launcher.run.parts import Parts
 from launcher.run.process_driver import ProcessDriver
-from launcher.run.starts.spawner import Spawner
-from launcher.run.starts.starts import Starts
+from launcher.run.run_parts import RunParts
+from launcher.run.starts.starts import Spawner, Starts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -98,7 +97,7 @@ class Run:
         )
         self.spawner = Spawner(self)
         self.starts = Starts(self)
-        self.parts = Parts(self)
+        self.parts = RunParts(self)
         self.parts.make_first()
         drivers = (part.driver() for part in self.parts)
         self.driver = next(filter(None, drivers), None) or ProcessDriver(self)

@@ -10,7 +10,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.run_events import Finished
 from launcher.posix import dispositions
 from launcher.posix.spawn import set_close_on_exec, terminal_size_beside
-from launcher.run.parts import When
+from launcher.run.part import When
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Smoke tests of launch files: start a system, observe it from outside, stop it, judge.
 
-May import the core, `bag`, `hosts`, `ros`, `web` and `workspace`. Never imports rclpy: a process
-of its own observes ROS (`launcher.ros.probe`).
+May import the core, `bag`, `hosts`, `ros`, `web` and `workspace`. Never imports rclpy: a separate
+process observes ROS (`launcher.ros.probe`).
 
 Doors: `verb` (`smoke`); `System` and `NotSeenError`, for tests in Python; `pytest_plugin`, with
 the fixture `launched_system`.
@@ -13,7 +13,7 @@ Folders, in the order of a run:
   `sum(range(10**12))`. The kernel ends it when smoke has ended, even in the middle of a
   computation.
 * `preflight/`: finds impossible expectations before anything is started.
-* `run/`: a command, its runs, and the systems that they launch, each in a domain of its own.
+* `run/`: a command, its runs, and the systems that they launch, each in a separate domain.
 * `observe/`: records facts, from the control socket, log files and the probe; `recording` is a
   bag, for the expectation `like`, which compares it with another one.
 * `judges/`: pure functions (expectation, facts) -> verdict.

@@ -1,7 +1,7 @@
 """The flight recorder of a run: `python -m launcher.bag.ros.flight SETTINGS`, by `--record`.
 
 It keeps the last messages of all topics in memory, and writes them with logs and events when a
-process has died unasked or when it is told to. SETTINGS is JSON (see `FlightSettings`). It reads
+process has died unasked or when it is requested. SETTINGS is JSON (see `FlightSettings`). It reads
 lines of JSON on stdin, `{"snapshot": REASON, "id": NUMBER}` and `{"end": true}`, and writes
 lines to stdout: `{"snapshot": PATH}` or `{"error": TEXT}`, with the ids of the requests that it
 answers as `asked`; `{"note": TEXT}` is for the launcher's log. The end of stdin without `end` is

@@ -1,4 +1,4 @@
-"""`launcher agent`: the process on a host that runs what a launcher elsewhere tells it to.
+"""`launcher agent`: the process on a host that runs what a launcher elsewhere requests.
 
 It is our engine with watchdog, control group and sweep: `workload` has the processes, by the parts
 of `launcher.run`; all are started cold. `forwarder` sends output in blocks, `run_log` what the

@@ -31,7 +31,7 @@ class Placed(Protocol):
     ) -> dict[str, Any]: ...
 
 
-class Places(Protocol):
+class PlanPlaces(Protocol):
     """The hosts of a plan, or how its nodes find each other."""
 
     # Find the places of its processes; before the rest is asked for.

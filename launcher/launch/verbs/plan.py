@@ -35,7 +35,7 @@ from launcher.run.parts import COMPOSE, DISCOVERY, SKIP_HOST, planned_hosts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.launch.plan.place import Places
+    from launcher.launch.plan.place import PlanPlaces
     from launcher.launch.plan.planner import Plan
 
 _HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
@@ -271,7 +271,7 @@ def mistakes_of(plan: Plan, request: LaunchRequest) -> list[LauncherError]:
 def _show_document(
     plan: Plan,
     errors: Sequence[LauncherError],
-    places: Places | None = None,
+    places: PlanPlaces | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
@@ -289,7 +289,7 @@ def _show_document(
 
 def _show_tree(
     plan: Plan,
-    places: Places | None = None,
+    places: PlanPlaces | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
     from launcher.launch.plan.command_line import ParameterFileWriter
@@ -305,7 +305,7 @@ def _show_tree(
     print_text("\n".join(lines))
 
 
-def _warnings(plan: Plan, places: Places | None) -> list[str]:
+def _warnings(plan: Plan, places: PlanPlaces | None) -> list[str]:
     lines = [surprise.render() for surprise in plan.warnings]
     lines += () if places is None else places.warnings
     lines += [f"warning: {message}" for message in _programs(plan, places)]
@@ -313,7 +313,7 @@ def _warnings(plan: Plan, places: Places | None) -> list[str]:
     return [*lines, f"warning: {plan.empty_run}"] if plan.empty_run else lines
 
 
-def _programs(plan: Plan, places: Places | None) -> list[str]:
+def _programs(plan: Plan, places: PlanPlaces | None) -> list[str]:
     """About programs of this machine that cannot be executed now."""
     from launcher.launch.programs import program_warnings
 
@@ -324,7 +324,7 @@ def _programs(plan: Plan, places: Places | None) -> list[str]:
     return program_warnings(spec for spec, one in placed if one.is_here)
 
 
-def _crowds(plan: Plan, places: Places | None) -> list[str]:
+def _crowds(plan: Plan, places: PlanPlaces | None) -> list[str]:
     """About nodes on this machine."""
     from launcher.launch.crowds import crowds, of_run
 

@@ -1,4 +1,4 @@
-"""The ROS side of a run, in a process of its own: `python -m launcher.ros.helpers.agent`.
+"""The ROS side of a run, in a separate process: `python -m launcher.ros.helpers.agent`.
 
 It reads requests from standard input and answers on standard output, a JSON object a line, and
 ends with its input. It keeps rclpy out of the supervisor, its client.

@@ -1,4 +1,4 @@
-"""A process that tells a run which facts of the ROS graph hold: `python -m launcher.ros.ready`.
+"""A process that reports which facts of the ROS graph hold: `python -m launcher.ros.ready`.
 
 It looks by discovery messages (`views`), and with rclpy only where a fact needs a node (`calls`);
 `facts` are what it may be asked. `introductions` makes participants that have been found known to

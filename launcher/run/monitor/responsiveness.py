@@ -1,4 +1,4 @@
-"""Which nodes do not answer, as a helper process tells (`run.helpers.responsiveness`).
+"""Which nodes do not answer, as a helper process reports (`run.helpers.responsiveness`).
 
 It is running while somebody looks (`top`), or during the whole run with `--responsive`, one for
 each ROS domain: it takes 30 MB and a participant in the domain.

@@ -8,7 +8,7 @@ descriptors.
 In the preparing process: `preparing` is its script, `service` its loop; `scan` finds what to
 import, `preparation` imports it and finds what is no good for a fork, `freshness` what has changed
 on disk since, `heap` keeps its pages shared. `forking` and `tracing` make a process; `child`,
-`title` and `program` make of it what an executed one would be. `stack_answer` tells what its
+`title` and `program` make of it what an executed one would be. `stack_answer` reports what its
 threads are doing, where py-spy cannot.
 
 A request goes through a Unix socket with SCM_RIGHTS (`wire`).

@@ -9,7 +9,7 @@
 * `toolchain/` has the compiler and the environment of colcon, and CMake files that correct the
   imported targets of the wheels and make libraries relocatable; `extra` is the extra of pip that
   brings it.
-* `colcon/` runs colcon in a process of its own, which passes on its events and kills its compilers
+* `colcon/` runs colcon in a separate process, which passes on its events and kills its compilers
   if the launcher dies; `explain/` says why a package failed.
 * `create/` has the templates of `pkg create`, `wheel/` the verb `wheel`.
 """

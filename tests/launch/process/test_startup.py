@@ -134,6 +134,20 @@ def test_a_run_without_python_nodes_imports_nothing_for_warm_starts(tmp_path: Pa
     assert [name for name in modules if name.startswith("launcher.run.warm")] == []
 
 
+# Reports who imports one of the LARGE modules, on standard error.
+WATCHED = """
+import sys, traceback
+
+class Watch:
+    def find_spec(self, name, path=None, target=None):
+        if name in %r:
+            print("LARGE:", name, *traceback.format_stack(), file=sys.stderr)
+
+sys.meta_path.insert(0, Watch())
+"""
+LARGE = {"hashlib", "random", "shutil", "tempfile", "psutil", "subprocess"}
+
+
 def test_an_idle_run_imports_nothing_large(tmp_path: Path):
     """With all that follows the start: control socket, samples, log files, plan, summary."""
     file = tmp_path / "one.launch.py"
@@ -141,14 +155,19 @@ def test_an_idle_run_imports_nothing_large(tmp_path: Path):
     command = ["sh", "-c", f"until {sampled}; do sleep 0.1; done"]
     file.write_text(LAUNCH_FILE.replace('["/bin/true"]', repr(command)), encoding="utf-8")
     env = {**os.environ, "PYTHONPATH": str(REPOSITORY), "ROS_LOG_DIR": str(tmp_path / "log")}
-    command = [sys.executable, "-S", "-c", TELL_AT_THE_END.replace(', "--no-log-files"', "")]
+    code = WATCHED % LARGE + TELL_AT_THE_END.replace(', "--no-log-files"', "")
     done = subprocess.run(
-        [*command, str(file)], env=env, capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-S", "-c", code, str(file)],
+        env=env,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
     )
     modules = set(done.stderr.splitlines()[-1].split())
     assert {"launcher.control.service", "launcher.run.monitor.resources"} <= modules
     assert "launcher.launch.run_plan" in modules
-    assert modules & {"hashlib", "random", "shutil", "tempfile", "psutil", "subprocess"} == set()
+    assert modules & LARGE == set(), done.stderr
 
 
 def test_the_watchdog_imports_little():

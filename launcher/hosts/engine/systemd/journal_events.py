@@ -277,7 +277,7 @@ class Owners:
 
     def started(self, process_id: int, pid: int) -> None:
         if self._owners.get(pid) == process_id:
-            return  # it is told twice
+            return  # it is reported twice
         starts = self._starts.setdefault(process_id, deque())
         starts.append(set())
         if len(starts) > GENERATIONS:

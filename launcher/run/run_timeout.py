@@ -5,7 +5,7 @@ from __future__ import annotations
 from launcher.run.part import Part
 
 
-class TimeLimit(Part):
+class RunTimeout(Part):
     """The time counts from the start of the launch file."""
 
     def settled(self) -> None:

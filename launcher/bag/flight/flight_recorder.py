@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 
-from launcher.bag.recording import settings_of
+from launcher.bag.flight.recording import settings_of
 from launcher.base import strict_json
 from launcher.base.model.run_events import SnapshotWritten
 from launcher.run.helpers.client_process import ClientProcess
@@ -23,7 +23,7 @@ MODULE = "launcher.bag.ros.flight"
 Done = Callable[["dict[str, Any]"], None]
 
 
-class FlightRecorder(Part):
+class FlightRecorderProcess(Part):
     """Starts it as the options say, and passes on requests and answers."""
 
     def __init__(self, run: Run) -> None:

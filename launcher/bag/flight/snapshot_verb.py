@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from launcher.bag.flight_recorder import FlightRecorder
+from launcher.bag.flight.flight_recorder import FlightRecorderProcess
 from launcher.base.run_verb import BadCallError
 
 TYPE_CHECKING = False
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def serve(request: VerbRequest) -> None:
     """Answer with the path when it is written; BadCallError."""
-    recorder, exchange = request.run.parts.find(FlightRecorder), request.exchange
+    recorder, exchange = request.run.parts.find(FlightRecorderProcess), request.exchange
     if recorder is None:
         hint = "start the run with --record"
         raise BadCallError("wrong-state", "this run is not recorded", hint)

@@ -1,0 +1,1 @@
+"""The flight recorder of a run (`--record`): its options, its process, and the verb `snapshot`."""
