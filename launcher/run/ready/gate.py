@@ -66,11 +66,12 @@ class ReadyGate(StartStage):
 
     def follow(self, before: RunOptions) -> None:
         """Other rules may hold from now on."""
-        if not before.start_rules:
-            for process in self.run.processes:
+        if self.run.options.start_rules == before.start_rules:
+            return
+        self._follow(self.run.options.start_rules)
+        for process in self.run.processes:
+            if process.name not in self._processes:  # from before there were rules
                 self._join(process)
-        elif before.start_rules != self.run.options.start_rules:
-            self._follow(self.run.options.start_rules)
 
     def _follow(self, rules: Sequence[StartRule]) -> None:
         before = {name: self._order[name].facts for name in self._processes}

@@ -53,6 +53,21 @@ def test_policies_and_rules_apply_to_running_processes(control_bench: ControlBen
         assert run.row("server")["ready"] is None
 
 
+def test_rules_that_were_removed_can_come_back(control_bench: ControlBench, supervise):
+    rules = "server: {ready_when: {log: is ready}}\nworker: {after: server}\n"
+    supervise(rules)
+    with control_bench.launch(TWO) as run:
+        wait_until(lambda: run.row("worker")["state"] == "RUNNING", "the worker, which has waited")
+        before = pids(run)
+        for text, ready in (("{}", None), (rules, True), ("{}", None), (rules, True)):
+            supervise(text)
+            run.ask("reload")
+            assert run.row("server")["ready"] is ready
+        assert pids(run) == before
+        run.ask("restart", "server")
+        wait_until(lambda: run.row("server")["ready"], "the restarted server is ready")
+
+
 def test_new_processes_wait_for_those_from_before_there_were_rules(
     control_bench: ControlBench, supervise
 ):
