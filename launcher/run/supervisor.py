@@ -124,6 +124,8 @@ class Supervisor:
     # ---- the end
 
     def _clean_up(self, *, is_orderly: bool) -> None:
+        from launcher.run.monitor.housekeeping import Housekeeping
+
         run = self._run
         for process in run.all_processes.values():
             if process.child is not None:
@@ -131,7 +133,7 @@ class Supervisor:
                 process.child.signal_group(signal.SIGKILL)
             run.driver.release(process)
         run.shutdown.end_helpers()
-        run.housekeeper.note_deaths()  # makes it if the run was too short
+        run.parts.need(Housekeeping)  # a short run may have none yet
         for part in run.parts:
             part.conclude(is_orderly=is_orderly)
         run.watchdog.close()

@@ -1,0 +1,1 @@
+"""The verb `debug`: starts a process under debugpy."""

@@ -1,6 +1,17 @@
-"""The engine's side of the helper processes: console, ROS agent, ROS bridge, page and others.
+"""The side of a run of its helper processes.
 
-Each is started only when it is needed, is spoken to by lines of JSON, and nothing waits for it.
+Each is started only when it is needed, speaks lines of JSON, and nothing waits for it. On their
+side these have a separate descriptor, since Fast DDS prints to standard output.
+
+* `ros_agent` (`launcher.ros.helpers.agent`): lifecycle transitions, components, and the timers on
+  the ROS clock of a simulation. `launcher.run.ros_requests` answers requests whose node has exited.
+* `parameter_check`: compares parameters with what nodes declare. `logger_levels`: the verb
+  `loglevel`. `responsiveness`: asks nodes once a second whether they answer. `graph_facts`
+  (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a fact needs a node.
+* `file_watcher` (`launcher.run.watch`): which processes have loaded a file that has changed.
+* `client_process`: programs that are clients of the control socket, and outlive a killed launcher:
+  the bridge (`--ros`), the flight recorder (`--record`), the server of the page (`--web`).
+
 The console gets the launcher's output through a pipe once it is ready; until then the supervisor
 writes to the terminal. It is in the launcher's process group, so that Ctrl-Z and `fg` apply to
 both, and does not have the run's id: it outlives a killed launcher long enough to restore the

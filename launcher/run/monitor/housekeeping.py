@@ -77,11 +77,6 @@ class Housekeeper:
         """Free the shared memory of this helper process, too."""
         self._ledger.helper_pids.add(pid)
 
-    def note_deaths(self) -> None:
-        """Look at ends that may have been before this was imported."""
-        for process in self._processes:
-            self.ended(process)
-
     def ended(self, process: Process) -> None:
         """Free what it has left of shared memory, if its end was a death."""
         code = None if process.last_end is None else process.last_end.outcome.returncode
@@ -190,6 +185,8 @@ class Housekeeping(Part):
             more=self._more,
             on_samples=self._sampled,
         )
+        for process in run.all_processes.values():
+            self.keeper.ended(process)  # it may have, before this was imported
 
     def _more(self) -> dict[str, Sample]:
         return {name: one for part in self.run.parts for name, one in part.samples().items()}
@@ -199,7 +196,6 @@ class Housekeeping(Part):
             part.sampled(samples, processes)
 
     def begin(self) -> None:
-        self.keeper.note_deaths()
         self.keeper.start()
 
     def ended(self, process: Process, end: ReportExit) -> None:

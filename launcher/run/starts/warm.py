@@ -26,8 +26,14 @@ class WarmStarts(StartStage):
 
     def _spawner_for(self, process: Process) -> WarmSpawner | None:
         """None if it cannot be started warm in any case."""
-        if self._spawner is not None or not self._is_wanted(process) or process.next_debugger:
-            return self._spawner if self._is_wanted(process) else None
+        if not self._is_wanted(process):
+            return None
+        if self._spawner is None and not process.next_debugger:
+            self._spawner = self._new_spawner(process)
+        return self._spawner
+
+    def _new_spawner(self, process: Process) -> WarmSpawner | None:
+        """Imported for the first process that may be warm."""
         from launcher.packages.python_program import program_of
 
         program = program_of(process.spec.argv, process.spec.env, process.spec.cwd)
@@ -38,7 +44,7 @@ class WarmStarts(StartStage):
 
         run = self.run
         run.watchdog.ensure()  # which adopts orphans from now on
-        self._spawner = WarmSpawner(
+        spawner = WarmSpawner(
             run.reactor,
             run.driver,
             settings_of=run.spawner.settings_of,
@@ -48,8 +54,8 @@ class WarmStarts(StartStage):
             held=self._held_back,
         )
         if run.is_begun:
-            self._spawner.settle()
-        return self._spawner
+            spawner.settle()
+        return spawner
 
     def _is_wanted(self, process: Process) -> bool:
         return process.host is None and bool(self.run.options.warm or process.spec.ros)

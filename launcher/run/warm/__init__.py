@@ -11,5 +11,17 @@ on disk since, `heap` keeps its pages shared. `forking` and `tracing` make a pro
 `title` and `program` make of it what an executed one would be. `stack_answer` reports what its
 threads are doing, where py-spy cannot.
 
-A request goes through a Unix socket with SCM_RIGHTS (`wire`).
+A request goes through a Unix socket with SCM_RIGHTS (`wire`): standard streams and a `status`
+socket. The preparing process forks twice; the process in between exits before the answer, so that
+the launcher, which adopts orphans, is the parent. Exit, leftovers and core dumps are noticed as
+ever.
+
+The new process waits on `status` until the launcher has its pidfd, and ends if the launcher does.
+It closes `status` when its program begins: until then it is STARTING. Stopped meanwhile, the start
+is withdrawn: closing `status` ends the process before its program. It leaves the loop of the
+preparing process by returning, and runs its program from the last line of `preparing`, so that the
+interpreter's own end follows: exit code, threads, `atexit`, SIGINT after a KeyboardInterrupt.
+
+Timers of the launch file (`launcher.run.timers`) that the interpreter requests together with starts
+count from the first of these that is complete, after the preparation if one of them waits for that.
 """
