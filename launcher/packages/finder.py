@@ -15,7 +15,7 @@ from pathlib import Path
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.text import did_you_mean
 from launcher.packages import sources
-from launcher.packages.scripts import console_scripts
+from launcher.packages.scripts import programs
 from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
 
 TYPE_CHECKING = False
@@ -72,16 +72,16 @@ def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Pa
     Raises PackageNotFoundError or ExecutableNotFoundError.
     """
     libexec = package_prefix(package, env) / "lib" / package
-    scripts = dict(console_scripts(package)) if _is_overlay(libexec) else {}
+    scripts = dict(programs(package)) if _is_overlay(libexec) else {}
     if executable in scripts:
         return scripts[executable]
     program = libexec / executable
     if _is_program(program):
         return program
-    scripts = scripts or dict(console_scripts(package))
+    scripts = scripts or dict(programs(package))
     if executable in scripts:
         return scripts[executable]
-    names = [*_programs(libexec), *scripts]
+    names = [*_executables(libexec), *scripts]
     own = own_package(package, env) if _is_overlay(libexec) else None
     where = (
         f"in the source folder '{own.source}'" if own else f"on the libexec directory '{libexec}'"
@@ -100,8 +100,8 @@ def executables(package: str, env: Mapping[str, str]) -> list[str]:
 def executable_paths(package: str, env: Mapping[str, str]) -> dict[str, Path]:
     """Name -> path of all executables of `package`; PackageNotFoundError."""
     libexec = package_prefix(package, env) / "lib" / package
-    paths = {name: libexec / name for name in _programs(libexec)}
-    return {**paths, **dict(console_scripts(package))}
+    paths = {name: libexec / name for name in _executables(libexec)}
+    return {**paths, **dict(programs(package))}
 
 
 def files_in_share(share: str | os.PathLike[str]) -> list[str]:
@@ -178,9 +178,9 @@ def _own(name: str) -> Overlay | None:
         return None
     from launcher.packages import overlay
 
-    scripts = {script: str(path) for script, path in console_scripts(name)}
+    scripts = {script: str(path) for script, path in programs(name)}
     libexec = Path(sys.prefix, "lib", name)
-    installed = {program: str(libexec / program) for program in _programs(libexec)}
+    installed = {program: str(libexec / program) for program in _executables(libexec)}
     return overlay.of(name, source, {**installed, **scripts})
 
 
@@ -222,7 +222,7 @@ def _is_program(path: Path) -> bool:
     return path.is_file() and os.access(path, os.X_OK)
 
 
-def _programs(libexec: Path) -> list[str]:
+def _executables(libexec: Path) -> list[str]:
     try:
         return [path.name for path in libexec.iterdir() if _is_program(path)]
     except OSError:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
 
 
-def console_scripts(package: str) -> Iterator[tuple[str, Path]]:
+def programs(package: str) -> Iterator[tuple[str, Path]]:
     """(name, path) of the programs of distributions with this name."""
     for distribution in sources.distributions(package):
         found = distribution.entry_points
