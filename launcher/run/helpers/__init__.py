@@ -1,13 +1,13 @@
 """The side of a run of its helper processes.
 
-Each is started only when it is needed, speaks lines of JSON, and nothing waits for it. On their
-side these have a separate descriptor, since Fast DDS prints to standard output.
+Each is started only when it is needed, speaks lines of JSON (`json_lines`), and nothing waits for
+it. On their side these have a separate descriptor, since Fast DDS prints to standard output.
 
 * `ros_agent` (`launcher.ros.helpers.agent`): lifecycle transitions, components, and the timers on
   the ROS clock of a simulation. `launcher.run.ros_requests` answers requests whose node has exited.
 * `parameter_check`: compares parameters with what nodes declare. `logger_levels`: the verb
-  `loglevel`. `responsiveness`: asks nodes once a second whether they answer. `graph_facts`
-  (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a fact needs a node.
+  `loglevel`. `graph_facts` (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a
+  fact needs a node.
 * `file_watcher` (`launcher.run.watch`): which processes have loaded a file that has changed.
 * `client_process`: programs that are clients of the control socket, and outlive a killed launcher:
   the bridge (`--ros`), the flight recorder (`--record`), the server of the page (`--web`).

@@ -14,8 +14,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from launcher.base.text import how_it_ended
-from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Timer
+from launcher.run.helpers.json_lines import own_end
 from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
 
 TYPE_CHECKING = False
@@ -58,8 +58,7 @@ class ClientProcess:
         self._on_exit = on_exit
         self.greeting: bytes | None = None
         self._output = b""
-        # Without the run id: it exits by itself when we do.
-        self._env = {name: value for name, value in run.env.items() if name != RUN_ID_VARIABLE}
+        self._env = own_end(run.env)
         self._warn = run.log.warn
         self._started = 0
         self._started_s = 0.0

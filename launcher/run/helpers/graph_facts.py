@@ -6,17 +6,13 @@ a while.
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Callable, Mapping
 
-from launcher.base import strict_json
 from launcher.base.model.record import as_dict
 from launcher.base.model.supervision import Fact
 from launcher.base.text import how_it_ended
-from launcher.posix import spawn
 from launcher.posix.reactor import Reactor, Timer
-from launcher.run.helpers.popen import last_line, start_module, wait_or_kill
+from launcher.run.helpers.json_lines import JsonLinesProcess, without_shared_memory
 from launcher.run.helpers.programs import READY
 
 TYPE_CHECKING = False
@@ -67,41 +63,25 @@ class _Helper:
     ) -> None:
         self._reactor = reactor
         self._warn = warn
-        # Nothing to clean up, but where rmw_fastrtps limits discovery to this machine.
-        self._env = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4", **env}
+        self._env = without_shared_memory(env)
         self._requests: dict[int, tuple[dict[str, Any], Tell]] = {}
         self._starts = 0
         self._timer: Timer | None = None
         self.has_left = False
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: JsonLinesProcess | None = None
         self._start()
 
     def _start(self) -> None:
         self._starts += 1
-        self._partial = self._unsent = b""
-        self._errors = os.memfd_create("ready-errors", os.MFD_CLOEXEC)
         try:
-            process = start_module(
-                [READY],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=self._errors,
-                env=self._env,
-                bufsize=0,
+            self._process = JsonLinesProcess(
+                self._reactor, READY, self._env, on_message=self._seen, on_end=self._died
             )
         except OSError as error:
-            os.close(self._errors)
             self._warn(f"nothing is known of the ROS graph: {error.strerror}")
             return
-        self._process = process
-        spawn.started.add(process.pid)
-        assert process.stdin is not None and process.stdout is not None
-        self._in, self._out = process.stdin.fileno(), process.stdout.fileno()
-        os.set_blocking(self._in, False)
-        os.set_blocking(self._out, False)
-        self._reactor.add_reader(self._out, self._readable)
         for request, _ in self._requests.values():
-            self._write(request)
+            self._process.send(request)
 
     def watch(self, number: int, request: dict[str, Any], tell: Tell) -> None:
         if self._timer is not None:
@@ -109,66 +89,28 @@ class _Helper:
         self._requests[number] = (request, tell)
         if self._process is None:
             self._reactor.call_later(0, self._tell_unknown)
-        self._write(request)
+        else:
+            self._process.send(request)
 
     def unwatch(self, number: int) -> None:
         del self._requests[number]
-        self._write({"unwatch": number})
+        if self._process is not None:
+            self._process.send({"unwatch": number})
         if not self._requests:
             self._timer = self._reactor.call_later(IDLE_S, self._leave)
 
     def _leave(self) -> None:
         """Let it end; another one is started when it is needed again."""
-        if self._process is not None and self._process.stdin is not None:
+        if self._process is not None:
             self.has_left = True
-            self._reactor.remove(self._in)
-            self._process.stdin.close()
+            self._process.close_input()
 
-    # ---- writing, without waiting for a process that does not read
+    def _seen(self, seen: dict[str, Any]) -> None:
+        if seen["watch"] in self._requests:
+            self._requests[seen["watch"]][1](seen["holds"], seen["text"])
 
-    def _write(self, message: dict[str, Any]) -> None:
-        if self._process is None:
-            return
-        is_first = not self._unsent
-        self._unsent += strict_json.packed(message).encode() + b"\n"
-        if is_first and self._flush():
-            self._reactor.add_writer(self._in, self._writable)
-
-    def _writable(self) -> None:
-        if not self._flush():
-            self._reactor.remove(self._in)
-
-    def _flush(self) -> bool:
-        """Write what the pipe takes; whether something is left."""
-        try:
-            self._unsent = self._unsent[os.write(self._in, self._unsent) :]
-        except BlockingIOError:
-            return True
-        except BrokenPipeError:
-            self._unsent = b""  # the end of its output is noticed as well
-        return bool(self._unsent)
-
-    # ---- reading
-
-    def _readable(self) -> None:
-        chunk = os.read(self._out, 65536)
-        if not chunk:
-            self._died()
-            return
-        *lines, self._partial = (self._partial + chunk).split(b"\n")
-        for line in lines:
-            if not line.startswith(b"{"):
-                continue  # Fast DDS prints some of its warnings to standard output
-            seen = strict_json.unpacked(line)
-            if seen["watch"] in self._requests:
-                self._requests[seen["watch"]][1](seen["holds"], seen["text"])
-
-    def _died(self) -> None:
-        assert self._process is not None
-        self._process.kill()  # it has closed its output
-        code = self._process.wait()
-        line = last_line(self._errors)
-        self._release()
+    def _died(self, code: int, line: str) -> None:
+        self._process = None
         if self.has_left:
             return
         how = how_it_ended(code)
@@ -185,25 +127,9 @@ class _Helper:
         for _, tell in list(self._requests.values()):
             tell(False, "it is not known: what looks at the ROS graph has died")
 
-    def _release(self) -> None:
-        process = self._process
-        assert process is not None and process.stdin is not None and process.stdout is not None
-        self._reactor.remove(self._out)
-        self._reactor.remove(self._in)
-        process.stdin.close()
-        process.stdout.close()
-        os.close(self._errors)
-        spawn.started.discard(process.pid)
-        self._process = None
-
     def close(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        if self._process is None:
-            return
-        assert self._process.stdin is not None
-        if not self.has_left:
-            self._reactor.remove(self._in)
-        self._process.stdin.close()
-        wait_or_kill(self._process, GOODBYE_S)
-        self._release()
+        if self._process is not None:
+            self._process.close(GOODBYE_S)
+            self._process = None

@@ -5,15 +5,10 @@ One for each request and domain; it ends with its answer, with its time limit, o
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Callable, Sequence
 
-from launcher.base import strict_json
 from launcher.base.model.record import Record
-from launcher.posix import spawn
-from launcher.posix.cleanup import RUN_ID_VARIABLE
-from launcher.run.helpers.popen import start_module
+from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
 from launcher.run.helpers.programs import LOGGER_LEVELS
 from launcher.run.part import Part
 from launcher.run.process import Process
@@ -45,7 +40,7 @@ class LoggerLevels(Part):
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self._reactor = run.reactor
-        self._helpers: dict[int, subprocess.Popen[bytes]] = {}
+        self._helpers: list[JsonLinesProcess] = []
 
     def ask(self, questions: Sequence[LoggerQuestion], done: Callable[[Answers], None]) -> None:
         """Call `done` with an answer for each node: process, node, logger, level, error."""
@@ -66,51 +61,30 @@ class LoggerLevels(Part):
             self._start(group, add)
 
     def _start(self, questions: Sequence[LoggerQuestion], done: Callable[[Answers], None]) -> None:
-        env = {**questions[0].process.spec.env}
-        env.pop(RUN_ID_VARIABLE, None)
-        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # as for `graph_facts`
-        helper = start_module(
-            [LOGGER_LEVELS],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=env,
-            bufsize=0,
+        is_answered = False
+
+        def answered(answers: Answers) -> None:
+            nonlocal is_answered
+            if not is_answered:  # its clean-up takes longer
+                is_answered = True
+                done(answers)
+
+        def ended(code: int, line: str) -> None:
+            self._helpers.remove(helper)
+            answered(_without_answer(questions))
+
+        env = without_shared_memory(own_end(questions[0].process.spec.env))
+        helper = JsonLinesProcess(
+            self._reactor, LOGGER_LEVELS, env, on_message=answered, on_end=ended
         )
-        spawn.started.add(helper.pid)
-        assert helper.stdin is not None and helper.stdout is not None
-        request = strict_json.packed([_as_json(one) for one in questions])
-        helper.stdin.write(request.encode() + b"\n")
-        fd = helper.stdout.fileno()
-        self._helpers[fd] = helper
-        received = b""
-
-        def read() -> None:
-            nonlocal received
-            chunk = os.read(fd, 65536)
-            was_complete = b"\n" in received
-            received += chunk
-            if not chunk:
-                self._end(fd)
-            if not was_complete and (not chunk or b"\n" in chunk):
-                done(_answers(received, questions))  # its clean-up takes longer
-
-        self._reactor.add_reader(fd, read)
-
-    def _end(self, fd: int) -> None:
-        helper = self._helpers.pop(fd)
-        self._reactor.remove(fd)
-        assert helper.stdin is not None and helper.stdout is not None
-        helper.stdin.close()
-        helper.stdout.close()
-        helper.kill()  # if it hangs in its clean-up
-        helper.wait()
-        spawn.started.discard(helper.pid)
+        helper.send([_as_json(one) for one in questions])
+        self._helpers.append(helper)
 
     def end_helpers(self) -> None:
         """Nobody waits for the answers."""
-        for fd in tuple(self._helpers):
-            self._end(fd)
+        for helper in self._helpers:
+            helper.close()
+        self._helpers.clear()
 
 
 def _as_json(one: LoggerQuestion) -> dict[str, Any]:
@@ -124,12 +98,6 @@ def _as_json(one: LoggerQuestion) -> dict[str, Any]:
     }
 
 
-def _answers(text: bytes, questions: Sequence[LoggerQuestion]) -> Answers:
-    try:
-        found: Answers = strict_json.unpacked(text)
-    except ValueError:
-        error = "cannot be asked: rclpy cannot be used in its environment"
-        return [
-            {"process": one.process.name, "node": one.node, "error": error} for one in questions
-        ]
-    return found
+def _without_answer(questions: Sequence[LoggerQuestion]) -> Answers:
+    error = "cannot be asked: rclpy cannot be used in its environment"
+    return [{"process": one.process.name, "node": one.node, "error": error} for one in questions]

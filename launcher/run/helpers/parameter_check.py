@@ -7,22 +7,17 @@ is freed as that of nodes.
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Callable, Iterable, Mapping
 
-from launcher.base import strict_json
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
-from launcher.posix import spawn
-from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Reactor
-from launcher.run.helpers.popen import start_module
+from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
 from launcher.run.helpers.programs import PARAMETER_CHECK
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import IO, Any
+    from typing import Any
 
     from launcher.base.model.events import LoadComponent
     from launcher.base.model.spec import ProcessSpec
@@ -42,7 +37,7 @@ class ParameterCheck:
         self._warn = warn
         self._components: list[tuple[LoadComponent, str]] = []
         self._seen: set[int] = set()
-        self._helpers: list[subprocess.Popen[bytes]] = []
+        self._helpers: list[JsonLinesProcess] = []
 
     def check(self, processes: Iterable[Process]) -> None:
         """Compare the nodes that have not been yet; one helper for each domain."""
@@ -79,98 +74,28 @@ class ParameterCheck:
         self._components.append((effect, full_name))
 
     def _start(self, env: Mapping[str, str], nodes: list[dict[str, Any]]) -> None:
-        env = dict(env)
-        env.pop(RUN_ID_VARIABLE, None)
-        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
         try:
-            helper = start_module(
-                [PARAMETER_CHECK],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env=env,
-                bufsize=0,
+            helper = JsonLinesProcess(
+                self._reactor,
+                PARAMETER_CHECK,
+                without_shared_memory(own_end(env)),
+                on_message=self._warn,
+                on_end=lambda code, line: self._helpers.remove(helper),
             )
         except OSError:
             return  # there is no warning, and nothing else is missing
-        spawn.started.add(helper.pid)
-        assert helper.stdin is not None and helper.stdout is not None
         self._helpers.append(helper)
-        request = strict_json.packed({"nodes": nodes})
-        os.set_blocking(helper.stdout.fileno(), False)
-        self._reactor.add_reader(helper.stdout.fileno(), _Lines(self, helper).read)
-        os.set_blocking(helper.stdin.fileno(), False)
-        _RequestWriter(self._reactor, helper.stdin.fileno(), request.encode() + b"\n").write()
-
-    def line(self, line: bytes) -> None:
-        self._warn(str(strict_json.unpacked(line)))
-
-    def ended(self, helper: subprocess.Popen[bytes]) -> None:
-        """Its output has ended, or the run."""
-        assert helper.stdin is not None and helper.stdout is not None
-        self._helpers.remove(helper)
-        self._close(helper.stdin)
-        self._close(helper.stdout)
-        helper.kill()  # if it hangs in its clean-up
-        helper.wait()
-        spawn.started.discard(helper.pid)
-
-    def _close(self, pipe: IO[bytes]) -> None:
-        if not pipe.closed:
-            self._reactor.remove(pipe.fileno())
-            pipe.close()
+        helper.send({"nodes": nodes})
 
     def leave(self) -> None:
         """Let the helpers end; call it when the run begins to stop."""
         for helper in self._helpers:
-            assert helper.stdin is not None
-            self._close(helper.stdin)
+            helper.close_input()
 
     def close(self) -> None:
-        for helper in tuple(self._helpers):
-            self.ended(helper)
-
-
-class _Lines:
-    """Splits the output of a helper into lines."""
-
-    def __init__(self, check: ParameterCheck, helper: subprocess.Popen[bytes]) -> None:
-        self._check = check
-        self._helper = helper
-        self._partial = b""
-
-    def read(self) -> None:
-        assert self._helper.stdout is not None
-        chunk = os.read(self._helper.stdout.fileno(), 65536)
-        if not chunk:
-            self._check.ended(self._helper)
-            return
-        *lines, self._partial = (self._partial + chunk).split(b"\n")
-        for line in lines:
-            self._check.line(line)
-
-
-class _RequestWriter:
-    """Writes a request that may be larger than a pipe."""
-
-    def __init__(self, reactor: Reactor, fd: int, data: bytes) -> None:
-        self._reactor = reactor
-        self._fd = fd
-        self._data = data
-        self._is_waiting = False
-
-    def write(self) -> None:
-        try:
-            self._data = self._data[os.write(self._fd, self._data) :]
-        except BlockingIOError:
-            pass
-        except BrokenPipeError:
-            self._data = b""  # its output has ended, too
-        if self._data and not self._is_waiting:
-            self._is_waiting = True
-            self._reactor.add_writer(self._fd, self.write)
-        elif not self._data and self._is_waiting:
-            self._reactor.remove(self._fd)
+        for helper in self._helpers:
+            helper.close()
+        self._helpers.clear()
 
 
 def _node(pid: int, spec: ProcessSpec) -> dict[str, Any]:

@@ -5,11 +5,8 @@ With the first request, since most launch files have none and importing rclpy is
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Callable, Mapping
 
-from launcher.base import strict_json
 from launcher.base.model.events import (
     ChangeState,
     ComponentLoaded,
@@ -22,9 +19,8 @@ from launcher.base.model.events import (
     WatchLifecycle,
 )
 from launcher.base.model.record import as_dict
-from launcher.posix import spawn
 from launcher.posix.reactor import Reactor
-from launcher.run.helpers.popen import start_module, wait_or_kill
+from launcher.run.helpers.json_lines import JsonLinesProcess
 from launcher.run.helpers.programs import AGENT
 
 TYPE_CHECKING = False
@@ -61,23 +57,16 @@ class RosAgent:
         self._reactor = reactor
         self._on_event = on_event
         self._warn = warn
-        self._partial = b""
-        self._unsent = b""
         self._pending: dict[int, LoadComponent | ChangeState] = {}
         self._timers: set[int] = set()
-        self._process = start_module(
-            [AGENT],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=dict(env),
-            bufsize=0,
+        self._process = JsonLinesProcess(
+            reactor,
+            AGENT,
+            env,
+            on_message=self._answered,
+            on_end=lambda code, line: self._fail_all(),
+            shows_errors=True,
         )
-        spawn.started.add(self._process.pid)
-        assert self._process.stdin is not None and self._process.stdout is not None
-        self._in, self._out = self._process.stdin.fileno(), self._process.stdout.fileno()
-        os.set_blocking(self._out, False)
-        os.set_blocking(self._in, False)
-        reactor.add_reader(self._out, self._readable)
 
     @property
     def is_loading(self) -> bool:
@@ -115,36 +104,9 @@ class RosAgent:
             self._write({"do": "cancel_timer", "id": timer_id})
 
     def _write(self, message: dict[str, object]) -> None:
-        # Without waiting: an agent that hangs must not suspend the run.
-        is_first = not self._unsent
-        self._unsent += strict_json.packed(message, default=_bytes_as_json).encode() + b"\n"
-        if is_first and self._flush():
-            self._reactor.add_writer(self._in, self._writable)
-
-    def _writable(self) -> None:
-        if not self._flush():
-            self._reactor.remove(self._in)
-
-    def _flush(self) -> bool:
-        """Write what the pipe takes; whether something is left."""
-        try:
-            self._unsent = self._unsent[os.write(self._in, self._unsent) :]
-        except BlockingIOError:
-            return True
-        except BrokenPipeError:
-            self._unsent = b""  # the end of its output is noticed as well
+        self._process.send(message, default=_bytes_as_json)
+        if self._process.has_ended:
             self._reactor.call_later(0, self._fail_all)
-        return bool(self._unsent)
-
-    def _readable(self) -> None:
-        chunk = os.read(self._out, 65536)
-        if not chunk:
-            self._reactor.remove(self._out)
-            self._fail_all()
-            return
-        *lines, self._partial = (self._partial + chunk).split(b"\n")
-        for line in lines:
-            self._answered(strict_json.unpacked(line))
 
     def _answered(self, answer: dict[str, Any]) -> None:
         match answer:
@@ -173,13 +135,7 @@ class RosAgent:
         """Stop the agent; pending requests and timers are dropped."""
         self._pending.clear()
         self._timers.clear()
-        self._reactor.remove(self._out)
-        self._reactor.remove(self._in)
-        assert self._process.stdin is not None and self._process.stdout is not None
-        self._process.stdin.close()
-        wait_or_kill(self._process, GOODBYE_S)
-        spawn.started.discard(self._process.pid)
-        self._process.stdout.close()
+        self._process.close(GOODBYE_S)
 
 
 def _bytes_as_json(value: bytes) -> dict[str, list[int]]:

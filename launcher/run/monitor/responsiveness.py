@@ -1,4 +1,4 @@
-"""Which nodes do not answer, as a helper process reports (`run.helpers.responsiveness`).
+"""Which nodes do not answer, as `launcher.ros.helpers.responsiveness` reports, a helper process.
 
 It is running while somebody looks (`top`), or during the whole run with `--responsive`, one for
 each ROS domain: it takes 30 MB and a participant in the domain.
@@ -14,7 +14,8 @@ from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.run_events import NotResponding, Responds
 from launcher.posix import proc
 from launcher.posix.reactor import Timer
-from launcher.run.helpers.responsiveness import ResponsivenessHelper
+from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
+from launcher.run.helpers.programs import RESPONSIVENESS
 from launcher.run.machine import ProcessState
 from launcher.run.part import Part
 from launcher.run.process import Process
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 PERIOD_S = 1.0
 LOOK_S = 15.0  # after the last look the helper goes on for so long
 ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is noticed after three
+GOODBYE_S = 2.0
 SURE_S = 4.5  # silence is noticed after 3 s, by a round each second
 POLL_S = 0.1
 
@@ -59,9 +61,9 @@ class Responsiveness(Part):
         self._until_s = -math.inf
         self._is_asked = False
         self._timer: Timer | None = None
-        self._helpers: dict[
-            str, ResponsivenessHelper | None
-        ] = {}  # by domain; None: it does not work there
+        # By domain; None: it does not work there.
+        self._helpers: dict[str, JsonLinesProcess | None] = {}
+        self._sent: dict[str, list[dict[str, Any]]] = {}
 
     def begin(self) -> None:
         if not self.run.shutdown.has_begun:
@@ -115,10 +117,24 @@ class Responsiveness(Part):
             env = next(iter(wanted[domain].values())).spec.env
             self._helpers[domain] = self._started(domain, env)
         for domain, helper in self._helpers.items():
-            if helper is not None:
-                helper.watch(wanted.get(domain, {}), expected=self._is_asked)
+            if helper is not None and not helper.has_unsent:
+                self._send(helper, domain, wanted.get(domain, {}))
         self._forget_others(wanted)
         self._timer = self._reactor.call_later(PERIOD_S, self._tick)
+
+    def _send(self, helper: JsonLinesProcess, domain: str, nodes: Mapping[str, Process]) -> None:
+        """What it watches, if that has changed.
+
+        Nodes that are expected to answer are reported even if they never have.
+        """
+        entries = [
+            {"name": one.name, "pid": one.child.pid, "node": node, "expected": self._is_asked}
+            for node, one in nodes.items()
+            if one.child is not None
+        ]
+        if entries != self._sent.get(domain):
+            self._sent[domain] = entries
+            helper.send(entries)
 
     def _wanted(self) -> dict[str, dict[str, Process]]:
         """Domain -> full name of the node -> its process, for all that should answer."""
@@ -137,17 +153,20 @@ class Responsiveness(Part):
             if process.name not in names and process.machine.state is ProcessState.RUNNING:
                 process.answers, process.silence = False, None
 
-    def _started(self, domain: str, env: Mapping[str, str]) -> ResponsivenessHelper | None:
+    def _started(self, domain: str, env: Mapping[str, str]) -> JsonLinesProcess | None:
+        env = without_shared_memory(own_end(env))
         ended = functools.partial(self._ended, domain)
         try:
-            helper = ResponsivenessHelper(self._reactor, env, self._report, ended)
+            helper = JsonLinesProcess(
+                self._reactor, RESPONSIVENESS, env, on_message=self._report, on_end=ended
+            )
         except OSError as error:
             self._log.warn(f"it is not watched whether nodes respond: {error.strerror}")
             return None
         self.run.housekeeper.add_helper(helper.pid)
         return helper
 
-    def _ended(self, domain: str, why: str) -> None:
+    def _ended(self, domain: str, code: int, why: str) -> None:
         self._helpers[domain] = None
         self._log.warn(f"it is not watched any more whether nodes respond: {why or 'no reason'}")
         self._forget_others({})
@@ -197,8 +216,9 @@ class Responsiveness(Part):
         self._until_s, self._is_asked = -math.inf, False
         for helper in self._helpers.values():
             if helper is not None:
-                helper.close()
+                helper.close(GOODBYE_S)
         self._helpers.clear()
+        self._sent.clear()
         self._forget_others({})
 
 
