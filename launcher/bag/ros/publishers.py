@@ -40,7 +40,6 @@ class Publishers:
         overrides: Mapping[str, Qos],
         remap: Mapping[str, str],
         notes: Callable[[str], None],
-        *,
         requests: str | None = None,
     ) -> None:
         self._observer = observer

@@ -7,8 +7,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.base import strict_json
 from launcher.base.errors import ExitCode
@@ -18,40 +17,13 @@ from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter
 from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget
-from launcher.ros.topics.qos import QosOptions
-from launcher.ros.verb import GraphAccess, observing, warn
+from launcher.ros.verb import observing, warn
 from launcher.ros.verbs.awaited_topics import AwaitedTopics, TopicSubscriber, are_published
 
+if TYPE_CHECKING:
+    from launcher.base.command_line import Parsed
+
 SILENCE_S = 3.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EchoOptions:
-    """What `topic echo` was asked for; `type` is for topics that do not exist yet."""
-
-    access: GraphAccess
-    topics: list[str]
-    type: str | None
-    writer: Writer
-    qos: QosOptions
-    filter: str | None
-    once: bool
-    timeout_s: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureOptions:
-    """What `topic hz`, `bw` or `delay` was asked for; `window` is a number of messages."""
-
-    access: GraphAccess
-    topics: list[str]
-    qos: QosOptions
-    window: int
-    for_s: float | None
-    use_sim_time: bool
-    json: bool
-    filter: str | None = None
-    min_hz: float | None = None
 
 
 @contextlib.contextmanager
@@ -72,19 +44,19 @@ def until_interrupted(*, is_end: bool = True) -> Iterator[None]:
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
 
 
-def echo(options: EchoOptions) -> int:
-    writer, accepts = options.writer, compiled_filter(options.filter)
-    enough = are_published(options.topics)
-    is_endless, is_silent = not options.once and options.timeout_s is None, True
+def echo(options: Parsed, topics: list[str], type_name: str | None, writer: Writer) -> int:
+    """Print messages of topics, of this type if they do not exist yet."""
+    accepts = compiled_filter(options.filter)
+    is_endless, is_silent = not options.once and options.timeout is None, True
     with (
         until_interrupted(is_end=is_endless),
-        observing(options.access, enough, listens=True) as observer,
+        observing(options, are_published(topics), listens=True) as observer,
     ):
         listener = Listener(observer, raw=writer.raw)
-        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
-        for name in options.topics:
-            subscriber.subscribe_now(name, options.type)
-        limit = _Limit(options.timeout_s)
+        subscriber = TopicSubscriber(observer, listener, options)
+        for name in topics:
+            subscriber.subscribe_now(name, type_name)
+        limit = _Limit(options.timeout)
         write = sys.stdout.write
         for sample in listener.samples(limit.tick):
             limit.is_fresh = True
@@ -96,8 +68,8 @@ def echo(options: EchoOptions) -> int:
                 write(piece)
             if options.once:
                 break
-    if is_silent and options.timeout_s is not None:
-        return nothing_came(options.topics, options.timeout_s, options.filter)
+    if is_silent and options.timeout is not None:
+        return nothing_came(topics, options.timeout, options.filter)
     return ExitCode.OK
 
 
@@ -171,7 +143,8 @@ class _Quiet:
 
 
 def _measure(
-    options: MeasureOptions,
+    options: Parsed,
+    names: Sequence[str],
     clock: WallClock,
     found: Callable[[TopicTarget], None],
     take: Callable[[ReceivedMessage, int], None],
@@ -185,12 +158,11 @@ def _measure(
     """
     with (
         until_interrupted(is_end=options.for_s is None),
-        observing(options.access, are_published(options.topics), listens=True) as observer,
+        observing(options, are_published(names), listens=True) as observer,
     ):
         clock.start(observer)
         listener = Listener(observer, raw=raw)
-        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
-        awaited = AwaitedTopics(subscriber, options.topics, found)
+        awaited = AwaitedTopics(TopicSubscriber(observer, listener, options), names, found)
         for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
             received_ns = clock.received_ns(sample)
             if received_ns is not None:
@@ -198,10 +170,10 @@ def _measure(
         clock.stop()
 
 
-def hz(options: MeasureOptions) -> int:
+def hz(options: Parsed) -> int:
     """Print rates; exit code 1 if there is none at the end, or one below `--min`."""
     accepts = compiled_filter(options.filter)
-    names = list(map(full_name, options.topics))
+    names = list(map(full_name, options.topic_names))
     arrivals = {name: statistics.Arrivals(options.window) for name in names}
     quiet: dict[str, _Quiet] = {}
     clock = clock_of(simulated=options.use_sim_time)
@@ -219,7 +191,7 @@ def hz(options: MeasureOptions) -> int:
     def report() -> None:
         _report_rates(arrivals, quiet, options)
 
-    _measure(options, clock, found, take, report, raw=accepts is None)
+    _measure(options, names, clock, found, take, report, raw=accepts is None)
     if options.for_s is None:
         return ExitCode.OK
     _print_rates(
@@ -229,7 +201,7 @@ def hz(options: MeasureOptions) -> int:
 
 
 def _report_rates(
-    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: MeasureOptions
+    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: Parsed
 ) -> None:
     found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
     for one in quiet.values():
@@ -240,7 +212,7 @@ def _report_rates(
 def _print_rates(
     found: dict[str, statistics.Spread],
     arrivals: dict[str, statistics.Arrivals],
-    options: MeasureOptions,
+    options: Parsed,
 ) -> None:
     if not found:
         return
@@ -267,8 +239,7 @@ def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
     }
 
 
-def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, now_ns: int) -> int:
-    assert options.for_s is not None
+def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: int) -> int:
     code = int(ExitCode.OK)
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
@@ -287,7 +258,7 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, 
     return code
 
 
-def bw(options: MeasureOptions) -> int:
+def bw(options: Parsed) -> int:
     sizes, is_silent = statistics.Bandwidth(options.window), True
     clock = clock_of(simulated=options.use_sim_time)
 
@@ -305,12 +276,12 @@ def bw(options: MeasureOptions) -> int:
         if not sample.is_history:
             sizes.add(received_ns, len(sample.message))
 
-    _measure(options, clock, found, take, report, raw=True)
+    _measure(options, [options.topic_name], clock, found, take, report, raw=True)
     if options.for_s is None:
         return ExitCode.OK
     if is_silent:
         report()
-    return _too_few(options.topics[0], len(sizes), options.for_s) if is_silent else ExitCode.OK
+    return _too_few(options.topic_name, len(sizes), options.for_s) if is_silent else ExitCode.OK
 
 
 def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
@@ -320,7 +291,7 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
     return strict_json.dumps(document)
 
 
-def delay(options: MeasureOptions) -> int:
+def delay(options: Parsed) -> int:
     delays, is_silent = statistics.Delays(options.window), True
 
     def report() -> None:
@@ -336,12 +307,12 @@ def delay(options: MeasureOptions) -> int:
         delays.add(received_ns - _stamp_ns(sample.message))
 
     clock = clock_of(simulated=options.use_sim_time)
-    _measure(options, clock, found, take, report, raw=False)
+    _measure(options, [options.topic_name], clock, found, take, report, raw=False)
     if options.for_s is None:
         return ExitCode.OK
     if is_silent:
         report()
-    return nothing_came(options.topics, options.for_s) if is_silent else ExitCode.OK
+    return nothing_came([options.topic_name], options.for_s) if is_silent else ExitCode.OK
 
 
 def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:
