@@ -17,7 +17,8 @@ Doors:
   before for its children.
 * `proc`: the reader of `/proc/PID`. `stdio`: redirection of standard output by descriptors, and
   text printed to closed or narrow outputs; helper processes keep a separate descriptor for
-  messages (`keep_for_messages`), since Fast DDS prints to standard output.
+  messages (`keep_for_messages`), since Fast DDS prints to standard output. `keys`: those that are
+  typed, by name.
 * `log_folder`: a folder for logs that can be written. `socket_directory`: the private folder of
   sockets.
 * `domains`: ROS domain ids and the range of discovery. `domain_lease`: a domain for exclusive use.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import select
 import shutil
 import signal
@@ -15,20 +14,9 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import Any
 
-_READ_BYTES = 1024
+from launcher.posix.keys import read_keys
+
 _REDRAW_S = 0.2
-_SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
-_NAMES = {
-    " ": "space",
-    "\x1b[A": "up",
-    "\x1bOA": "up",
-    "\x1b[B": "down",
-    "\x1bOB": "down",
-    "\x1b[C": "right",
-    "\x1bOC": "right",
-    "\x1b[D": "left",
-    "\x1bOD": "left",
-}
 
 
 class Keys:
@@ -57,17 +45,11 @@ class Keys:
                 tty.setcbreak(0, termios.TCSANOW)
 
     def pressed(self) -> Iterator[str]:
-        """Names of the keys (`space`, `up`), or their characters."""
+        """Names of the keys (`up`), or their characters."""
         while self.enabled and _is_in_foreground() and select.select([0], [], [], 0)[0]:
-            try:
-                data = os.read(0, _READ_BYTES)
-            except OSError:
-                data = b""
-            if not data:
-                self.enabled = False
-                return
-            for sequence in _SEQUENCE.findall(data.decode(errors="replace")):
-                yield _NAMES.get(sequence, sequence)
+            keys = read_keys()
+            self.enabled = bool(keys)  # else the terminal was closed
+            yield from keys
 
 
 def _is_in_foreground() -> bool:

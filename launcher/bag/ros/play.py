@@ -198,7 +198,7 @@ class _Player:
     def _handle(self, keys: Keys) -> None:
         for key in keys.pressed():
             now = time.monotonic()
-            if key == "space":
+            if key == " ":
                 self._clock.set_paused(not self._clock.paused, now)
             elif key in ("up", "down"):
                 factor = RATE_FACTOR if key == "up" else 1 / RATE_FACTOR

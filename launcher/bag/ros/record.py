@@ -159,7 +159,7 @@ class _RecordRun:
 
     def _handle(self, keys: Keys) -> None:
         for key in keys.pressed():
-            if key == "space":
+            if key == " ":
                 self._recorder.take()  # what has arrived until now
                 self._recorder.paused = not self._recorder.paused
                 self._status.draw(now=True)

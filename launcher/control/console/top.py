@@ -18,6 +18,7 @@ from launcher.control.client import Connection, NoRunError
 from launcher.control.console.format import end_cut, is_in_trouble
 from launcher.control.console.tables import process_table, render
 from launcher.posix.dispositions import Handled
+from launcher.posix.keys import READ_BYTES, read_keys
 
 Process = Mapping[str, Any]
 
@@ -31,27 +32,7 @@ _ENDS = ("q", "Q", "\x1b", "\x04")
 _ENTER, _LEAVE = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 _SIGNALS = (signal.SIGWINCH, signal.SIGTSTP, signal.SIGTERM, signal.SIGHUP)
 _FATAL = (signal.SIGTERM, signal.SIGHUP)
-READ_BYTES = 1024
-
-# Not by prompt_toolkit's parser, whose import takes longer than the first answer of a run.
-_SEQUENCE = re.compile(r"\x1b\[[0-9;]*[A-Za-z~]|\x1bO[A-Za-z]|.", re.DOTALL)
-_NAMES = {
-    "\x1b[A": "up",
-    "\x1bOA": "up",
-    "k": "up",
-    "\x1b[B": "down",
-    "\x1bOB": "down",
-    "j": "down",
-    "\x1b[5~": "pageup",
-    "\x1b[6~": "pagedown",
-    " ": "pagedown",
-    "\x1b[H": "home",
-    "\x1bOH": "home",
-    "\x1b[1~": "home",
-    "\x1b[F": "end",
-    "\x1bOF": "end",
-    "\x1b[4~": "end",
-}
+_ALSO = {"k": "up", "j": "down", " ": "pagedown"}
 
 
 def _by_name(process: Process) -> tuple[Any, ...]:
@@ -118,11 +99,6 @@ class Top:
         )
 
 
-def parse_keys(typed: str) -> list[str]:
-    """Names of the keys that were typed; keys without a name stand for themselves."""
-    return [_NAMES.get(one, one) for one in _SEQUENCE.findall(typed)]
-
-
 class AlternateScreen:
     """The alternate screen of the terminal, with keys read one by one."""
 
@@ -183,7 +159,7 @@ class LiveTop:
             ready, _, _ = select.select(sources, [], [], 0 if self._connection.has_line else None)
             if signals in ready:
                 self._on_signals(os.read(signals, READ_BYTES))
-            if 0 in ready and self._is_ended_by(_typed()):
+            if 0 in ready and self._is_ended_by(read_keys()):
                 return
             if (sources[0] in ready or self._connection.has_line) and not self._receive(request_id):
                 return
@@ -199,12 +175,12 @@ class LiveTop:
             self._found = item.get("processes", self._found)
         return item is not None
 
-    def _is_ended_by(self, typed: bytes) -> bool:
+    def _is_ended_by(self, keys: Sequence[str]) -> bool:
         """Handle the keys; True if one of them quits."""
-        for key in parse_keys(typed.decode(errors="replace")):
-            if not self._top.press(key) and key in _ENDS:
+        for key in keys:
+            if not self._top.press(_ALSO.get(key, key)) and key in _ENDS:
                 return True
-        return not typed  # the terminal was closed
+        return not keys  # the terminal was closed
 
     def _on_signals(self, signals: bytes) -> None:
         for signum in signals:
@@ -223,13 +199,6 @@ class LiveTop:
         hint = hint and rows > 2
         text = self._top.lines(self._found, columns, rows - hint, colour=self._colour)
         return [*text.split("\n"), *([end_cut(HINT, columns)] if hint else ())]
-
-
-def _typed() -> bytes:
-    try:
-        return os.read(0, READ_BYTES)
-    except OSError:
-        return b""  # the terminal was closed
 
 
 @contextmanager

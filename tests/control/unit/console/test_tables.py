@@ -7,8 +7,9 @@ from rich.cells import cell_len
 
 from launcher.control.console.format import killed_text
 from launcher.control.console.tables import process_table, render
-from launcher.control.console.top import Top, parse_keys
+from launcher.control.console.top import Top
 from launcher.control.console.watch import table_rows
+from launcher.posix.keys import parse_keys
 from tests.control.unit.console.rows import process
 
 FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
