@@ -240,23 +240,29 @@ def warn(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def show(options: Parsed, document: Any, lines: Iterable[object]) -> None:
-    """Print the document with --json, the lines without."""
+def show(options: Parsed, document: Any, lines: Iterable[object]) -> int:
+    """Print the document with --json, the lines without; the exit code."""
     if options.json:
         print_json(document)
-        return
-    for line in lines:
-        print(line)
+    else:
+        for line in lines:
+            print(line)
+    return ExitCode.OK
 
 
-def show_typed(options: Parsed, found: Mapping[str, Sequence[str]], *, only_count: bool) -> None:
-    """Print names with their types (`-t`), or how many there are."""
+def show_names(options: Parsed, names: Sequence[str], *, only_count: bool) -> int:
+    """Print names, or how many there are; the exit code."""
+    return show(options, names, [len(names)] if only_count else names)
+
+
+def show_typed(options: Parsed, found: Mapping[str, Sequence[str]], *, only_count: bool) -> int:
+    """Print names with their types (`-t`), or how many there are; the exit code."""
     lines: Iterable[object] = found
     if only_count:
         lines = [len(found)]
     elif options.show_types:
         lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
-    show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
+    return show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
 
 
 def to_json_plain(value: Any) -> Any:

@@ -10,7 +10,7 @@ from launcher.bag.verbs.topics import SELECT, selected
 from launcher.base.command_line import DEBUG, Command, Parsed, number, option
 from launcher.base.errors import ExitCode
 from launcher.base.text import count
-from launcher.ros.verb import aligned, print_json
+from launcher.ros.verb import aligned, show
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.compare import Comparison, TopicComparison
@@ -75,11 +75,8 @@ def _compare(options: Parsed) -> int:
             align=options.align,
         ),
     )
-    if options.json:
-        print_json(document(result, {"a": options.a, "b": options.b}))
-    else:
-        for line in _lines(result, bags, options.align):
-            print(line)
+    paths = {"a": options.a, "b": options.b}
+    show(options, document(result, paths), _lines(result, bags, options.align))
     return ExitCode.OK if result.alike else ExitCode.PROCESS_FAILED
 
 

@@ -21,6 +21,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    show_names,
     show_typed,
     spin_time_s,
     standard_input,
@@ -44,8 +45,7 @@ SHOW_TYPES = option("-t, --show-types", "show their types")
 
 def _list(options: Parsed) -> int:
     found = graph_snapshot(options).action_types()
-    show_typed(options, found, only_count=options.count_actions)
-    return ExitCode.OK
+    return show_typed(options, found, only_count=options.count_actions)
 
 
 def _info(options: Parsed) -> int:
@@ -63,8 +63,7 @@ def _info(options: Parsed) -> int:
         for node, types in nodes if not options.count else ():
             shown = f" [{', '.join(types)}]" if options.show_types else ""
             lines.append(f"    {node}{shown}")
-    show(options, document, lines)
-    return ExitCode.OK
+    return show(options, document, lines)
 
 
 def _users(graph: GraphSnapshot, title: str, action: str) -> list[tuple[str, list[str]]]:
@@ -93,16 +92,14 @@ def _type(options: Parsed) -> int:
     types = graph.action_types().get(name)
     if types is None:
         raise VerbError(f"Unknown action '{options.action_name}'", hint=_unknown(graph, name))
-    show(options, {"name": name, "types": types}, types)
-    return ExitCode.OK
+    return show(options, {"name": name, "types": types}, types)
 
 
 def _find(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import names_of_type
 
     found = names_of_type(graph_snapshot(options).action_types(), options.action_type, "action")
-    show(options, found, [len(found)] if options.count_actions else found)
-    return ExitCode.OK
+    return show_names(options, found, only_count=options.count_actions)
 
 
 def _send_goal(options: Parsed) -> int:

@@ -17,6 +17,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     settled_observer,
+    show,
     warn,
 )
 
@@ -99,11 +100,7 @@ def _diff(before: TopicGraph, after: TopicGraph, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
 
     lines = difference(before, after)
-    if options.json:
-        print_json(lines)
-    else:
-        for line in lines:
-            print(line)
+    show(options, lines, lines)
     return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
 
 

@@ -27,8 +27,7 @@ def _list(options: Parsed) -> int:
 
     found = {kind: all_interfaces([kind]) for kind in _kinds(options)}
     lines = ([_TITLES[kind], *(f"    {name}" for name in found[kind])] for kind in found)
-    show(options, found, itertools.chain.from_iterable(lines))
-    return ExitCode.OK
+    return show(options, found, itertools.chain.from_iterable(lines))
 
 
 def _show(options: Parsed) -> int:
@@ -56,8 +55,7 @@ def _package(options: Parsed) -> int:
         hint = unbuilt.hint(name, os.environ) or did_you_mean(name, known)
         raise VerbError(f"Unknown package '{name}'", hint=hint)
     found = interfaces_of(name, _kinds(options))
-    show(options, found, found)
-    return ExitCode.OK
+    return show(options, found, found)
 
 
 def _packages(options: Parsed) -> int:
@@ -65,8 +63,7 @@ def _packages(options: Parsed) -> int:
 
     kinds = _kinds(options)
     found = [name for name in interface_packages() if interfaces_of(name, kinds)]
-    show(options, found, found)
-    return ExitCode.OK
+    return show(options, found, found)
 
 
 def _kinds(options: Parsed) -> list[str]:
@@ -85,8 +82,7 @@ def _proto(options: Parsed) -> int:
     made = message[kind]()
     text = to_yaml(made)
     quoted = text if options.no_quotes else f'"{text}"'
-    show(options, to_json_plain(to_plain(made)), [quoted])
-    return ExitCode.OK
+    return show(options, to_json_plain(to_plain(made)), [quoted])
 
 
 COMMAND = Command(

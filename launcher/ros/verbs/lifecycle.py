@@ -19,6 +19,7 @@ from launcher.ros.verb import (
     seconds,
     settled_observer,
     show,
+    show_names,
     spin_time_s,
     warn,
 )
@@ -36,8 +37,7 @@ def _nodes(options: Parsed) -> int:
 
     graph = graph_snapshot(options)
     found = visible_names(graph.lifecycle_nodes(), hidden=options.include_hidden_nodes)
-    show(options, found, [len(found)] if options.count_nodes else found)
-    return ExitCode.OK
+    return show_names(options, found, only_count=options.count_nodes)
 
 
 @contextlib.contextmanager
@@ -79,8 +79,7 @@ def _list(options: Parsed) -> int:
         f"- {one['label']} [{one['id']}]\n\tStart: {one['start']}\n\tGoal: {one['goal']}"
         for one in document
     )
-    show(options, document, lines)
-    return ExitCode.OK
+    return show(options, document, lines)
 
 
 def _document(labelled: Any) -> dict[str, Any]:
@@ -97,8 +96,7 @@ def _get(options: Parsed) -> int:
         found = _states(caller, [node], options)
         if not found:
             raise lifecycle.silence_of(node, caller.answer_s)
-    show(options, found, _state_lines(found, is_named=False))
-    return ExitCode.OK
+    return show(options, found, _state_lines(found, is_named=False))
 
 
 def _get_all(options: Parsed) -> int:
@@ -146,8 +144,7 @@ def _set(options: Parsed) -> int:
         transition = lifecycle.find(lifecycle.transitions(caller, node), options.transition)
         lifecycle.change(caller, node, transition, options.timeout)
     document = {"node": node, "transition": _document(transition), "success": True}
-    show(options, document, ["Transitioning successful"])
-    return ExitCode.OK
+    return show(options, document, ["Transitioning successful"])
 
 
 COMMAND = Command(

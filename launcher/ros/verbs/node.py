@@ -5,14 +5,12 @@ from __future__ import annotations
 import functools
 
 from launcher.base.command_line import Command, Parsed, option
-from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     dispatch,
     domain_option,
     graph_snapshot,
-    print_json,
     ros_command,
     seconds,
     settled_observer,
@@ -27,14 +25,10 @@ def _list(options: Parsed) -> int:
     from launcher.ros import nodes
 
     names = nodes.visible_names(graph_snapshot(options).nodes, hidden=options.all)
-    if options.json:
-        print_json([{"name": name, "count": names.count(name)} for name in sorted(set(names))])
-        return ExitCode.OK
-    if len(set(names)) < len(names):
+    if len(set(names)) < len(names) and not options.json:
         warn(nodes.SHARED_NAME)
-    for line in [len(names)] if options.count_nodes else names:
-        print(line)
-    return ExitCode.OK
+    document = [{"name": name, "count": names.count(name)} for name in sorted(set(names))]
+    return show(options, document, [len(names)] if options.count_nodes else names)
 
 
 def _info(options: Parsed) -> int:
@@ -43,16 +37,13 @@ def _info(options: Parsed) -> int:
     name, graph = full_name(options.node_name), graph_snapshot(options)
     found = nodes.sections(graph, name, hidden=options.include_hidden)
     count = graph.nodes.count(name)
-    if options.json:
-        print_json({"name": name, **{title: dict(entries) for title, entries in found.items()}})
-        return ExitCode.OK
-    if count > 1:
+    if count > 1 and not options.json:
         warn(
             f'There are {count} nodes in the graph with the exact name "{name}". '
             "You are seeing information about only one of them."
         )
-    print("\n".join(nodes.info_lines(name, found)))
-    return ExitCode.OK
+    document = {"name": name, **{title: dict(entries) for title, entries in found.items()}}
+    return show(options, document, nodes.info_lines(name, found))
 
 
 def _ps(options: Parsed) -> int:
@@ -68,8 +59,7 @@ def _ps(options: Parsed) -> int:
         found = rows(caller, hidden=options.all, timeout_s=options.answer_timeout)
     if before is not None:
         found = with_ghosts(found, before.ghosts)
-    show(options, [asdict(row) for row in found], [to_table(found)])
-    return ExitCode.OK
+    return show(options, [asdict(row) for row in found], [to_table(found)])
 
 
 COMMAND = Command(

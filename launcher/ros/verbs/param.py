@@ -86,8 +86,7 @@ def _list(options: Parsed) -> int:
         return _list_all(options)
     with _asking(options) as (caller, node):
         names = _names(caller, node, options)
-    show(options, {node: names}, (f"  {name}" for name in names))
-    return ExitCode.OK
+    return show(options, {node: names}, (f"  {name}" for name in names))
 
 
 def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
@@ -141,8 +140,7 @@ def _get(options: Parsed) -> int:
         return ExitCode.OK
     value, kind = values[0], parameters.type_name(values[0].type)
     document = {"name": name, "type": kind, "value": parameters.plain_value(value)}
-    show(options, document, [parameters.value_text(value, hide_type=options.hide_type)])
-    return ExitCode.OK
+    return show(options, document, [parameters.value_text(value, hide_type=options.hide_type)])
 
 
 def _set(options: Parsed) -> int:
@@ -194,8 +192,7 @@ def _describe(options: Parsed) -> int:
     documents = [to_plain(descriptor) for descriptor in found]
     named = [{**one, "type": parameters.type_name(one["type"])} for one in documents]
     lines = (parameters.descriptor_lines(descriptor) for descriptor in found)
-    show(options, named, itertools.chain.from_iterable(lines))
-    return ExitCode.OK
+    return show(options, named, itertools.chain.from_iterable(lines))
 
 
 def _dump(options: Parsed) -> int:
@@ -206,8 +203,7 @@ def _dump(options: Parsed) -> int:
         found = parameters.values_of(caller, node, parameters.list_names(caller, node))
     values = {name: parameters.plain_value(value) for name, value in found.items() if value.type}
     document = parameters.dump_document(node, values)
-    show(options, document, [file_text(document)])
-    return ExitCode.OK
+    return show(options, document, [file_text(document)])
 
 
 def _load(options: Parsed) -> int:

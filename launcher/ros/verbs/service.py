@@ -22,6 +22,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    show_names,
     show_typed,
     spin_time_s,
     standard_input,
@@ -52,8 +53,7 @@ def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
 
 def _list(options: Parsed) -> int:
     found = _services(options, hidden=options.include_hidden_services)
-    show_typed(options, found, only_count=options.count_services)
-    return ExitCode.OK
+    return show_typed(options, found, only_count=options.count_services)
 
 
 def _type(options: Parsed) -> int:
@@ -67,8 +67,7 @@ def _find(options: Parsed) -> int:
 
     known = _services(options, hidden=options.include_hidden_services)
     found = names_of_type(known, options.service_type, "srv")
-    show(options, found, [len(found)] if options.count_services else found)
-    return ExitCode.OK
+    return show_names(options, found, only_count=options.count_services)
 
 
 def _info(options: Parsed) -> int:
@@ -92,8 +91,7 @@ def _info(options: Parsed) -> int:
         f"Clients count: {len(clients)}",
         f"Services count: {len(servers)}",
     )
-    show(options, document, lines)
-    return ExitCode.OK
+    return show(options, document, lines)
 
 
 def _call(options: Parsed) -> int:

@@ -28,6 +28,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
+    show_names,
 )
 from launcher.ros.verbs.listening import QOS, STYLE, natural, style
 
@@ -63,8 +64,7 @@ def _list(options: Parsed) -> int:
     elif options.verbose:
         lines = ["\n".join(listing.verbose_listing(found))]
     fields = ("name", "types", "publishers", "subscriptions")
-    show(options, [{field: getattr(one, field) for field in fields} for one in found], lines)
-    return ExitCode.OK
+    return show(options, [{field: getattr(one, field) for field in fields} for one in found], lines)
 
 
 def _info(options: Parsed) -> int:
@@ -104,8 +104,7 @@ def _find(options: Parsed) -> int:
     known = listing.known_types(graph_snapshot(options)).items()
     shown = {name: types for name, types in known if hidden or not is_hidden(name)}
     found = names_of_type(shown, options.topic_type, "msg")
-    show(options, found, [len(found)] if options.count_topics else found)
-    return ExitCode.OK
+    return show_names(options, found, only_count=options.count_topics)
 
 
 def _echo(options: Parsed) -> int:
