@@ -18,6 +18,7 @@ import time
 from functools import partial
 from pathlib import Path
 
+from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, ratio, scratch
 from benchmarks.ros_verbs import ros_domain
 from launcher.bag.model import Definition, Message, Topic
@@ -233,16 +234,10 @@ def _fly(*words: str) -> tuple[float, float]:
         spent = []
         for line in run.stdout:
             if "settled" in line:
-                before = _cpu_s(run.pid)
+                before = cpu_s(run.pid)
             elif "spent" in line:
                 spent.append(float(line.split()[-1]))
-                own = _cpu_s(run.pid) - before
+                own = cpu_s(run.pid) - before
         run.wait()
         shutil.rmtree(os.environ["ROS_LOG_DIR"], ignore_errors=True)
         return sum(spent), own
-
-
-def _cpu_s(pid: int) -> float:
-    """Of this process, without its children."""
-    tasks = Path(f"/proc/{pid}/task").glob("*/schedstat")
-    return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9

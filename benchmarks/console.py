@@ -17,6 +17,7 @@ from typing import NamedTuple
 from benchmarks.contestant import REPOSITORY, RUN_TIMEOUT_S, python_environment
 from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, ratio
+from tests.support.children import children_with
 
 STEADY_LINES_PER_S = 5_000
 STEADY_S = 5.0
@@ -130,10 +131,8 @@ def _when_settled(pid: int, fd: int, *, has_console: bool) -> int | None:
             seen += os.read(fd, READ_BYTES)
     if (READY in seen) != has_console:
         raise RuntimeError(f"console expected: {has_console}; output: {seen!r}")
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        if b"launcher.control.console" in Path(f"/proc/{child}/cmdline").read_bytes():
-            return int(child)
-    return None
+    consoles = children_with(pid, "launcher.control.console")
+    return consoles[0].pid if consoles else None
 
 
 def _count(fd: int, lines: int) -> int:

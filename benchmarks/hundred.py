@@ -6,14 +6,14 @@ import os
 import re
 import signal
 import time
-from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple
 
+import psutil
+
 from benchmarks.contestant import REPOSITORY, wait_for_end
+from benchmarks.footprint import memory_mb
 from benchmarks.harness import Row
 from benchmarks.warm import COLD, WARM, Domain, Run
-from launcher.posix import proc
 from launcher.posix.domain_lease import leased_domain
 from launcher.run.monitor.shared_memory import FOLDER, held
 
@@ -67,9 +67,10 @@ def _run(how: str, number: int) -> Work:
         started = _wait_for(run, r"silent, 0 not started; ") - run.begun_s
         done = _wait_for(run, r" 0 not started; .*fewest tasks: [1-9]") - run.begun_s
         _wait_for(run, rf"Dispatched .* {ROBOTS} of {ROBOTS} robots report")
-        pids = list(_descendants(run.process.pid))
-        cpu = sum(map(_cpu_s, pids))
-        pss = sum(map(_pss_mb, pids))
+        processes = psutil.Process(run.process.pid).children(recursive=True)
+        pids = {one.pid for one in processes}
+        cpu = sum(one.cpu_times().user + one.cpu_times().system for one in processes)
+        pss = sum(memory_mb(pid)[1] for pid in pids)
         files = {name for name, pid in held().items() if pid in pids}
         lost = _lost(run)
         begun = time.monotonic()
@@ -97,24 +98,6 @@ def _lost(run: Run) -> int:
     time.sleep(ARRIVAL_S)
     received = sum(log.read_text().count("Received task") for log in run.logs("robot-*-stderr"))
     return max(0, assigned - given_back - received)
-
-
-def _descendants(pid: int) -> Iterator[int]:
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        yield int(child)
-        yield from _descendants(int(child))
-
-
-def _cpu_s(pid: int) -> float:
-    fields = proc.stat_fields(pid)
-    ticks = int(fields[proc.USER_TICKS]) + int(fields[proc.SYSTEM_TICKS])
-    return ticks / os.sysconf("SC_CLK_TCK")
-
-
-def _pss_mb(pid: int) -> float:
-    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    (kilobytes,) = re.findall(r"^Pss:\s+(\d+) kB", text, re.M)
-    return int(kilobytes) / 1024
 
 
 def _ports(domain: int) -> set[int]:

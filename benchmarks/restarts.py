@@ -12,9 +12,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from benchmarks.contestant import LAUNCHER, PREFIXER, Contestant, Work
-from benchmarks.footprint import children, command, cpu_s
+from benchmarks.footprint import cpu_s
 from benchmarks.harness import Row, interleaved, median, milliseconds, programs, scratch
 from benchmarks.watch import ExecWatch, Seen
+from tests.support.children import children_with
 
 LOOP_S = 5.0
 CALM_S = 1.5  # a run is idle when its first process dies
@@ -111,4 +112,4 @@ def _gaps(events: Sequence[Seen]) -> list[float]:
 
 
 def _child(pid: int) -> int:
-    return next(child for child in children(pid) if _PROGRAM in command(child))
+    return children_with(pid, _PROGRAM)[0].pid

@@ -19,7 +19,10 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
+
 from benchmarks.contestant import REPOSITORY, end, python_environment, wait_for_end
+from benchmarks.footprint import memory_mb
 from benchmarks.harness import Row, interleaved, median, milliseconds, ratio, scratch
 from launcher.control.client import Connection
 from launcher.posix.domain_lease import leased_domain
@@ -355,19 +358,9 @@ def _memory_mb(domain: Domain, text: str, how: str) -> float:
     with domain.running(text, how) as run:
         _wait_for(run, "published", MANY)
         time.sleep(IDLE_S)
-        children = Path(f"/proc/{run.process.pid}/task/{run.process.pid}/children").read_text()
-        pids = [int(pid) for pid in children.split() if b"watchdog" not in _command(pid)]
-        return sum(map(_pss_mb, pids)) / MANY
-
-
-def _command(pid: str) -> bytes:
-    return Path(f"/proc/{pid}/cmdline").read_bytes()
-
-
-def _pss_mb(pid: int) -> float:
-    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    (kilobytes,) = re.findall(r"^Pss:\s+(\d+) kB", text, re.M)
-    return int(kilobytes) / 1024
+        children = psutil.Process(run.process.pid).children()
+        nodes = [one.pid for one in children if "watchdog" not in " ".join(one.cmdline())]
+        return sum(memory_mb(pid)[1] for pid in nodes) / MANY
 
 
 def without_nodes(runs: int) -> list[Row]:

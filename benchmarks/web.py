@@ -13,9 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
+from benchmarks.footprint import cpu_s
 from benchmarks.harness import NotHereError, Row, interleaved, ratio, scratch
 from benchmarks.ros_verbs import ros_domain
 from tests.support.browser import browser, chromium, page_at
+from tests.support.children import children_with
 from tests.support.waiting import wait_until
 from tests.support.web_page import PageClient
 
@@ -105,23 +107,6 @@ def _link(screen: Path) -> str:
     return found[1]
 
 
-def _cpu_s(pid: int) -> float:
-    """CPU time of a process, without its children."""
-    tasks = Path(f"/proc/{pid}/task").glob("*/schedstat")
-    return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9
-
-
-def _children(pid: int, word: str) -> list[int]:
-    """The children of a process whose command line has this word."""
-    found = []
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in task.read_text().split():
-            with contextlib.suppress(OSError):
-                if word in Path(f"/proc/{child}/cmdline").read_text():
-                    found.append(int(child))
-    return found
-
-
 def _needs_browser() -> None:
     try:
         browser()
@@ -185,14 +170,14 @@ def _hundred(*, page: bool) -> dict[str, float]:
             client = stack.enter_context(PageClient(_link(screen)))
             client.open()
             client.ask("topics", on=True)
-            (pids["server"],) = _children(run.pid, "launcher.web.server")
-            wait_until(lambda: _children(pids["server"], "launcher.ros.probe"), "the probe")
-            (pids["probe"],) = _children(pids["server"], "launcher.ros.probe")
+            pids["server"] = children_with(run.pid, "launcher.web.server")[0].pid
+            wait_until(lambda: children_with(pids["server"], "launcher.ros.probe"), "the probe")
+            pids["probe"] = children_with(pids["server"], "launcher.ros.probe")[0].pid
             wait_until(lambda: _measured(client) >= TOPICS, f"{TOPICS} topics with a rate")
         time.sleep(SETTLED_S)
-        before = {name: _cpu_s(pid) for name, pid in pids.items()}
+        before = {name: cpu_s(pid) for name, pid in pids.items()}
         time.sleep(MEASURED_S)
-        return {name: (_cpu_s(pid) - before[name]) / MEASURED_S for name, pid in pids.items()}
+        return {name: (cpu_s(pid) - before[name]) / MEASURED_S for name, pid in pids.items()}
 
 
 def _measured(client: PageClient) -> int:
@@ -256,27 +241,20 @@ def tabs(runs: int) -> list[Row]:
     with ros_domain(), contextlib.ExitStack() as stack:
         run, screen = stack.enter_context(_run("system", "--web", "--web-port", "0"))
         link = _link(screen)
-        (server,) = _children(run.pid, "launcher.web.server")
+        (server,) = children_with(run.pid, "launcher.web.server")
         clients = [stack.enter_context(PageClient(link)) for _ in range(TABS)]
         for client in clients:
             client.open()
             client.ask("topics", on=True)
             client.ask("echo", topic="/fleet/status", on=True)
         time.sleep(SETTLED_S)
-        before, cpu = _memory(server), _cpu_s(server)
+        before, cpu = server.memory_full_info().uss, cpu_s(server.pid)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             time.sleep(1.0)
             for client in clients:
                 client.events.clear()
-        grown = (_memory(server) - before) / 1e6
-        used = (_cpu_s(server) - cpu) / seconds
+        grown = (server.memory_full_info().uss - before) / 1e6
+        used = (cpu_s(server.pid) - cpu) / seconds
     detail = f"{before / 1e6:.0f} MB before, {used:.1%} of a core, {seconds:.0f} s"
     return [Row(f"{TABS} pages: the server's memory grows by", grown, "MB", 5.0, detail)]
-
-
-def _memory(pid: int) -> int:
-    """Bytes of private memory."""
-    text = Path(f"/proc/{pid}/smaps_rollup").read_text()
-    found = re.findall(r"^Private_\w+:\s+(\d+) kB", text, re.MULTILINE)
-    return sum(map(int, found)) * 1024

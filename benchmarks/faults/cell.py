@@ -267,12 +267,11 @@ class Cell:
         if victim == LAUNCHER:
             return self._launcher.pid
         if victim == NODE:
-            pattern = f"hostile.py\0{self.spec.child}\0{self._notes}\0"
-            return next((pid for pid in psutil.pids() if _command_line(pid).endswith(pattern)), 0)
+            last = [self.spec.child, str(self._notes)]
+            return next((pid for pid in psutil.pids() if _command_line(pid)[-2:] == last), 0)
         word = HELPERS[victim][0]
         for pid in psutil.pids():
-            words = _command_line(pid).split("\0")
-            is_it = any(one == word or os.path.basename(one) == word for one in words)
+            is_it = any(word in (one, os.path.basename(one)) for one in _command_line(pid))
             if pid not in self._ours and is_it:
                 return pid
         return 0
@@ -358,18 +357,19 @@ def _environment(folder: Path, group: str) -> dict[str, str]:
     }
 
 
-def _command_line(pid: int) -> str:
+def _command_line(pid: int) -> list[str]:
     try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace")
-    except OSError:
-        return ""
+        return psutil.Process(pid).cmdline()
+    except psutil.Error:
+        return []
 
 
 def _words(pid: int) -> str:
-    return " ".join(_command_line(pid).split("\0"))[-200:] or f"pid {pid}"
+    return " ".join(_command_line(pid))[-200:] or f"pid {pid}"
 
 
 def _is_alive(pid: int) -> bool:
+    """psutil takes one for a zombie whose main thread has ended."""
     try:
         tasks = os.listdir(f"/proc/{pid}/task")
         return any(_state(f"/proc/{pid}/task/{task}/stat") not in ("Z", "X", "") for task in tasks)

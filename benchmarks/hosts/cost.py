@@ -7,8 +7,9 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import psutil
+
 from benchmarks.footprint import cpu_s
-from launcher.posix import proc
 
 KINDS = ("launcher", "watchdog", "ssh")
 
@@ -40,7 +41,7 @@ def idle_cost(pid: int, settle_s: float, seconds: float) -> Cost:
     after, passed_s = _cpu(pid), time.monotonic() - begun_s
     memory = dict.fromkeys(KINDS, 0.0)
     for one, kind in _processes(pid):
-        memory[kind] += (proc.uss_bytes(one) or 0) / 2**20
+        memory[kind] += one.memory_full_info().uss / 2**20
     used = [after[kind] - before[kind] for kind in KINDS]
     return Cost(*(100 * one / passed_s for one in used), *(memory[kind] for kind in KINDS))
 
@@ -50,15 +51,14 @@ def _cpu(pid: int) -> dict[str, float]:
     used = dict.fromkeys(KINDS, 0.0)
     for one, kind in _processes(pid):
         with contextlib.suppress(OSError):
-            used[kind] += cpu_s(one)
+            used[kind] += cpu_s(one.pid)
     return used
 
 
-def _processes(pid: int) -> Iterator[tuple[int, str]]:
-    """All processes of the tree, and what they are."""
-    yield pid, "launcher"
-    waiting = list(proc.children(pid))
-    while waiting:
-        one = waiting.pop()
-        waiting += proc.children(one)
-        yield one, "ssh" if proc.read(one, "comm").strip() == b"ssh" else "watchdog"
+def _processes(pid: int) -> Iterator[tuple[psutil.Process, str]]:
+    """All processes of the tree, and what they are; those that have just ended are left out."""
+    launcher = psutil.Process(pid)
+    yield launcher, "launcher"
+    for one in launcher.children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            yield one, "ssh" if one.name() == "ssh" else "watchdog"
