@@ -15,7 +15,8 @@ Doors:
   with every signal at its default and none blocked.
 * `open_files`: the limit of open files, raised for the launcher when half of it is used, and as
   before for its children.
-* `proc`: the reader of `/proc/PID`. `stdio`: redirection of standard output by descriptors, and
+* `proc`: the reader of `/proc/PID`. `tree_cpu_usage`: how busy a process and its descendants are.
+  `stdio`: redirection of standard output by descriptors, and
   text printed to closed or narrow outputs; helper processes keep a separate descriptor for
   messages (`keep_for_messages`), since Fast DDS prints to standard output. `keys`: those that are
   typed, by name.

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         def fail(self, problem: BadCallError) -> None: ...
 
     class VerbRequest(Protocol):
-        """A verb of a part that is to be carried out; a function that does raises BadCallError."""
+        """A call of a verb of a part; the function that serves it may raise BadCallError."""
 
         run: Run
         call: Call
@@ -64,7 +64,7 @@ class Part:
         return None
 
     def open(self, begin: Callable[[], None]) -> bool:
-        """Whether it calls `begin` later; the run begins then, otherwise at once."""
+        """Whether the run begins when this part calls `begin`; at most one part may say so."""
         return False
 
     def holds_run(self) -> bool:
@@ -75,7 +75,7 @@ class Part:
         """The static part of the launch file was carried out."""
 
     def begin(self) -> None:
-        """The run has begun: called once, when the row says, with nothing else to do."""
+        """Called once, in an idle moment, if the part was made `BEGUN` or `SERVED`."""
 
     def follow(self, before: RunOptions) -> None:
         """A reload has read options that differ from those `before`."""
@@ -90,7 +90,7 @@ class Part:
         """End helper processes that must not count as leftovers; may be called twice."""
 
     def finish(self, done: Callable[[], None]) -> bool:
-        """Look for leftovers, too; whether it does, and calls `done` at the end."""
+        """Whether it looks for leftovers elsewhere, and calls `done` when that is over."""
         return False
 
     def conclude(self, *, is_orderly: bool) -> None:
@@ -127,7 +127,7 @@ class Part:
         """A container has loaded a node."""
 
     def changed(self) -> None:
-        """The state of a process may have."""
+        """The state of a process may have changed."""
 
     # ---- what is known of them
 
@@ -159,7 +159,7 @@ class StartStage(Part):
         self.run.driver.pass_on(process, self)
 
     def withdraw(self, process: Process) -> bool:
-        """It shall not start any more; False if it is not here."""
+        """Drop a process that is kept here, which shall not start; False if it is not here."""
         return False
 
     def waits(self, process: Process) -> bool:
@@ -167,38 +167,37 @@ class StartStage(Part):
         return False
 
     def skip(self, process: Process) -> None:
-        """A user starts it: do not let it wait for other processes."""
+        """A user starts it: it does not wait for other processes any more."""
 
     def is_starting(self, process: Process) -> bool:
-        """Whether this stage is carrying out its start."""
+        """Whether this stage starts its program in place of the last one."""
         return False
 
     def awaits_preparation(self, process: Process) -> bool:
-        """Whether that has to wait for a preparation."""
+        """Whether a start in this stage has to wait for a preparation."""
         return False
 
 
 class When(enum.Enum):
-    """When a part is made that is wanted: before the first start, after the static part of the
-    launch file, or when there is a control socket. Others are made when they are asked for.
-    """
+    """When a part is made that is wanted."""
 
-    FIRST = enum.auto()
-    BEGUN = enum.auto()
-    SERVED = enum.auto()
+    FIRST = "before the first start, and before the run has its driver"
+    BEGUN = "after the static part of the launch file"
+    SERVED = "when there is a control socket"
+    ASKED = "when its class is asked for, which also makes the others earlier"
 
 
 class PartRow(Record):
     """A part, as `module:Class`.
 
-    `wanted` says whether a run has it `when` that is, `delay_s` later; modules that its `imports`
-    name are imported before, one at a time, so that a line of a process waits for one at most.
-    `options` are those of a command line; with one of them, `check` is called with all.
+    `wanted(run)`: whether the part is made at `when`, plus `delay_s`. The modules in `imports` are
+    imported before, one in each idle moment, so that output of a process waits for one at most.
+    `options` are those of a command line; if one of them is given, `check` is called with all.
     """
 
     part: str
     when: When = When.BEGUN
-    wanted: Callable[[Run], object] | None = None
+    wanted: Callable[[Run], object] = lambda run: True
     delay_s: float = 0.0
     imports: tuple[str, ...] = ()
     options: tuple[Option, ...] = ()

@@ -16,12 +16,12 @@ planned_hosts = lazy("launcher.hosts.launching.planned:PlannedHosts")
 open_node = lazy("launcher.ros.helpers.spinning_node:SpinningNode")
 COMPOSED = "launcher.ros.composed"
 
-DISCOVERY_MODES = ("multicast", "peers", "server")
 DISCOVERY = option(
     "--discovery MODE",
     "how nodes on several hosts find each other (default: as the hosts file or the environment "
     "says)",
-    choices=DISCOVERY_MODES,
+    choices=("multicast", "peers", "server"),
+    repeat="once",
 )
 COMPOSE = option(
     "--compose NAME",
@@ -93,9 +93,10 @@ def page_options(prefix: str) -> tuple[Option, ...]:
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
 
-# In the order in which parts hear of events; they are closed in the opposite one.
+# In the order in which parts hear of events, and in which starts go through those that are stages.
+# Parts are closed in the opposite order.
 ROWS = (
-    PartRow("launcher.run.monitor.housekeeping:Housekeeping", wanted=lambda run: True),
+    PartRow("launcher.run.monitor.housekeeping:Housekeeping"),
     PartRow(
         "launcher.hosts.engine.fleet:Fleet",
         When.FIRST,
@@ -105,12 +106,7 @@ ROWS = (
                 "--hosts FILE", "run processes on other hosts, as this file says", repeat="once"
             ),
             SKIP_HOST,
-            option(
-                "--discovery MODE",
-                "how the nodes of several hosts find each other",
-                choices=DISCOVERY_MODES,
-                repeat="once",
-            ),
+            DISCOVERY,
         ),
         verbs=(
             Verb(
@@ -197,7 +193,7 @@ ROWS = (
         When.FIRST,
         lambda run: run.log_dir is not None or run.options.name_processes,
     ),
-    PartRow("launcher.run.requests.process_control:ProcessControl"),
+    PartRow("launcher.run.requests.process_control:ProcessControl", When.ASKED),
     PartRow(
         "launcher.run.helpers.parameter_checks:ParameterChecks",
         wanted=lambda run: run.options.check_parameters,
@@ -212,6 +208,7 @@ ROWS = (
     ),
     PartRow(
         "launcher.run.reload.reload:Reloader",
+        When.ASKED,
         verbs=(
             Verb(
                 "reload [--dry-run]",
@@ -258,6 +255,7 @@ ROWS = (
     ),
     PartRow(
         "launcher.run.stacks.stacks:Stacks",
+        When.ASKED,
         verbs=(
             Verb(
                 "stack NAME ... [--native] [--locals]",
@@ -291,6 +289,7 @@ ROWS = (
     ),
     PartRow(
         "launcher.run.helpers.logger_levels:LoggerLevels",
+        When.ASKED,
         verbs=(
             Verb(
                 "loglevel NAME [LOGGER] [LEVEL]",

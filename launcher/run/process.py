@@ -161,8 +161,8 @@ class Process:
         """Whether it is, or is being started, under a debugger of a user."""
         return self.debugger is not None or self.next_debugger is not None
 
-    def take_debugger(self) -> ProcessSpec:
-        """What its start, which is due, has to run."""
+    def take_spec(self) -> ProcessSpec:
+        """What its start, which is due, has to run: the next debugger counts as used then."""
         self.debugger, self.next_debugger = self.next_debugger, None
         return self.spec if self.debugger is None else self.debugger.spec
 

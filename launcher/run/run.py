@@ -40,8 +40,8 @@ class Launched(Record):
 
     The files of the run go to `path`, unless that is None. `switched_off` are processes that a
     condition keeps away. `is_script`: a script with a LaunchService, which decides on the exit
-    code. `hosts` is for the part that runs processes elsewhere; `run_id` is that of a run that was
-    attached to, which is `not_begun` if it cannot be.
+    code. `hosts` is for the part that runs processes elsewhere. `run_id`: that of an earlier run,
+    whose processes are taken over; `not_begun` is reported if that is not possible.
     """
 
     target: str
@@ -62,6 +62,7 @@ class Run:
     launch file was carried out.
     """
 
+    # For mypy, since the rows of `launcher.run.parts` read these while this module is checked.
     launched: Launched
     options: RunOptions
     screen: StdoutWriter
@@ -98,7 +99,7 @@ class Run:
         self.spawner = Spawner(self)
         self.starts = Starts(self)
         self.parts = RunParts(self)
-        self.parts.make_first()
+        self.parts.make_first()  # which may supply the driver, and do not have it yet
         drivers = (part.driver() for part in self.parts)
         self.driver = next(filter(None, drivers), None) or ProcessDriver(self)
 
@@ -196,6 +197,6 @@ class Run:
         self.changed()
 
     def changed(self) -> None:
-        """The state of a process may have."""
+        """The state of a process may have changed."""
         for part in self.parts:
             part.changed()

@@ -36,7 +36,7 @@ class RunParts:
         return next((part for part in self._parts if type(part) is kind), None)
 
     def need(self, kind: type[P]) -> P:
-        """The part of this class, which is made with the first request."""
+        """The part of this class, which is made if there is none yet."""
         found = self.find(kind)
         if found is not None:
             return found
@@ -46,8 +46,7 @@ class RunParts:
         return part
 
     def _wanted(self, when: When) -> list[PartRow]:
-        rows = (row for row in ROWS if row.when is when)
-        return [row for row in rows if row.wanted is not None and row.wanted(self._run)]
+        return [row for row in ROWS if row.when is when and row.wanted(self._run)]
 
     def make_first(self) -> None:
         """Make the parts that are wanted before the first start; UsageError."""

@@ -51,7 +51,7 @@ class Supervisor:
             if run.log_dir is not None:
                 run.log.log("INFO", "launch", f"All log files can be found below {run.log_dir}")
                 run.log.log("INFO", "launch", KEPT)
-            if any([part.open(self._begin) for part in run.parts]):  # noqa: C419  (all of them)
+            if any(part.open(self._begin) for part in run.parts):
                 run.idle()
             else:
                 self._begin()

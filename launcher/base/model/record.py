@@ -20,6 +20,9 @@ else:
         return lambda cls: cls
 
 
+_Function = type(lambda: None)
+
+
 @dataclass_transform(frozen_default=True, eq_default=True)
 class Record:
     """Base of frozen values: fields are the annotations, defaults the class attributes.
@@ -39,6 +42,10 @@ class Record:
         cls._known = frozenset(cls._fields)
         cls._required = frozenset(name for name in cls._fields if not hasattr(cls, name))
         type.__setattr__(cls, "__match_args__", cls._fields)  # for `match` by position
+        for name in fields:
+            default = cls.__dict__.get(name)
+            if isinstance(default, _Function):  # else it would be a method
+                type.__setattr__(cls, name, staticmethod(default))
 
     def __init__(self, *values: Any, **named: Any) -> None:
         fields = self._fields

@@ -91,7 +91,6 @@ class Interpreter:
         self._handler_changes = 0
         self.failure: LaunchFileError | None = None
         self._stays = stays
-        self._is_service = context is not None
         self.context = context or self._new_context(noninteractive)
         self.host = RunHost(self.context, answer)
         self.context._host = self.host
@@ -432,7 +431,7 @@ class Interpreter:
             return
         text = f"Caught exception in launch (see debug for traceback): {error_text(error)}"
         self.host.log("launch", "ERROR", text)
-        if self._is_service:
+        if self._is_of_a_script:
             self._run_steps()  # as in ROS 2, what was visited before the error starts, and ends
         self.context._event_queue.clear()
         self.host.steps.clear()

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from launcher.language.interpreter import Interpreter
     from launcher.run.core_driver import Core
 
-    class Fleet(Protocol):
+    class FleetPlacement(Protocol):
         """Which processes run on other hosts: the host, or None."""
 
         @property
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         def services(self) -> Sequence[ProcessSpec]: ...
 
         # None if all processes run here; LauncherError.
-        def fleet(self, core: LaunchCore, request: LaunchRequest) -> Fleet | None: ...
+        def fleet(self, core: LaunchCore, request: LaunchRequest) -> FleetPlacement | None: ...
 
 
 FEW_NODES = 20  # find each other in any case
@@ -191,12 +191,12 @@ def _launch(
                 core.evaluate()
             _check(core, interpreter, options)
             fleet = None if hosts is None else hosts.fleet(core, request)
-            run: Core = core
+            driven: Core = core
             absorbed: frozenset[str] = frozenset()
             if options.compose:
                 from launcher.launch import composing
 
-                run, absorbed = composing.composed(core, options)
+                driven, absorbed = composing.composed(core, options)
             if session.nodes_made > FEW_NODES and fleet is None:
                 from launcher.launch.crowds import warn_of_crowd
 
@@ -211,7 +211,7 @@ def _launch(
                 hosts=fleet,
                 switched_off=core.switched_off,
             )
-            with supervising(run, options, what) as (supervisor, _):
+            with supervising(driven, options, what) as (supervisor, _):
                 code = supervisor.run()
         finally:
             core.interpreter.close()
@@ -270,7 +270,7 @@ def _read_log_formats() -> None:
         raise UsageError(str(error), hint="for example: '[{levelname}] [{name}]: {msg}'") from None
 
 
-def _warn_of_programs(core: LaunchCore, fleet: Fleet | None) -> None:
+def _warn_of_programs(core: LaunchCore, fleet: FleetPlacement | None) -> None:
     """Before the start, of programs on this machine that cannot be executed."""
     from launcher.base.model.events import StartProcess
     from launcher.posix.spawn import is_plain

@@ -6,11 +6,10 @@ of the time since the last poll (`TreeCpuUsage`), until it exits, or at most for
 
 from __future__ import annotations
 
-import os
 from collections import deque
 
-from launcher.posix import proc
 from launcher.posix.reactor import Timer
+from launcher.posix.tree_cpu_usage import TreeCpuUsage
 from launcher.run.machine import ProcessState
 from launcher.run.part import StartStage
 from launcher.run.process import Process
@@ -24,8 +23,6 @@ MIN_S = 0.3  # before that, an interpreter that waits for its disk looks idle
 MAX_S = 10.0
 SETTLE_S = 2.0  # if the CPU usage is not available
 IDLE_SHARE = 0.25
-
-_Threads = dict[str, tuple[int, int]]
 
 
 class StartPacing(StartStage):
@@ -123,50 +120,3 @@ class _StartingProcess:
             return age_s >= SETTLE_S
         is_idle = age_s >= MIN_S and used_s < IDLE_SHARE * elapsed_s
         return is_idle or age_s >= MAX_S
-
-
-class TreeCpuUsage:
-    """CPU usage of one process and its descendants; remembers that of the last call.
-
-    By threads: an rclpy node has a dozen, most of them of Fast DDS, and a shell leaves the work to
-    its child, so that the first thread may sleep through a busy start. About 12 us a thread.
-    """
-
-    def __init__(self) -> None:
-        self._before: _Threads = {}
-
-    def used_s(self, pid: int) -> float | None:
-        """Seconds since the last call, or since it was started; None if they are not available.
-
-        What all threads together ran, or what the busiest one ran and waited for a processor: a
-        machine that is too busy to let a process run does not make it calm, while many threads
-        that each wait for a moment do not make it busy.
-        """
-        threads = _threads(pid)
-        if not threads:
-            return None
-        ran, most = 0, 0
-        for thread, (ran_ns, waited_ns) in threads.items():
-            ran_before, waited_before = self._before.get(thread, (0, 0))
-            ran += ran_ns - ran_before
-            most = max(most, ran_ns - ran_before + waited_ns - waited_before)
-        self._before = threads
-        return max(ran, most) / 1e9
-
-
-def _threads(pid: int) -> _Threads:
-    """Thread -> nanoseconds that it ran and waited so far, of a process and its descendants."""
-    threads: _Threads = {}
-    waiting = [str(pid)]
-    while waiting:
-        tasks = f"{waiting.pop()}/task"
-        try:
-            names = os.listdir(f"{proc.ROOT}/{tasks}")
-        except OSError:
-            continue  # it has just ended
-        for name in names:
-            words = proc.read(f"{tasks}/{name}", "schedstat").split()
-            if len(words) == 3:
-                threads[name] = int(words[0]), int(words[1])
-            waiting += proc.read(f"{tasks}/{name}", "children").decode().split()
-    return threads

@@ -50,7 +50,7 @@ class Spawner:
     def spawn(self, process: Process) -> Child:
         """Start its program; OSError."""
         self._run.watchdog.ensure()
-        spec = process.take_debugger()
+        spec = process.take_spec()
         return start(spec, self.settings_of(process, spec))
 
     def settings_of(self, process: Process, spec: ProcessSpec) -> StartSettings:

@@ -288,7 +288,7 @@ class WarmSpawner:
             self._reactor.add_reader(pidfd, functools.partial(self._reap, pidfd))
             return
         start.process.start_kind = "warm"
-        start.process.take_debugger()  # it has none
+        start.process.take_spec()  # it has none
         self._driver.adopt(start.process, start.child(pid, pidfd))
 
     def _reap(self, pidfd: int) -> None:

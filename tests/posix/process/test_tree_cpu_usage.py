@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from launcher.run.starts.pacing import TreeCpuUsage
+from launcher.posix.tree_cpu_usage import TreeCpuUsage
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.thorough
