@@ -15,23 +15,9 @@ from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
     from launcher.run.helpers.ros_agent import AgentTimer
-
-    class Starts(Protocol):
-        """The driver of processes."""
-
-        # Whether the start is being carried out: not held back, and not complete.
-        def is_under_way(self, process: Process) -> bool: ...
-
-        # Whether it waits for the preparation of warm starts, which is not over.
-        def awaits_preparation(self, process: Process) -> bool: ...
-
-    class RosClock(Protocol):
-        """That of a simulation: its timers count from now."""
-
-        def call_later(self, timer_id: int, delay_s: float) -> AgentTimer: ...
+    from launcher.run.process_driver import ProcessDriver
+    from launcher.run.ros_requests import RosRequests
 
 
 class TimerBatch:
@@ -58,9 +44,9 @@ class LaunchTimers:
     def __init__(
         self,
         reactor: Reactor,
-        starts: Starts,
+        starts: ProcessDriver,
         fire: Callable[[int], object],
-        simulation: Callable[[], RosClock | None],
+        simulation: Callable[[], RosRequests | None],
     ) -> None:
         self._reactor = reactor
         self._starts = starts
@@ -156,7 +142,7 @@ class LaunchTimers:
         for timer_id in self._timers.keys() - (set() if outliving else self._outliving):
             self.cancel(timer_id)
 
-    def move_to(self, clock: RosClock) -> None:
+    def move_to(self, clock: RosRequests) -> None:
         """The ROS clock is that of a simulation from now on."""
         waiting, self._on_wall_clock = self._on_wall_clock, {}
         for timer_id, timer in waiting.items():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Protocol
 
 from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.buffer import Buffer
@@ -29,6 +28,10 @@ from prompt_toolkit.widgets import SearchToolbar
 from launcher.control.console.bar import Line
 from launcher.control.console.display import SHORT_ROWS, SIGN, FooterOutput
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.control.console.session import ConsoleSession
+
 MAX_CANDIDATE_ROWS = 4
 FOUND, NOT_FOUND = "search: ", "no line has: "
 ALL = 1_000_000  # more than the history has lines
@@ -49,51 +52,8 @@ COLOURS = Style.from_dict(
 PLAIN = Style.from_dict({"prompt": "bold", "bar.trouble": "bold", "chosen": "reverse"})
 
 
-class PromptHost(Protocol):
-    """Supplies the text around the prompt, and handles keys."""
-
-    def above(self) -> str:
-        """Lines above the prompt, with SGR sequences; may be empty."""
-
-    def status(self, columns: int, *, few: bool) -> Sequence[Line]:
-        """Lines of the status bar; one of them where there are `few` rows."""
-
-    def is_watching(self) -> bool:
-        """Whether the next key goes to `any_key`."""
-
-    def is_picking(self) -> bool:
-        """Whether the panel is open."""
-
-    def pick(self) -> None:
-        """Open the panel."""
-
-    def panel(self, columns: int, rows: int) -> Sequence[Line]:
-        """Lines of the panel in a terminal of this size."""
-
-    def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
-        """(character, row) of the cursor in these lines."""
-
-    def is_typing(self) -> bool:
-        """Whether the cursor in the panel is visible."""
-
-    def any_key(self, key: str, text: str) -> None:
-        """Handle a key, given by name and text, while a stream or the panel is shown."""
-
-    def entered(self, line: str) -> None:
-        """Enter."""
-
-    def signalled(self, signum: int) -> None:
-        """Ctrl-C or Ctrl-\\, as the signal that a terminal sends for it."""
-
-    def left(self) -> None:
-        """Ctrl-D on an empty line."""
-
-    def suspended(self) -> None:
-        """Ctrl-Z."""
-
-
 def make_application(
-    host: PromptHost,
+    host: ConsoleSession,
     *,
     output: FooterOutput,
     completer: Completer,
@@ -126,7 +86,7 @@ def make_application(
     )
 
 
-def _rows(buffer: Buffer, host: PromptHost, output: FooterOutput, panel: Window) -> HSplit:
+def _rows(buffer: Buffer, host: ConsoleSession, output: FooterOutput, panel: Window) -> HSplit:
     search = search_row(buffer)
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(host.above()))
@@ -171,7 +131,7 @@ def _below_each_other(lines: Sequence[Line]) -> StyleAndTextTuples:
     return pieces
 
 
-def _panel(host: PromptHost, output: FooterOutput) -> Window:
+def _panel(host: ConsoleSession, output: FooterOutput) -> Window:
     shown: list[Line] = []
 
     def text() -> StyleAndTextTuples:
@@ -225,7 +185,7 @@ def _candidates(buffer: Buffer, columns: int) -> StyleAndTextTuples:
     return pieces
 
 
-def _keys(host: PromptHost, buffer: Buffer) -> KeyBindings:
+def _keys(host: ConsoleSession, buffer: Buffer) -> KeyBindings:
     keys = KeyBindings()
 
     def insert(text: str) -> None:

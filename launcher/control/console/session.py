@@ -210,12 +210,16 @@ class ConsoleSession:
         if self._display.has_footer:
             self._application.invalidate()
 
+    # ---- for the prompt: the text around it, and its keys
+
     def above(self) -> str:
+        """Lines above the prompt, with SGR sequences; may be empty."""
         if self._watch is not None and (table := self._watch.text()):
             return table
         return self._display.partial.decode(errors="replace")
 
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
+        """Lines of the status bar; one of them where there are `few` rows."""
         folder = _below_home(self._run.log_dir or "no log files")
         hint = self._panel.hint(columns) or self._shell_verbs.hint
         if self._watch is not None and self.is_watching():
@@ -288,12 +292,14 @@ class ConsoleSession:
             self._application.invalidate()
 
     def any_key(self, key: str, text: str) -> None:
+        """Handle a key, given by name and text, while a stream or the panel is shown."""
         if self._panel.is_open:
             self._panel.press(key, text)
         elif self._watch is not None:
             self._watch.press(key)
 
     def is_watching(self) -> bool:
+        """Whether the next key goes to `any_key`."""
         return self._watch is not None and not self._watch.is_closed
 
     def pick(self) -> None:
@@ -309,6 +315,7 @@ class ConsoleSession:
         return self._panel.lines(columns, rows)
 
     def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
+        """(character, row) of the cursor in these lines."""
         return self._panel.cursor(lines)
 
     def signalled(self, signum: int) -> None:
@@ -332,6 +339,7 @@ class ConsoleSession:
             os.kill(self._run.pid, signum)
 
     def left(self) -> None:
+        """Ctrl-D on an empty line."""
         verb = find("quit")
         assert verb is not None
         self._display.echo("quit")
@@ -340,6 +348,7 @@ class ConsoleSession:
     # ---- suspend and resume
 
     def suspended(self) -> None:
+        """Ctrl-Z."""
         self._do(self._suspend())
 
     async def _suspend(self) -> None:

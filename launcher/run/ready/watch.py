@@ -13,19 +13,8 @@ from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
-    Tell = Callable[[bool, str], None]  # whether it holds, and what is seen instead
-
-    class GraphFactSource(Protocol):
-        """What tells facts of the ROS graph."""
-
-        def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, tell: Tell) -> int: ...
-        def unwatch(self, number: int) -> None: ...
-
-    class Attempt(Protocol):
-        def close(self) -> None: ...
-
+    from launcher.run.helpers.graph_facts import GraphFacts
+    from launcher.run.ready.attempts import CommandRun, PortAttempts
 
 _COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
 
@@ -44,14 +33,14 @@ class ReadyWatch:
         tell: Callable[[int, bool, str], None],
         *,
         reactor: Reactor,
-        graph: Callable[[], GraphFactSource],
+        graph: Callable[[], GraphFacts],
         env: Mapping[str, str],
     ) -> None:
         self._process = process
         self._tell = tell
         self._patterns: dict[int, Pattern] = {}
-        self._attempts: list[Attempt] = []
-        self._graph: GraphFactSource | None = None
+        self._attempts: list[CommandRun | PortAttempts] = []
+        self._graph: GraphFacts | None = None
         self._numbers: list[int] = []
         for index, fact in enumerate(facts):
             self._begin(index, fact, reactor, graph, env)
@@ -63,7 +52,7 @@ class ReadyWatch:
         index: int,
         fact: Fact,
         reactor: Reactor,
-        graph: Callable[[], GraphFactSource],
+        graph: Callable[[], GraphFacts],
         env: Mapping[str, str],
     ) -> None:
         def tell(holds: bool, text: str) -> None:

@@ -23,18 +23,12 @@ from launcher.run.warm.request import WarmStart
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-    from typing import Any, Protocol
+    from typing import Any
 
     from launcher.base.model.spec import ProcessSpec
     from launcher.posix.reactor import Reactor, Timer
-    from launcher.posix.spawn import Child
     from launcher.run.process import Process
-
-    class Driver(Protocol):
-        """The driver of processes."""
-
-        def spawn(self, process: Process) -> None: ...
-        def adopt(self, process: Process, child: Child) -> None: ...
+    from launcher.run.process_driver import ProcessDriver
 
 
 MOST_SENT = 2  # the preparing process always has the next one at hand
@@ -59,7 +53,7 @@ class WarmSpawner:
     def __init__(
         self,
         reactor: Reactor,
-        driver: Driver,
+        driver: ProcessDriver,
         *,
         settings_of: Callable[[Process, ProcessSpec], spawn.StartSettings],
         warn: Callable[[str], object],
