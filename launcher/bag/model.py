@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from launcher.base.errors import LauncherError
 
@@ -129,33 +129,6 @@ class Span(NamedTuple):
 
 def never() -> bool:
     return False
-
-
-class Messages(Protocol):
-    """A storage file that is open for reading. `notes` are about its topics."""
-
-    parts: list[ChannelTopic]
-    topics: list[Topic]
-    extent: Extent
-    unfinished: str | None
-    notes: list[str]
-
-    def leave_out(self, keys: frozenset[int]) -> None:
-        """Without these parts from now on."""
-        ...
-
-    def messages(
-        self, topics: frozenset[str] | None, span: Span, stopped: Callable[[], bool] = never
-    ) -> Iterator[Message]:
-        """The messages of these topics (None: all) in the order of their times.
-
-        They end early if `stopped`, which is asked now and then, says so.
-        """
-        ...
-
-    def times(self) -> Times: ...
-
-    def close(self) -> None: ...
 
 
 class BagError(LauncherError):

@@ -11,12 +11,17 @@ import re
 import stat
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from launcher.bag import compression, metadata
 from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.definitions import normalized
-from launcher.bag.model import BagError, Extent, Message, Messages, Span, Topic, merged, never
+from launcher.bag.model import BagError, Extent, Message, Span, Topic, merged, never
 from launcher.base import text_file
+
+if TYPE_CHECKING:
+    from launcher.bag.mcap_file import McapFile
+    from launcher.bag.sqlite_file import SqliteFile
 
 _ENDINGS = (".mcap", ".db3")
 _SUFFIX = ".zstd"
@@ -144,7 +149,7 @@ class Bag:
         return self._known[path]
 
     @contextlib.contextmanager
-    def _opened(self, path: str) -> Iterator[Messages]:
+    def _opened(self, path: str) -> Iterator[McapFile | SqliteFile]:
         try:
             file = open_storage(path)
         except OSError as error:
@@ -209,7 +214,7 @@ class Bag:
                     raise BagError(f"{path}: {error}") from None
 
 
-def open_storage(path: str) -> Messages:
+def open_storage(path: str) -> McapFile | SqliteFile:
     """A storage file, decompressed if it has to be. BagError, OSError."""
     check_storage(path)
     name = os.path.basename(path)

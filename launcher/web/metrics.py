@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from prometheus_client import CollectorRegistry
 from prometheus_client.exposition import choose_encoder
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
+
+if TYPE_CHECKING:
+    from launcher.web.graph_feed import GraphFeed
+    from launcher.web.run_feed import RunFeed
 
 WATCH_S = 60.0  # the rates of topics are measured so long after a scrape
 LAUNCHER = "launch"  # the name of the launcher among the processes
@@ -21,26 +25,6 @@ _TOTAL = "_total"
 
 Document = Mapping[str, Any]
 Value = tuple[Sequence[object], float | None]  # labels, and null where it is not known
-
-
-class MeasuredRun(Protocol):
-    """What is read of `RunFeed`."""
-
-    rows: list[dict[str, Any]]
-    expectations: dict[str, Any] | None
-    log: Any
-
-    @property
-    def run(self) -> dict[str, Any]: ...
-    @property
-    def launcher(self) -> str: ...
-
-
-class Graph(Protocol):
-    """What is read of `GraphFeed`."""
-
-    graph: dict[str, Any] | None
-    traffic: dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +87,7 @@ DEFINITIONS = (
 class Metrics:
     """The metrics of one run, in a registry of their own."""
 
-    def __init__(self, run: MeasuredRun, graph: Graph) -> None:
+    def __init__(self, run: RunFeed, graph: GraphFeed) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
         self._registry.register(_FeedCollector(run, graph))
 
@@ -114,7 +98,7 @@ class Metrics:
 
 
 class _FeedCollector(Collector):
-    def __init__(self, run: MeasuredRun, graph: Graph) -> None:
+    def __init__(self, run: RunFeed, graph: GraphFeed) -> None:
         self._run = run
         self._graph = graph
 
@@ -146,7 +130,7 @@ def _text(label: object) -> str:
     return "" if label is None else str(label).encode(errors="replace").decode()
 
 
-def _of_run(feed: MeasuredRun) -> Part:
+def _of_run(feed: RunFeed) -> Part:
     run = feed.run
     labels = (run.get("id"), run.get("target"), run.get("domain_id"), feed.launcher)
     yield "launcher_run_info", labels, 1

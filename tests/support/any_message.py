@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import strategies as st
 from rosidl_parser import definition
 
-from launcher.ros.messages.from_yaml import _LIMITS
+from launcher.ros.messages.from_yaml import LIMITS
 from launcher.ros.messages.interfaces import class_of
 
 # what DDS and the wire can carry: no lone surrogates, no NUL
@@ -46,7 +46,7 @@ def basic_values(name: str) -> st.SearchStrategy[Any]:
         return st.characters(max_codepoint=127, exclude_characters="\0")
     if name in ("float", "double"):
         return FLOATS
-    return st.integers(*_LIMITS[name])
+    return st.integers(*LIMITS[name])
 
 
 @st.composite
@@ -102,4 +102,4 @@ def _extreme_value(kind: Any, high: bool) -> Any:
         return "\x7f" if high else "\x01"
     if name in ("float", "double"):
         return LARGEST[name] * (1 if high else -1)
-    return _LIMITS[name][high]
+    return LIMITS[name][high]

@@ -12,7 +12,7 @@ from typing import IO, Any
 from launcher.bag import metadata, words
 from launcher.bag.converting.merged import Complete, Merged
 from launcher.bag.converting.moments import Moment
-from launcher.bag.converting.table import Csv, JsonLines, Notes, Readable, Table
+from launcher.bag.converting.table import Csv, JsonLines, Notes, Readable
 from launcher.bag.metadata import Metadata
 from launcher.bag.model import BagError, Message, Span
 from launcher.bag.reader import Bag
@@ -177,7 +177,7 @@ def _close(stream: IO[str]) -> None:
         return
 
 
-def _writer_of(output: Output, readable: Readable, stream: Any) -> Table:
+def _writer_of(output: Output, readable: Readable, stream: Any) -> Csv | JsonLines:
     kind = Csv if output.kind == "csv" else JsonLines
     return kind(readable, stream, output.fields)
 

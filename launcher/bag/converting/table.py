@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
 
 from launcher.bag.converting.merged import Merged
 from launcher.bag.decode import Decoder, cell, decoder, field_of, leaves, plain
@@ -12,12 +12,6 @@ from launcher.bag.model import BagError, Message, Span
 from launcher.base import strict_json
 
 Notes = Callable[[str], None]
-
-
-class Table(Protocol):
-    """Writes messages of the topics that can be decoded."""
-
-    def write(self, message: Message) -> None: ...
 
 
 class Readable:

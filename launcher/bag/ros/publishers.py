@@ -11,7 +11,7 @@ from launcher.bag.model import CDR, Message, Qos, Topic
 from launcher.bag.ros import qos as bag_qos
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import escape
-from launcher.ros.messages.classes import with_library
+from launcher.ros.messages.classes import type_name, with_library
 from launcher.ros.messages.interfaces import load, load_message
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import mismatches
@@ -171,7 +171,7 @@ class Publishers:
             publisher.qos_profile,
             Direction.PUBLISHER,
             publisher.topic_name,
-            "/".join([*publisher.msg_type.__module__.split(".")[:2], publisher.msg_type.__name__]),
+            type_name(publisher.msg_type),
             node="this command",
         )
         others = graph.on(publisher.topic_name, Direction.SUBSCRIPTION)

@@ -62,11 +62,11 @@ def check_fields(cls: Any) -> None:
                 except ModuleNotFoundError as error:
                     if error.name not in (package, f"{package}.{kind}"):
                         raise
-                    raise missing_package(_full_name(owner), package) from None
+                    raise missing_package(type_name(owner), package) from None
                 except AttributeError:
                     needed = f"{package}/{kind}/{name}"
                     raise VerbError(
-                        f"{_full_name(owner)} needs {needed}, which is not installed"
+                        f"{type_name(owner)} needs {needed}, which is not installed"
                     ) from None
 
 
@@ -89,9 +89,9 @@ def with_library(cls: Any) -> Any:
         reason = str(error.__context__ or error)
         library = _LIBRARY.search(reason)
         if library and not _is_installed(library[1]):
-            raise missing_package(_full_name(cls), library[1]) from None
+            raise missing_package(type_name(cls), library[1]) from None
         raise VerbError(
-            f"the library of {_full_name(cls)} cannot be loaded: {reason}",
+            f"the library of {type_name(cls)} cannot be loaded: {reason}",
             hint=unbuilt.hint(error.pkg_name, os.environ),
         ) from None
     return cls
@@ -104,5 +104,5 @@ def _is_installed(package: str) -> bool:
         return False
 
 
-def _full_name(cls: Any) -> str:
+def type_name(cls: Any) -> str:
     return "/".join([*cls.__module__.split(".")[:2], cls.__name__])

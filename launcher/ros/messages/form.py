@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-import struct
 from typing import Any
 
 from rosidl_parser import definition
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.classes import class_of
+from launcher.ros.messages.from_yaml import LIMITS
 from launcher.ros.messages.interfaces import KINDS, load, resolve
-from launcher.ros.messages.to_yaml import is_list
+from launcher.ros.messages.to_yaml import is_list, kind_name
 
 # names of IDL -> those of .msg files, which are the same for all others
 _NAMES = {"boolean": "bool", "octet": "byte", "float": "float32", "double": "float64"}
 _PARTS = {"srv": ("request", "response"), "action": ("goal", "result", "feedback")}
-_INTEGERS = {
-    "byte": "B",
-    "int8": "b",
-    "uint8": "B",
-    "int16": "h",
-    "uint16": "H",
-    "int32": "i",
-    "uint32": "I",
-    "int64": "q",
-    "uint64": "Q",
-}
 
 
 def form(type_name: str) -> dict[str, Any]:
@@ -64,7 +53,8 @@ def _field(name: str, slot: Any, value: Any, constants: dict[str, int]) -> dict[
     nested = None
     if isinstance(kind, definition.NamespacedType):
         nested = fields_of(class_of(*kind.namespaced_name()))
-    base = _base_name(kind)
+    base = kind_name(kind)
+    base = _NAMES.get(base, base)
     return {
         "name": name,
         "type": base,
@@ -74,17 +64,6 @@ def _field(name: str, slot: Any, value: Any, constants: dict[str, int]) -> dict[
         "constants": {key: held for key, held in constants.items() if _fits(held, base)},
         "fields": nested,
     }
-
-
-def _base_name(kind: Any) -> str:
-    if isinstance(kind, definition.NamespacedType):
-        return "/".join(kind.namespaced_name())
-    if isinstance(kind, definition.AbstractString):
-        return "string"
-    if isinstance(kind, definition.AbstractWString):
-        return "wstring"
-    name = str(kind.typename)
-    return _NAMES.get(name, name)
 
 
 def _array(slot: Any) -> dict[str, int | None] | None:
@@ -115,8 +94,5 @@ def _constants(cls: Any) -> dict[str, int]:
 
 
 def _fits(number: int, base: str) -> bool:
-    try:
-        struct.pack(f"={_INTEGERS[base]}", number)
-    except (KeyError, struct.error):
-        return False
-    return True
+    low, high = LIMITS.get("uint8" if base == "byte" else base, (1, 0))
+    return low <= number <= high

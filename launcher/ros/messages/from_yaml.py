@@ -14,7 +14,7 @@ from launcher.base.text import did_you_mean
 from launcher.ros.messages.classes import class_of
 
 FLOATS = {"float", "double", "long double"}
-_LIMITS = {
+LIMITS: dict[str, tuple[int, int]] = {
     f"{sign}int{bits}": (0 if sign else -(2 ** (bits - 1)), 2 ** (bits - (0 if sign else 1)) - 1)
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
@@ -138,7 +138,7 @@ def _basic(value: Any, name: str, path: str) -> Any:
         return _letter(value, path)
     if name in FLOATS:
         return _float(value, path)
-    low, high = _LIMITS.get(name, _LIMITS["uint8"])
+    low, high = LIMITS.get(name, LIMITS["uint8"])
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise _misfit(path, f"a whole number from {low} to {high}", value)
     return value

@@ -157,7 +157,7 @@ def _cut(text: str, length: int | None) -> str:
 
 
 def _shape(values: Any, kind: Any) -> str:
-    name = _type_name(kind.value_type)
+    name = kind_name(kind.value_type)
     if isinstance(kind, definition.Array):
         return f"<array type: {name}[{kind.size}]>"
     if isinstance(kind, definition.BoundedSequence):
@@ -165,7 +165,7 @@ def _shape(values: Any, kind: Any) -> str:
     return f"<sequence type: {name}, length: {len(values)}>"
 
 
-def _type_name(kind: Any) -> str:
+def kind_name(kind: Any) -> str:
     if isinstance(kind, definition.AbstractString):
         return "string"
     if isinstance(kind, definition.AbstractWString):

@@ -124,6 +124,7 @@ def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed
     """VerbError if the action has another type."""
     from launcher.base.ros_errors import VerbError
     from launcher.ros.discovery.completeness import settle
+    from launcher.ros.messages.classes import type_name
 
     if (graph := observer.prefetched_graph()) is None:
         settle(
@@ -133,7 +134,7 @@ def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed
         )
         graph = observer.graph_snapshot()
     types = graph.action_types().get(name, [])
-    if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
+    if types and type_name(kind) not in types:
         raise VerbError(
             f"action '{name}' has the type {', '.join(types)}, not {options.action_type}"
         )

@@ -124,13 +124,14 @@ def _call(options: Parsed) -> int:
 def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     """Wait for the service; VerbError if it has another type, or is not there in time."""
     from launcher.base.ros_errors import VerbError
+    from launcher.ros.messages.classes import type_name
     from launcher.ros.services import NoAnswerError
 
     deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
     caller.load(kind)
     name = full_name(options.service_name)
     types = _offered(caller.observer, name, spin_time_s(options))
-    if types and "/".join([*kind.__module__.split(".")[:2], kind.__name__]) not in types:
+    if types and type_name(kind) not in types:
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )

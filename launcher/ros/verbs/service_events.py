@@ -13,6 +13,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.discovery.completeness import settle
+from launcher.ros.messages.classes import type_name
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.to_yaml import dump, to_plain
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
@@ -107,5 +108,4 @@ def _type(graph: GraphSnapshot, service: str, given: str | None) -> str:
             hint="name one of them after the service",
         )
     name = types[0] if given is None else given
-    kind = load(name, "srv", f"The service type '{name}' is invalid")
-    return "/".join([*kind.__module__.split(".")[:2], kind.__name__])
+    return type_name(load(name, "srv", f"The service type '{name}' is invalid"))
