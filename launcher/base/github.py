@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from launcher.base.command_line import option
 from launcher.base.text import escape
 
 _SUMMARY = "GITHUB_STEP_SUMMARY"
@@ -16,10 +17,26 @@ _MAX_CELL = 300
 # What Markdown or GitHub could take for something else: links, names of users, numbers of issues.
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>|~#@!&$:]")
 
+# Of verbs that report to a workflow; at most one of them may be given.
+GITHUB_OPTIONS = (
+    option(
+        "--github",
+        "print annotations for GitHub Actions, and add to the summary of the step; default where "
+        "GITHUB_ACTIONS is true",
+    ),
+    option("--no-github", "do not, there either"),
+)
+GITHUB_EXCLUSIVE = ("github", "no_github")
+
 
 def is_on(env: Mapping[str, str]) -> bool:
     """Whether a workflow runs this command."""
     return env.get("GITHUB_ACTIONS") == "true"
+
+
+def is_wanted(*, github: bool, no_github: bool) -> bool:
+    """Whether to report to a workflow, by these options."""
+    return github or (is_on(os.environ) and not no_github)
 
 
 def annotation(message: str, *, title: str, place: str = "") -> str:

@@ -14,7 +14,6 @@ Doors:
 * `absent_verbs`, `absent_modules`: errors for verbs of ros2cli that do not exist here, and for
   Python packages that are not installed.
 
-Folder: `completion/` is the verb `completion`, with the scripts for shells (`scripts`) and what
-Tab asks for: `grammar` finds the place in the tables of options, `sources` has the candidates
-there.
+Folder: `completion/` is the verb `completion`, with the scripts for shells and what Tab asks for:
+`grammar` finds the place in the tables of options, `sources` has the candidates there.
 """

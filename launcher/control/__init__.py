@@ -14,9 +14,9 @@ Doors:
 * `protocol`: one JSON object per line. `client`: blocking calls with timeouts. `runs`: the active
   runs of this user, found by id, pid or target.
 * `format` makes lines of answers and items; `status` has the rows of `ps`, `logs` the lines of
-  processes (`line_allowance`: how many a second).
+  processes.
 
-`socket_part` and `console_process` are the parts of a run that open these. Verbs of other parts
+`server` and `console_process` have the parts of a run that open these. Verbs of other parts
 come from `launcher.run.parts`.
 
 Folder: `console/` is the prompt and the status bar, a separate process.

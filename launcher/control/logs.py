@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from functools import partial
 
 from launcher.base.model.record import Record
-from launcher.control.line_allowance import LineAllowance
 from launcher.control.peer import Exchange
 from launcher.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.run.process import Process
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     Item = dict[str, Any]
+
 
 REPORT_S = 0.5  # between two reports of lines that were left out
 ANSWER_BYTES = 1024 * 1024  # of lines in one answer: it is made in one pass of the loop
@@ -127,3 +128,41 @@ class Logs:
         clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
+
+
+BURST_S = 4.0  # what a process may have saved up: the start of a program is seldom a flood
+_DEBT_S = 1.0  # after a large block, the lines that follow are left out for so long
+
+
+class LineAllowance:
+    """A token bucket for each process: `rate` lines a second.
+
+    Splitting a flood into lines is expensive. A block of lines is sent as long as anything is left,
+    and may overdraw it. `has_left_out`: something was left out since the last report.
+    """
+
+    def __init__(self, rate: int) -> None:
+        self._rate = rate
+        self._left: dict[str, float] = defaultdict(lambda: rate * BURST_S)
+        self._since: dict[str, float] = {}
+        self._left_out: dict[str, int] = {}
+
+    @property
+    def has_left_out(self) -> bool:
+        return bool(self._left_out)
+
+    def take(self, process: str, lines: int, now_s: float) -> bool:
+        """Whether this many lines of a process may be sent now; those that may not are counted."""
+        left = self._left[process] + (now_s - self._since.get(process, now_s)) * self._rate
+        self._since[process] = now_s
+        self._left[process] = left = min(left, self._rate * BURST_S)
+        if left <= 0:
+            self._left_out[process] = self._left_out.get(process, 0) + lines
+            return False
+        self._left[process] = max(left - lines, -self._rate * _DEBT_S)
+        return True
+
+    def left_out(self) -> dict[str, int]:
+        """Lines of each process that were left out since the last call."""
+        found, self._left_out = self._left_out, {}
+        return found

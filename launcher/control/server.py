@@ -12,16 +12,24 @@ from pathlib import Path
 
 from launcher.base.run_verb import BadCallError
 from launcher.control import protocol
+from launcher.control.logs import Logs
 from launcher.control.peer import Exchange, Peer
 from launcher.control.protocol import Request
+from launcher.control.service import Service
 from launcher.posix import socket_directory
 from launcher.posix.reactor import Reactor, Timer
 from launcher.posix.socket_directory import ControlError
 from launcher.posix.spawn import keep_free
+from launcher.run.output.screen_filters import ScreenFilters
+from launcher.run.part import Part, When
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+    from launcher.run.process import Process
+    from launcher.run.run import Run
+
 
 BACKLOG = 128
 MAX_PEERS = 512
@@ -169,3 +177,39 @@ def credentials(connection: socket.socket) -> tuple[int, int]:
     raw = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     pid, uid, _ = _CREDENTIALS.unpack(raw)
     return pid, uid
+
+
+class ControlSocket(Part):
+    """Opened when the first processes have been started."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run)
+        self._filters = ScreenFilters(run.all_processes.values(), run.log)
+        self._logs = Logs(run)
+        self._server: Server | None = None
+
+    def begin(self) -> None:
+        """Open it, then the parts that are clients of it; warns if there is no place for it."""
+        run = self.run
+        service = Service(run, self._filters, self._logs)
+        try:
+            self._server = Server(
+                run.reactor,
+                lambda: socket_directory.prepare(run.id, os.environ, os.getuid()),
+                hello=service.hello,
+                serve=service.serve,
+                warn=run.log.warn,
+            )
+        except ControlError as error:
+            run.log.warn(f"cannot open the control socket: {error.message}")
+            return
+        run.socket = str(self._server.path)
+        run.parts.begin(When.SERVED)
+
+    def adding(self, process: Process) -> None:
+        self._filters.adopt(process)
+        self._logs.subscribe()
+
+    def close(self) -> None:
+        if self._server is not None:
+            self._server.close()

@@ -11,10 +11,10 @@ from typing import Any
 from launcher.base.errors import LauncherError
 from launcher.base.program import program
 from launcher.doctor.facts import WorkspaceFacts
+from launcher.packages.activation import built_elsewhere, dead_link
 from launcher.packages.environment import of_build, read, underlays
 from launcher.packages.environment import packages as installed_packages
 from launcher.packages.finder import search_prefixes
-from launcher.packages.links import built_elsewhere, dead_link
 from launcher.packages.sources import MARKERS, name_in
 from launcher.packages.workspace import Workspace
 from launcher.workspace.building import records, sources

@@ -5,8 +5,7 @@ May import the rooms before it, down to `control`.
 Doors:
 
 * `verbs/`: `launch`, `run`, `plan` and `args`. `service`: a LaunchService in a script, run by the
-  engine. `outline`, `planned`, `forecast`: what other processes ask for by `python -m` or at
-  start.
+  engine. `outline`, `forecast`: what other processes ask for by `python -m` or at start.
 * `target`: the launch file that a command line names, and its arguments. `options` and
   `process_options`: the tables of options of a run, and what is made of them.
 * `core`: the interpreter as the engine sees it; a supervisor.

@@ -12,8 +12,7 @@ Doors:
 * `workspace`: the colcon workspace that a user has named, or the one around the working directory,
   and the variables of the installed ROS. `activation`: this process sees the workspace, and is
   executed again where the loader needs `LD_LIBRARY_PATH` from the start. `environment` and
-  `hooks`: what its packages set, from colcon's `.dsv` files; no script is run. `links`: where
-  those of a moved or copied workspace lead.
+  `hooks`: what its packages set, from colcon's `.dsv` files; no script is run.
 * `python_program`: which commands are Python programs of this interpreter; `imports`: what such a
   program imports. Warm starts are prepared by these.
 * `program_fault`: why a program cannot be executed. `unknown`: the error and its hints for a

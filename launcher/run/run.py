@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
     from launcher.base.model.options import RunOptions
     from launcher.base.model.spec import ProcessSpec
+    from launcher.language.session import LoggingSession
     from launcher.output.stdout import StdoutWriter
     from launcher.posix.reactor import Reactor
     from launcher.run.core_driver import Core
     from launcher.run.ending.shutdown import Shutdown
-    from launcher.run.logs.run_log import Wishes
     from launcher.run.machine import ReportExit
     from launcher.run.monitor.housekeeping import Housekeeper
     from launcher.run.part import StartStage
@@ -47,7 +47,7 @@ class Launched(Record):
     target: str
     arguments: tuple[str, ...] = ()
     path: str | None = None
-    wishes: Wishes | None = None
+    session: LoggingSession | None = None
     switched_off: Callable[[], Iterable[ProcessSpec]] = tuple
     is_script: bool = False
     hosts: object = None
@@ -90,7 +90,7 @@ class Run:
         warn = functools.partial(screen.log, "WARNING", "launch")
         soon = functools.partial(reactor.call_later, 0)
         self.directory = RunDirectory(launched.path, warn, soon=soon)
-        self.log = RunLog(reactor, screen, self.directory, launched.wishes)
+        self.log = RunLog(reactor, screen, self.directory, launched.session)
         self.watchdog = WatchdogClient(reactor, self.id, self.log.warn)
         self.core_driver = CoreDriver(self)
         self.reader = OutputReader(

@@ -10,12 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher.base import github_options
 from launcher.base.command_line import Command, Option, Parsed, count, option
 from launcher.base.document.quantities import DURATION
 from launcher.base.document.reader import together
 from launcher.base.errors import ExitCode, LauncherError, UsageError
-from launcher.base.github import add_summary
+from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
 from launcher.base.verb_table import VERBS
 from launcher.launch.options import RUN_OPTIONS, run_options
 from launcher.launch.target import (
@@ -76,7 +75,7 @@ OPTIONS = (
         "write the run as one page for a browser: processes, log, graph, plan, expectations",
         _path,
     ),
-    *github_options.OPTIONS,
+    *GITHUB_OPTIONS,
     option(
         "--repeat N", "run N times (once), and report what is flaky", lambda word: count(word, 1)
     ),
@@ -119,7 +118,7 @@ what is left behind. Expectations are described in docs/smoke.md.
         ("options about the launch file", READING_OPTIONS),
         ("options about the run", _RUN_OPTIONS),
     ),
-    exclusive=(github_options.EXCLUSIVE,),
+    exclusive=(GITHUB_EXCLUSIVE,),
     epilog="""\
 exit codes: 0 all met, 1 a process exited unexpectedly or was killed, or there is no control socket,
 2 bad command line or file, 3 not met, 124 not ready in time, 130 stopped by Ctrl-C, 143 by SIGTERM,
@@ -179,7 +178,7 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         html=parsed.html,
         artifacts=parsed.artifacts,
-        github=github_options.is_wanted(github=parsed.github, no_github=parsed.no_github),
+        github=is_wanted(github=parsed.github, no_github=parsed.no_github),
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
@@ -238,7 +237,7 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     if parsed.junit is not None:
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
-    if github_options.is_wanted(github=parsed.github, no_github=parsed.no_github):
+    if is_wanted(github=parsed.github, no_github=parsed.no_github):
         print("\n".join(github.refusal(error)))
         if problem := add_summary(os.environ, github.refusal_summary(error, name)):
             print(f"smoke: warning: {problem}", file=sys.stderr)

@@ -102,7 +102,7 @@ def main(words: Sequence[str]) -> int:
     what = launched(
         request,
         path=run_path,
-        wishes=LoggingSession(),  # the language has no part in it
+        session=LoggingSession(),  # the language has no part in it
         hosts=plan,
         run_id=f"{os.getpid()}-{run.run}",
         not_begun="not attached",

@@ -2,6 +2,6 @@
 
 `planner` drives the interpreter in virtual time: it executes no process. `plan_tree` and
 `plan_json` show what it found, with `entities`, `hosts` and `start_rules`; `certainty` says how
-sure an entry is, `process_names` and `command_line` how processes are named and shown; `outline`
-and `tree` draw trees.
+sure an entry is, `process_names` and `command_line` how processes are named and shown; `tree`
+draws trees.
 """

@@ -155,3 +155,23 @@ FIELDS = (
         for name, (_, read) in BUDGET_KEYS.items()
     ),
 )
+
+
+def json_schema() -> dict[str, Any]:
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Supervision of the processes of a launch file",
+        "type": ["object", "null"],
+        "propertyNames": {"minLength": 1},
+        "additionalProperties": {"$ref": "#/$defs/process"},
+        "$defs": {
+            "process": {
+                "description": "the processes that the name or pattern matches",
+                "type": "object",
+                "additionalProperties": False,
+                "properties": {
+                    field.name: {**field.type.schema, "description": field.doc} for field in FIELDS
+                },
+            }
+        },
+    }

@@ -207,7 +207,7 @@ def _launch(
             what = launched(
                 request,
                 path=run_path,
-                wishes=session,
+                session=session,
                 hosts=fleet,
                 switched_off=core.switched_off,
             )

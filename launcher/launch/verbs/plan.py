@@ -109,7 +109,7 @@ def main(words: Sequence[str]) -> int:
 
 def _show_schema() -> int:
     from launcher.base import strict_json
-    from launcher.launch.supervise.schema import json_schema
+    from launcher.launch.supervise.fields import json_schema
 
     print_text(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK

@@ -8,7 +8,7 @@ it. On their side these have a separate descriptor, since Fast DDS prints to sta
 * `parameter_check`: compares parameters with what nodes declare. `logger_levels`: the verb
   `loglevel`. `graph_facts` (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a
   fact needs a node.
-* `file_watcher` (`launcher.run.watch`): which processes have loaded a file that has changed.
+* `launcher.run.watch`: which processes have loaded a file that has changed.
 * `client_process`: programs that are clients of the control socket, and outlive a killed launcher:
   the bridge (`--ros`), the flight recorder (`--record`), the server of the page (`--web`).
 

@@ -5,19 +5,26 @@ One for each request and domain; it ends with its answer, with its time limit, o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base.model.record import Record
+from launcher.base.program import program
+from launcher.base.run_verb import BadCallError
+from launcher.base.text import did_you_mean
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
 from launcher.run.helpers.programs import LOGGER_LEVELS
 from launcher.run.part import Part
 from launcher.run.process import Process
+from launcher.run.requests.selection import ProcessNames, parts_meant
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.run.part import Exchange, VerbRequest
     from launcher.run.run import Run
+
 
 Answers = list[dict[str, "Any"]]
 
@@ -101,3 +108,90 @@ def _as_json(one: LoggerQuestion) -> dict[str, Any]:
 def _without_answer(questions: Sequence[LoggerQuestion]) -> Answers:
     error = "cannot be asked: rclpy cannot be used in its environment"
     return [{"process": one.process.name, "node": one.node, "error": error} for one in questions]
+
+
+LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+
+
+def serve(request: VerbRequest) -> None:
+    """Ask the nodes of the processes, and answer when they have; BadCallError."""
+    call = request.call
+    word = call.options.get("level")
+    level = None if word is None else _level(word)
+    ask = functools.partial(LoggerQuestion, logger=call.options.get("logger"), level=level)
+    refusals, questions = [], []
+    labels: dict[tuple[str, str | None], str] = {}
+    for process in request.chosen():
+        refusal = _refusal(process)
+        if refusal:
+            refusals.append({"process": process.name, "node": None, "error": refusal})
+        for spec in () if refusal else parts_meant(call.names, process.spec):
+            nodes = ProcessNames.of(spec).nodes or (None,)
+            questions += [ask(process=process, node=node) for node in nodes]
+            labels.update(
+                ((process.name, n), n.rpartition("/")[2] if n else spec.label) for n in nodes
+            )
+
+    def done(answers: Answers) -> None:
+        _reply(request.exchange, [*refusals, *answers], labels, has_set=level is not None)
+
+    if questions:
+        request.run.parts.need(LoggerLevels).ask(questions, done)
+    else:
+        done([])
+
+
+def _level(word: str) -> str:
+    upper = "WARN" if word.upper() == "WARNING" else word.upper()
+    if upper in LEVELS:
+        return upper
+    known = ", ".join(LEVELS)
+    hint = did_you_mean(upper, LEVELS) or f"known: {known}; `level` hides lines on the screen"
+    raise BadCallError("bad-option", f"unknown level '{word}'", hint)
+
+
+def _refusal(process: Process) -> str:
+    """Why its nodes are not asked; empty if they are."""
+    ros, members = process.spec.ros, process.spec.members
+    if ros is None and not members:
+        return "is not started as a ROS node"
+    if process.child is None:
+        return f"is not running ({process.machine.state.value})"
+    if process.host is not None and ros is not None and ros.node_name is None:
+        return f"is on {process.host_name}, and the launch file does not name its node"
+    return ""
+
+
+def _reply(
+    exchange: Exchange,
+    answers: Answers,
+    labels: Mapping[tuple[str, str | None], str],
+    *,
+    has_set: bool,
+) -> None:
+    """`labels`: what --log-level calls the nodes that were asked, by process and node."""
+    text = [_sentence(one, has_set=has_set) for one in answers]
+    if not all(one["error"] for one in answers):
+        exchange.reply({"levels": answers}, text)
+        return
+    hint = None
+    one = next((one for one in answers if "enable_logger_service" in one["error"]), None)
+    if one is not None:
+        own = one["process"].rpartition("-")[0]
+        unnamed = labels.get((one["process"], None), own)
+        label = labels.get((one["process"], one["node"]), unnamed)
+        hint = f"or from its start: {program()} launch ... --log-level {label}=debug"
+    exchange.fail(BadCallError("wrong-state", "; ".join(text), hint))
+
+
+def _sentence(answer: Mapping[str, Any], *, has_set: bool) -> str:
+    """`robot_1-2: logger robot_1 is now at DEBUG`."""
+    name = answer["process"]
+    if answer["error"]:
+        verb = "" if answer["error"].startswith("is ") else ":"
+        return f"{name}{verb} {answer['error']}"
+    logger, level, source = answer["logger"], answer["level"], answer["source"]
+    of = "" if source == logger else " (from its process)"
+    if source and source != logger:
+        of = f" (from {source})"
+    return f"{name}: logger {logger} is {'now ' if has_set else ''}at {level}{of}"

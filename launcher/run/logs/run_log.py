@@ -11,22 +11,9 @@ from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
+    from launcher.language.session import LoggingSession
     from launcher.output.logs.event_log import EventLog
     from launcher.run.logs.messages import Line
-
-    class LineFormats(Protocol):
-        """Lines other than the usual ones: "" for the usual one, None for none."""
-
-        def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
-        def file_line(self, level: str, logger: str, text: str) -> str | None: ...
-
-    class Wishes(Protocol):
-        """What the launch file wants, which it may change during the run."""
-
-        @property
-        def formats(self) -> LineFormats | None: ...
 
 
 class RunLog:
@@ -37,9 +24,9 @@ class RunLog:
         reactor: Reactor,
         screen: StdoutWriter,
         directory: RunDirectory,
-        wishes: Wishes | None = None,
+        session: LoggingSession | None = None,
     ) -> None:
-        self._wishes = wishes
+        self._session = session
         self._reactor = reactor
         self._screen = screen
         self._directory = directory
@@ -50,7 +37,7 @@ class RunLog:
     ) -> None:
         """Write a line to the screen and to `launch.log`, or to one of them (see LogMessage)."""
         text = text if text.isascii() else _encodable(text)
-        formats = None if self._wishes is None or line is not None else self._wishes.formats
+        formats = None if self._session is None or line is not None else self._session.formats
         if sink != "log":
             usual = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")
             self.ring.append("", self._reactor.now(), usual)

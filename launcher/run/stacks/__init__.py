@@ -2,6 +2,5 @@
 
 `stacks` asks all sources and puts their answers together: py-spy (`py_spy`), the node itself
 (`answers`) where py-spy may not look, and the kernel. `command` runs a short command beside the
-run without waiting for it, `dump` is the result as data and as lines. A command under debugpy is
-`launcher.run.debugger`.
+run without waiting for it, `dump` is the result as data and as lines.
 """

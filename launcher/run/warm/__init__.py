@@ -6,10 +6,9 @@ what it does not take is spawned cold. In the launcher: `eligibility` says why a
 descriptors.
 
 In the preparing process: `preparing` is its script, `service` its loop; `scan` finds what to
-import, `preparation` imports it and finds what is no good for a fork, `freshness` what has changed
-on disk since, `heap` keeps its pages shared. `forking` and `tracing` make a process; `child`,
-`title` and `program` make of it what an executed one would be. `stack_answer` reports what its
-threads are doing, where py-spy cannot.
+import, `preparation` imports it and finds what is no good for a fork. `forking` makes a process;
+`child`, `title` and `program` make of it what an executed one would be. `stack_answer` reports what
+its threads are doing, where py-spy cannot.
 
 A request goes through a Unix socket with SCM_RIGHTS (`wire`): standard streams and a `status`
 socket. The preparing process forks twice; the process in between exits before the answer, so that

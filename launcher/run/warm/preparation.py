@@ -15,7 +15,7 @@ import os
 import signal
 import sys
 
-from launcher.run.warm import tracing
+from launcher.run.warm import forking
 from launcher.run.warm.forking import Forker
 
 TYPE_CHECKING = False
@@ -69,7 +69,7 @@ class Preparation:
         self._output = _captured_output()
         given: Mapping[str, str] = request["environment"]
         self.added = {k: v for k, v in os.environ.items() if given.get(k) != v}
-        self.tracing: tracing.Tracing | None = None
+        self.tracing: forking.Tracing | None = None
 
     def run(self) -> list[str]:
         """Import everything; the modules that are to be left out from now on.
@@ -120,7 +120,7 @@ class Preparation:
 
         Some libraries end their threads before a fork and start them when they are needed next.
         """
-        self.tracing = self.tracing or tracing.loaded()
+        self.tracing = self.tracing or forking.loaded()
         return _threads_after_fork(self.tracing) == len(_threads())
 
 
@@ -161,7 +161,7 @@ def _children() -> str:
         return file.read()
 
 
-def _threads_after_fork(library: tracing.Tracing | None) -> int:
+def _threads_after_fork(library: forking.Tracing | None) -> int:
     """How many threads a forked process has."""
     theirs, ours = os.pipe()
     forker = Forker(library)

@@ -24,9 +24,8 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
 from launcher.posix import dispositions
-from launcher.run.watch.folders import Folders
+from launcher.run.watch.folders import QUIET_S, Folders, Settling
 from launcher.run.watch.programs import WatchedProgram
-from launcher.run.watch.settling import QUIET_S, Settling
 from launcher.run.watch.watched import Broken, Changed, Report, Watched
 
 # All files are looked at so often: not every file system tells changes.

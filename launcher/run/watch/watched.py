@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.run.watch import checks
-from launcher.run.watch.contents import State, digest_of, state_of
+from launcher.run.watch.checks import State, digest_of, state_of
 from launcher.run.watch.programs import WatchedProgram, files_of, forget_imports, resolved
 
 LAUNCH = ""  # in place of the name of a process: the launch file

@@ -7,7 +7,6 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from launcher.base import github_options
 from launcher.base.command_line import (
     DEBUG,
     Command,
@@ -18,7 +17,7 @@ from launcher.base.command_line import (
     split_at_dashes,
 )
 from launcher.base.errors import ExitCode
-from launcher.base.github import add_summary
+from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
 from launcher.base.program import program
 from launcher.base.text import escape
 from launcher.base.verb_table import VERBS
@@ -53,10 +52,10 @@ terminal, so that `-- --pdb` works. To test a launch file against expectations: 
             _at_least_one,
         ),
         option("-v, --verbose", "print the output of packages that passed as well"),
-        *github_options.OPTIONS,
+        *GITHUB_OPTIONS,
         DEBUG,
     ),
-    exclusive=(github_options.EXCLUSIVE,),
+    exclusive=(GITHUB_EXCLUSIVE,),
     epilog="exit codes: 0 a test ran and all passed, 1 a test or package failed or no test ran, "
     "2 bad command line or bad package, 130 interrupted by Ctrl-C, 143 by SIGTERM",
 )
@@ -90,7 +89,7 @@ def main(words: Sequence[str]) -> int:
         )
         outcomes = running.run()
     code = shown.summarize(outcomes, missing)
-    if github_options.is_wanted(github=options.github, no_github=options.no_github):
+    if is_wanted(github=options.github, no_github=options.no_github):
         _report_to_github(shown)
     if running.signum is None:
         return code

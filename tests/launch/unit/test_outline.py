@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from launcher.launch.plan.outline import outline
+from launcher.launch.outline import outline
 from launcher.launch.plan.planner import make_plan
 from tests.launch.unit.test_render import HEAD
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.run.watch.settling import LONGEST_S, QUIET_S, Settling
+from launcher.run.watch.folders import LONGEST_S, QUIET_S, Settling
 
 
 def test_a_file_is_over_when_it_was_quiet_long_enough():
