@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def _program() -> Callable[[], object]:
     """Serve the launcher; returns only in a forked process, with the function that it runs."""
-    root = os.path.abspath(__file__).rpartition("/launcher/run/requests/")[0]
+    root = os.path.abspath(__file__).rpartition("/launcher/run/warm/")[0]
     sys.path.append(root)
     from launcher.run.warm.service import serve
 

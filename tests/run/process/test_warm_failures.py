@@ -7,6 +7,8 @@ import functools
 import os
 import resource
 import signal
+import socket
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -275,3 +277,11 @@ def test_the_end_leaves_nothing_that_looks_for_imports(bed: Bed):
     bed.run(lambda: proc.children(bed.pid))
     bed.spawner.close()
     assert not set(proc.children(os.getpid())) - before
+
+
+def test_it_finds_the_launcher_that_is_not_installed(tmp_path: Path):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours.close()  # it ends at once
+    words = [sys.executable, "-S", preparing_process._SCRIPT, str(theirs.fileno())]
+    with theirs:
+        subprocess.run(words, pass_fds=[theirs.fileno()], cwd=tmp_path, timeout=60, check=True)
