@@ -5,7 +5,7 @@ from __future__ import annotations
 from launcher.language import frontend_registry
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.events.launch import ExecutionComplete
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ class Action(LaunchDescriptionEntity):
     """Base of all actions; subclasses override `execute`."""
 
     _was_executed = False  # in this run
+    condition: Condition | None = read_only()
 
     def __init__(self, *, condition: Condition | None = None) -> None:
         self.__condition = condition
@@ -41,10 +42,6 @@ class Action(LaunchDescriptionEntity):
         parsed: tuple[type, dict[str, Any]]
         parsed = frontend_registry.parse_with("Action", cls, entity, parser)
         return parsed
-
-    @property
-    def condition(self) -> Condition | None:
-        return self.__condition
 
     def describe(self) -> str:
         return self.__repr__()

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 
 from launcher.language.diagnostics.origin import FileLine, caller_origin
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     describe_substitutions,
     normalize_to_list_of_substitutions,
@@ -82,13 +82,11 @@ def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bo
 
 
 class _ExpressionCondition(Condition):
+    predicate_expression: list[Substitution] = read_only()
+
     def __init__(self, predicate_expression: Any) -> None:
         self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
         super().__init__(predicate=self._predicate_func)
-
-    @property
-    def predicate_expression(self) -> list[Substitution]:
-        return self.__predicate_expression
 
     def _predicate_func(self, context: LaunchContext) -> bool:
         try:
@@ -121,6 +119,9 @@ class UnlessCondition(_ExpressionCondition):
 class LaunchConfigurationEquals(Condition):
     """True if a launch configuration has a value; with None, if it does not exist."""
 
+    launch_configuration_name: str = read_only()
+    expected_value: list[Substitution] | None = read_only()
+
     def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
         warnings.warn(
             f"{type(self).__name__} is deprecated: use IfCondition with EqualsSubstitution or "
@@ -132,14 +133,6 @@ class LaunchConfigurationEquals(Condition):
         self.__launch_configuration_name = launch_configuration_name
         self.__expected_value = optional_substitutions(expected_value)
         super().__init__(predicate=self._predicate_func)
-
-    @property
-    def launch_configuration_name(self) -> str:
-        return self.__launch_configuration_name
-
-    @property
-    def expected_value(self) -> list[Substitution] | None:
-        return self.__expected_value
 
     def describe(self) -> str:
         expected = self.__expected_value

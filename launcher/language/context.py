@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, MutableMapping
 
 from launcher.language import session
 from launcher.language.configurations import Configurations
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.session import replace_environment
 
 TYPE_CHECKING = False
@@ -47,6 +47,12 @@ class LaunchContext:
     `environment` is `os.environ` itself, as in ROS 2: launch files and the programs that
     `Command` runs see what was set. The owner of the context restores it afterwards.
     """
+
+    noninteractive: bool = read_only("Whether no terminal is attached.")
+    is_shutdown: bool = read_only("Whether the run is being stopped.")
+    launch_configurations: Configurations = read_only(
+        "The configurations of the current scope, to read and to write."
+    )
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
         self.__argv = argv if argv is not None else []
@@ -87,16 +93,6 @@ class LaunchContext:
         """The words `name:=value` of the command line."""
         session.current().note_arguments_read()
         return self.__argv
-
-    @property
-    def noninteractive(self) -> bool:
-        """Whether no terminal is attached."""
-        return self.__noninteractive
-
-    @property
-    def is_shutdown(self) -> bool:
-        """Whether the run is being stopped."""
-        return self.__is_shutdown
 
     def _set_is_shutdown(self, state: bool) -> None:
         self.__is_shutdown = state
@@ -167,11 +163,6 @@ class LaunchContext:
 
     def _configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
         self._host.configuration_written(name, value, origin)
-
-    @property
-    def launch_configurations(self) -> Configurations:
-        """The configurations of the current scope, to read and to write."""
-        return self.__launch_configurations
 
     # ---- environment
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from launcher.language.class_tools import is_iterable
 from launcher.language.entity import LaunchDescriptionEntity
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.utilities import remember_place
 
 TYPE_CHECKING = False
@@ -28,6 +28,9 @@ _MAX_SELF_INCLUDES = 6  # levels of a file that includes itself, searched for ar
 @public("launch.launch_description")
 class LaunchDescription(LaunchDescriptionEntity):
     """The result of `generate_launch_description()`."""
+
+    entities: list[LaunchDescriptionEntity] = read_only()
+    deprecated_reason: str | None = read_only()
 
     def __init__(
         self,
@@ -76,10 +79,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         found.search(self, self.entities, conditional=conditional, includes=None)
         return list(found.found.values())
 
-    @property
-    def entities(self) -> list[LaunchDescriptionEntity]:
-        return self.__entities
-
     def add_entity(self, entity: LaunchDescriptionEntity) -> None:
         self.__entities.append(entity)
 
@@ -89,10 +88,6 @@ class LaunchDescription(LaunchDescriptionEntity):
     @property
     def deprecated(self) -> bool:
         return self.__deprecated_reason is not None
-
-    @property
-    def deprecated_reason(self) -> str | None:
-        return self.__deprecated_reason
 
 
 class _ArgumentSearch:

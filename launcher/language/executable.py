@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Iterable, Mapping
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
@@ -26,6 +26,20 @@ if TYPE_CHECKING:
 @public("launch.descriptions.executable")
 class Executable:
     """A command; `prepare` sets the properties `final_...`."""
+
+    name: list[Substitution] | None = read_only()
+    prefix: list[Substitution] = read_only("Words in front of the command, as one text.")
+    cmd: list[list[Substitution]] = read_only("The words; may be extended until `prepare`.")
+    cwd: list[Substitution] | None = read_only()
+    env: Any = read_only(
+        "(name, value) pairs of the whole environment, None for that of the context."
+    )
+    additional_env: Any = read_only("(name, value) pairs that are added to the environment.")
+    arguments: Iterable[Any] | None = read_only("The words given in addition to `cmd`.")
+    final_name: str | None = read_only("The label with the number of the process.")
+    final_cmd: list[str] | None = read_only()
+    final_cwd: str | None = read_only()
+    final_env: dict[str, str] | None = read_only()
 
     def __init__(
         self,
@@ -58,56 +72,6 @@ class Executable:
         self.__final_env: dict[str, str] | None = None
         self.__final_name: str | None = None
         self._label: str | None = None
-
-    @property
-    def name(self) -> list[Substitution] | None:
-        return self.__name
-
-    @property
-    def prefix(self) -> list[Substitution]:
-        """Words in front of the command, as one text."""
-        return self.__prefix
-
-    @property
-    def cmd(self) -> list[list[Substitution]]:
-        """The words; may be extended until `prepare`."""
-        return self.__cmd
-
-    @property
-    def cwd(self) -> list[Substitution] | None:
-        return self.__cwd
-
-    @property
-    def env(self) -> Any:
-        """(name, value) pairs of the whole environment, None for that of the context."""
-        return self.__env
-
-    @property
-    def additional_env(self) -> Any:
-        """(name, value) pairs that are added to the environment."""
-        return self.__additional_env
-
-    @property
-    def arguments(self) -> Iterable[Any] | None:
-        """The words given in addition to `cmd`."""
-        return self.__arguments
-
-    @property
-    def final_name(self) -> str | None:
-        """The label with the number of the process."""
-        return self.__final_name
-
-    @property
-    def final_cmd(self) -> list[str] | None:
-        return self.__final_cmd
-
-    @property
-    def final_cwd(self) -> str | None:
-        return self.__final_cwd
-
-    @property
-    def final_env(self) -> dict[str, str] | None:
-        return self.__final_env
 
     def _rename(self, name: str) -> None:
         """Set the final name: a process of an earlier evaluation keeps its number."""

@@ -1,12 +1,13 @@
-"""The ROS 2 module path that a public class shows in its repr."""
+"""What ROS 2's interface has in each class: a module path, and attributes that are only read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import attrgetter
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import TypeVar
+    from typing import Any, TypeVar
 
     _T = TypeVar("_T", bound=type)
 
@@ -23,3 +24,27 @@ def public(module: str) -> Callable[[_T], _T]:
         return cls
 
     return rename
+
+
+def read_only(doc: str | None = None, *, of: str | None = None) -> Any:
+    """A property with this docstring: what the constructor has put into an attribute of `self`.
+
+    The attribute is the private one of the same name (`__name` for `name`), or `of`.
+    """
+    return _ReadOnly(doc, of)
+
+
+class _ReadOnly(property):
+    def __init__(self, doc: str | None, of: str | None) -> None:
+        super().__init__()
+        self.__doc__ = doc
+        self._of = of
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        attribute = self._of or f"__{name}"
+        if attribute.startswith("__"):  # as the compiler does it in the body of the class
+            attribute = f"_{owner.__name__.lstrip('_')}{attribute}"
+        doc = self.__doc__
+        super().__init__(attrgetter(attribute))
+        self.__doc__ = doc  # the getter's own until here
+        super().__set_name__(owner, name)  # type: ignore[misc]  # not in the stubs

@@ -11,7 +11,7 @@ from launcher.language.context import LaunchContext
 from launcher.language.events.handlers import OnIncludeLaunchDescription, OnShutdown
 from launcher.language.events.launch import IncludeLaunchDescription, Shutdown
 from launcher.language.host import NullHost
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,6 +27,11 @@ _NO_RUN = (
 @public("launch.launch_service")
 class LaunchService:
     """Runs the descriptions that it includes; `emit_event` and `shutdown` from any thread."""
+
+    context: LaunchContext = read_only(
+        "The context, which keeps its handlers and configurations from one run to the next."
+    )
+    task: Any = read_only("The asyncio task that awaits `run_async`; None if none does.")
 
     def __init__(
         self,
@@ -49,19 +54,9 @@ class LaunchService:
             launch_config.level = "DEBUG"
 
     @property
-    def context(self) -> LaunchContext:
-        """The context, which keeps its handlers and configurations from one run to the next."""
-        return self.__context
-
-    @property
     def event_loop(self) -> Any:
         """The loop for coroutines of the launch; None when nothing runs."""
         return None if self.__run is None else self.__context.asyncio_loop
-
-    @property
-    def task(self) -> Any:
-        """The asyncio task that awaits `run_async`; None if none does."""
-        return self.__task
 
     def emit_event(self, event: Any) -> None:
         """Queue an event; without a run it waits for the next one."""

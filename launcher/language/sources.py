@@ -12,7 +12,7 @@ from launcher.base import text_file
 from launcher.base.text import typed_error
 from launcher.language import frontend_registry
 from launcher.language.context import LaunchContext
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     describe_substitutions,
     normalize_to_list_of_substitutions,
@@ -83,6 +83,12 @@ class _Early:
 class LaunchDescriptionSource:
     """A launch description and its origin; loaded once, on first use."""
 
+    _loaded: LaunchDescription | None = read_only(
+        "The description if it was loaded by a visit, or given.", of="__launch_description"
+    )
+    _location_parts: list[Substitution] = read_only(of="__location")
+    method: str = read_only("How the description is loaded.")
+
     def __init__(
         self,
         launch_description: LaunchDescription | None = None,
@@ -123,11 +129,6 @@ class LaunchDescriptionSource:
                 self.__launch_description = self._get_launch_description(location)
         return self.__launch_description
 
-    @property
-    def _loaded(self) -> LaunchDescription | None:
-        """The description if it was loaded by a visit, or given."""
-        return self.__launch_description
-
     def _get_launch_description(self, location: str) -> LaunchDescription:
         raise RuntimeError(
             "LaunchDescriptionSource.get_launch_description(): "
@@ -143,17 +144,8 @@ class LaunchDescriptionSource:
         return describe_substitutions(self.__location) if text is None else text
 
     @property
-    def _location_parts(self) -> list[Substitution]:
-        return self.__location
-
-    @property
     def _is_located(self) -> bool:
         return self.__expanded_location is not None
-
-    @property
-    def method(self) -> str:
-        """How the description is loaded."""
-        return self.__method
 
 
 @public("launch.launch_description_sources.python_launch_description_source")

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from launcher.language import frontend_registry
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
 from launcher.language.diagnostics.origin import FileLine, caller_origin, is_own_file
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -87,13 +87,11 @@ class SubstitutionFailure(Exception):
 class TextSubstitution(Substitution):
     """A literal text."""
 
+    text: str = read_only()
+
     def __init__(self, *, text: str) -> None:
         ensure_argument_type(text, str, "text", "TextSubstitution")
         self.__text = text
-
-    @property
-    def text(self) -> str:
-        return self.__text
 
     def describe(self) -> str:
         return f"'{self.text}'"

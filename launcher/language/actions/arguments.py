@@ -5,7 +5,7 @@ from __future__ import annotations
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     optional_substitutions,
@@ -28,6 +28,12 @@ class DeclareLaunchArgument(Action):
     """Declares an argument; its value is the launch configuration of the same name."""
 
     _to_arguments = "declares"
+    name: str = read_only()
+    default_value: list[Substitution] | None = read_only(
+        "The default; without one the argument is required."
+    )
+    description: str = read_only("The description with the choices.")
+    choices: list[str] | None = read_only()
 
     def __init__(
         self,
@@ -46,24 +52,6 @@ class DeclareLaunchArgument(Action):
         self.__choices = choices
         # Set by the search for arguments: the declaration depends on a condition.
         self._conditionally_included = False
-
-    @property
-    def name(self) -> str:
-        return self.__name
-
-    @property
-    def default_value(self) -> list[Substitution] | None:
-        """The default; without one the argument is required."""
-        return self.__default_value
-
-    @property
-    def description(self) -> str:
-        """The description with the choices."""
-        return self.__description
-
-    @property
-    def choices(self) -> list[str] | None:
-        return self.__choices
 
     def execute(self, context: LaunchContext) -> None:
         """Set the default if there is no value; RuntimeError for a missing or invalid value."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from launcher.language.action import Action
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
@@ -36,25 +36,21 @@ class _Plain(Action):
 class _Named(Action):
     """Base of actions on one name."""
 
+    name: list[Substitution] = read_only()
+
     def __init__(self, name: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
 
 
 class _NamedValue(_Named):
     """Base of actions on a name and a value."""
 
+    value: list[Substitution] = read_only()
+
     def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def value(self) -> list[Substitution]:
-        return self.__value
 
 
 @public("launch.actions.set_launch_configuration")
@@ -141,6 +137,9 @@ class UnsetEnvironmentVariable(_Named):
 class AppendEnvironmentVariable(_NamedValue):
     """Extends an environment variable at its end, or with `prepend` at its start."""
 
+    prepend: Any = read_only("Whether it goes to the start.")
+    separator: list[Substitution] = read_only()
+
     def __init__(
         self,
         name: Any,
@@ -152,15 +151,6 @@ class AppendEnvironmentVariable(_NamedValue):
         super().__init__(name, value, **kwargs)
         self.__prepend = normalize_typed_substitution(prepend, bool)
         self.__separator = normalize_to_list_of_substitutions(separator)
-
-    @property
-    def prepend(self) -> Any:
-        """Whether it goes to the start."""
-        return self.__prepend
-
-    @property
-    def separator(self) -> list[Substitution]:
-        return self.__separator
 
     def execute(self, context: LaunchContext) -> None:
         """Set or extend it; a variable that is set but empty keeps its separator."""
@@ -206,13 +196,11 @@ class ResetEnvironment(_Plain):
 class ReplaceEnvironmentVariables(Action):
     """Replaces the whole environment."""
 
+    environment: Mapping[Any, Any] = read_only()
+
     def __init__(self, environment: Mapping[Any, Any] | None = None, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__environment = environment or {}
-
-    @property
-    def environment(self) -> Mapping[Any, Any]:
-        return self.__environment
 
     def execute(self, context: LaunchContext) -> None:
         """Replace; names and values are evaluated in the old environment."""

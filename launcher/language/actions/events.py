@@ -11,7 +11,7 @@ from launcher.language.events.base import BaseEventHandler, Event
 from launcher.language.events.launch import Shutdown as ShutdownEvent
 from launcher.language.events.process import ProcessExited
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 class EmitEvent(Action):
     """Emits an event."""
 
+    event: Event = read_only()
+
     def __init__(self, *, event: Event, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         if not is_a_subclass(event, Event):
@@ -38,10 +40,6 @@ class EmitEvent(Action):
                 f"EmitEvent() expected an event instance, got '{event}' ({type(event)})"
             )
         self.__event = event
-
-    @property
-    def event(self) -> Event:
-        return self.__event
 
     def execute(self, context: LaunchContext) -> None:
         context.emit_event_sync(self.__event)
@@ -79,20 +77,15 @@ class Log(Action):
     Newer than Jazzy, as are its subclasses except LogInfo.
     """
 
+    msg: list[Substitution] = read_only()
+    level: list[Substitution] = read_only()
+
     def __init__(self, *, msg: Any, level: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
         if isinstance(level, str):
             _check_level(level.upper())
         self.__level = normalize_to_list_of_substitutions(level)
-
-    @property
-    def msg(self) -> list[Substitution]:
-        return self.__msg
-
-    @property
-    def level(self) -> list[Substitution]:
-        return self.__level
 
     def execute(self, context: LaunchContext) -> None:
         """Log the message; KeyError if the level is none."""
@@ -119,6 +112,10 @@ class LogInfo(Log):
 class OpaqueFunction(Action):
     """Calls a function with the context; the list of entities that it returns is visited."""
 
+    _function_called: Callable[..., Any] = read_only(
+        "The function whose result is visited, for messages.", of="__function"
+    )
+
     def __init__(
         self,
         *,
@@ -137,11 +134,6 @@ class OpaqueFunction(Action):
         self.__function = function
         self.__args: list[Any] = [] if args is None else list(args)
         self.__kwargs: dict[str, Any] = {} if kwargs is None else kwargs
-
-    @property
-    def _function_called(self) -> Callable[..., Any]:
-        """The function whose result is visited, for messages."""
-        return self.__function
 
     def execute(self, context: LaunchContext) -> Any:
         entities = self.__function(context, *self.__args, **self.__kwargs)
@@ -164,13 +156,11 @@ def _makes_actions(function: Any) -> bool:
 class RegisterEventHandler(Action):
     """Registers an event handler."""
 
+    event_handler: BaseEventHandler = read_only()
+
     def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__event_handler = event_handler
-
-    @property
-    def event_handler(self) -> BaseEventHandler:
-        return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
         ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
@@ -202,13 +192,11 @@ class RegisterEventHandler(Action):
 class UnregisterEventHandler(Action):
     """Unregisters an event handler; ValueError if it is not registered."""
 
+    event_handler: BaseEventHandler = read_only()
+
     def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__event_handler = event_handler
-
-    @property
-    def event_handler(self) -> BaseEventHandler:
-        return self.__event_handler
 
     def execute(self, context: LaunchContext) -> None:
         context.unregister_event_handler(self.__event_handler)

@@ -15,7 +15,7 @@ from launcher.language.actions.configuration import (
     SetLaunchConfiguration,
 )
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,6 +34,10 @@ class GroupAction(Action):
     `forwarding`: inside, those from outside are visible; `launch_configurations` are set first
     (and, without forwarding, are all that there is).
     """
+
+    _entries_written: Iterable[Any] = read_only(
+        "The actions as they stand in the launch file, for messages.", of="__actions"
+    )
 
     def __init__(
         self,
@@ -56,11 +60,6 @@ class GroupAction(Action):
         if self.__actions_to_return is None:
             self.__actions_to_return = [*self._opening(), *self.__actions, *self._closing()]
         return self.__actions_to_return
-
-    @property
-    def _entries_written(self) -> Iterable[Any]:
-        """The actions as they stand in the launch file, for messages."""
-        return self.__actions
 
     def _opening(self) -> list[LaunchDescriptionEntity]:
         sets = [SetLaunchConfiguration(k, v) for k, v in self.__launch_configurations.items()]

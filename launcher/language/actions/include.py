@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from launcher.language.action import Action
 from launcher.language.context import LaunchContext
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
 from launcher.language.substitution import perform
 
@@ -32,6 +32,7 @@ class IncludeLaunchDescription(Action):
     """
 
     _to_arguments = "includes"
+    launch_arguments: tuple[tuple[Any, Any], ...] = read_only()
 
     def __init__(
         self,
@@ -50,10 +51,6 @@ class IncludeLaunchDescription(Action):
     def launch_description_source(self) -> LaunchDescriptionSource:
         source: LaunchDescriptionSource = self.__launch_description_source
         return source
-
-    @property
-    def launch_arguments(self) -> tuple[tuple[Any, Any], ...]:
-        return self.__launch_arguments
 
     def _get_launch_file(self) -> str:
         return os.path.abspath(self.launch_description_source.location)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from launcher.language.action import Action
 from launcher.language.class_tools import is_iterable
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     describe_substitutions,
     normalize_to_list_of_substitutions,
@@ -28,6 +28,8 @@ class ForEach(Action):
     """Calls `function(**fields)` for each set of `name=value` fields, separated by semicolons."""
 
     SEPARATOR = ";"
+    input_values: Any = read_only("The field sets as one text.", of="_input_values")
+    function: Any = read_only(of="_function")
 
     def __init__(
         self, input_values: Any, *, function: Callable[..., Any] | None = None, **kwargs: Any
@@ -35,15 +37,6 @@ class ForEach(Action):
         super().__init__(**kwargs)
         self._input_values = normalize_to_list_of_substitutions(input_values)
         self._function = function
-
-    @property
-    def input_values(self) -> Any:
-        """The field sets as one text."""
-        return self._input_values
-
-    @property
-    def function(self) -> Any:
-        return self._function
 
     @property
     def _function_called(self) -> Any:
@@ -80,6 +73,10 @@ class ForEach(Action):
 class ForLoop(Action):
     """Calls `function(index)` for each index from 0 below `length`."""
 
+    length: Any = read_only(of="_length")
+    function: Any = read_only(of="_function")
+    name: str | None = read_only("The name of the index.", of="_name")
+
     def __init__(
         self,
         length: Any,
@@ -94,19 +91,6 @@ class ForLoop(Action):
         )
         self._function = function
         self._name = name
-
-    @property
-    def length(self) -> Any:
-        return self._length
-
-    @property
-    def function(self) -> Any:
-        return self._function
-
-    @property
-    def name(self) -> str | None:
-        """The name of the index."""
-        return self._name
 
     def describe(self) -> str:
         length = describe_substitutions(self._length)

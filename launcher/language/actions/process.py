@@ -23,7 +23,7 @@ from launcher.language.events.process import (
 )
 from launcher.language.executable import Executable
 from launcher.language.future import Future
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     normalize_to_list_of_substitutions,
@@ -52,6 +52,25 @@ class ExecuteLocal(Action):
     The process is started when the event that is being handled is done, so everything that is
     visited together is visited before its first process starts.
     """
+
+    process_description: Executable = read_only()
+    shell: bool = read_only("Whether a shell runs the command.")
+    emulate_tty: bool = read_only("Whether the process gets a pseudo terminal.")
+    sigkill_timeout: list[Substitution] = read_only("Seconds from SIGTERM to SIGKILL.")
+    sigterm_timeout: list[Substitution] = read_only("Seconds from SIGINT to SIGTERM.")
+    output: Any = read_only(
+        "The destination of output: substitutions, or a dictionary as it was given."
+    )
+    output_format: str = read_only("How a line of output is shown.")
+    cached_output: bool = read_only("Whether output is kept for `get_stdout` and `get_stderr`.")
+    process_details: dict[str, Any] | None = read_only(
+        "Name, command, folder, environment, and the pid once it runs; None before a visit.",
+        of="__process_event_args",
+    )
+    return_code: int | None = read_only(
+        "The last exit code; None before the first exit and after a restart."
+    )
+    _respawn_delay_given: Any = read_only(of="__respawn_delay")
 
     def __init__(
         self,
@@ -99,55 +118,6 @@ class ExecuteLocal(Action):
         self._chooses_output = True
         self._output_given: Any = None
         self._output_policy: Any = None
-
-    @property
-    def process_description(self) -> Executable:
-        return self.__process_description
-
-    @property
-    def shell(self) -> bool:
-        """Whether a shell runs the command."""
-        return self.__shell
-
-    @property
-    def emulate_tty(self) -> bool:
-        """Whether the process gets a pseudo terminal."""
-        return self.__emulate_tty
-
-    @property
-    def sigkill_timeout(self) -> list[Substitution]:
-        """Seconds from SIGTERM to SIGKILL."""
-        return self.__sigkill_timeout
-
-    @property
-    def sigterm_timeout(self) -> list[Substitution]:
-        """Seconds from SIGINT to SIGTERM."""
-        return self.__sigterm_timeout
-
-    @property
-    def output(self) -> Any:
-        """The destination of output: substitutions, or a dictionary as it was given."""
-        return self.__output
-
-    @property
-    def output_format(self) -> str:
-        """How a line of output is shown."""
-        return self.__output_format
-
-    @property
-    def cached_output(self) -> bool:
-        """Whether output is kept for `get_stdout` and `get_stderr`."""
-        return self.__cached_output
-
-    @property
-    def process_details(self) -> dict[str, Any] | None:
-        """Name, command, folder, environment, and the pid once it runs; None before a visit."""
-        return self.__process_event_args
-
-    @property
-    def return_code(self) -> int | None:
-        """The last exit code; None before the first exit and after a restart."""
-        return self.__return_code
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """The entities of `on_exit`, if it is a list."""
@@ -273,10 +243,6 @@ class ExecuteLocal(Action):
         delay_s = self.__respawn_delay
         is_number = isinstance(delay_s, (int, float))
         return self.__respawn, delay_s if is_number else None, self.__respawn_max_retries
-
-    @property
-    def _respawn_delay_given(self) -> Any:
-        return self.__respawn_delay
 
     def _ros_identity(self) -> RosIdentity | None:
         return None

@@ -14,7 +14,7 @@ from launcher.language.events.base import EventHandler
 from launcher.language.events.launch import Shutdown, TimerEvent
 from launcher.language.frontend_registry import parsed
 from launcher.language.future import Future
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import Substitution
 from launcher.language.type_utils import (
     normalize_typed_substitution,
@@ -43,6 +43,8 @@ class TimerAction(Action):
     """
 
     _is_on_ros_clock = False
+    period: Any = read_only("Seconds, or substitutions that give them.")
+    actions: Any = read_only("The entities to visit when the timer fires.")
 
     def __init__(
         self,
@@ -71,16 +73,6 @@ class TimerAction(Action):
         self.__timer_id: int | None = None
         self._context: LaunchContext | None = None
         self._completed_future: Future | None = None
-
-    @property
-    def period(self) -> Any:
-        """Seconds, or substitutions that give them."""
-        return self.__period
-
-    @property
-    def actions(self) -> Any:
-        """The entities to visit when the timer fires."""
-        return self.__actions
 
     def describe(self) -> str:
         return f"TimerAction(period={self.__period}, actions=<actions>)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,15 +27,11 @@ class BaseEventHandler:
     """Base of handlers; subclasses override `handle` and call super()."""
 
     _origin: FileLine | None = None  # of the action of the launch file that has registered it
+    handle_once: bool = read_only("Whether the handler is unregistered after its first event.")
 
     def __init__(self, *, matcher: Callable[[Event], bool], handle_once: bool = False) -> None:
         self.__matcher = matcher
         self.__handle_once = handle_once
-
-    @property
-    def handle_once(self) -> bool:
-        """Whether the handler is unregistered after its first event."""
-        return self.__handle_once
 
     @property
     def handler_description(self) -> str:
@@ -70,6 +66,8 @@ class BaseEventHandler:
 class EventHandler(BaseEventHandler):
     """Yields the same entities for each matching event."""
 
+    entities: Any = read_only("One entity, several, or None, as given.")
+
     def __init__(
         self,
         *,
@@ -79,11 +77,6 @@ class EventHandler(BaseEventHandler):
     ) -> None:
         super().__init__(matcher=matcher, handle_once=handle_once)
         self.__entities = entities
-
-    @property
-    def entities(self) -> Any:
-        """One entity, several, or None, as given."""
-        return self.__entities
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
         text, _ = super().describe()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from launcher.language.events.base import Event
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,13 +17,10 @@ class ExecutionComplete(Event):
     """An action was executed and has finished."""
 
     name = "launch.events.ExecutionComplete"
+    action: Any = read_only()
 
     def __init__(self, *, action: Any) -> None:
         self.__action = action
-
-    @property
-    def action(self) -> Any:
-        return self.__action
 
 
 @public("launch.events.include_launch_description")
@@ -41,18 +38,12 @@ class Shutdown(Event):
     """The launched system is to be stopped."""
 
     name = "launch.events.Shutdown"
+    reason: str = read_only()
+    due_to_sigint: bool = read_only()
 
     def __init__(self, *, reason: str = "reason not given", due_to_sigint: bool = False) -> None:
         self.__reason = reason
         self.__due_to_sigint = due_to_sigint
-
-    @property
-    def reason(self) -> str:
-        return self.__reason
-
-    @property
-    def due_to_sigint(self) -> bool:
-        return self.__due_to_sigint
 
 
 @public("launch.events.timer_event")
@@ -60,13 +51,10 @@ class TimerEvent(Event):
     """A timer fired."""
 
     name = "launch.events.TimerEvent"
+    timer_action: Any = read_only()
 
     def __init__(self, *, timer_action: Any) -> None:
         self.__timer_action = timer_action
-
-    @property
-    def timer_action(self) -> Any:
-        return self.__timer_action
 
 
 def matches_action(target_action: Any) -> Callable[[Any], bool]:

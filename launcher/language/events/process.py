@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.events.base import Event
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,6 +21,15 @@ class RunningProcessEvent(Event):
     """Base of events of a process that was started."""
 
     name = "launch.events.process.RunningProcessEvent"
+    action: Any = read_only("The action that started the process.")
+    execute_process_action: Any = read_only(
+        "The action that started the process, under its old name.", of="__action"
+    )
+    process_name: str = read_only("The label with the number of the process.", of="__name")
+    cmd: list[str] = read_only()
+    cwd: str | None = read_only("The working directory, None for the launcher's own.")
+    env: Mapping[str, str] | None = read_only()
+    pid: int = read_only()
 
     def __init__(
         self,
@@ -41,38 +50,6 @@ class RunningProcessEvent(Event):
         self.__env = env
         self.__pid = pid
 
-    @property
-    def action(self) -> Any:
-        """The action that started the process."""
-        return self.__action
-
-    @property
-    def execute_process_action(self) -> Any:
-        """The action that started the process, under its old name."""
-        return self.__action
-
-    @property
-    def process_name(self) -> str:
-        """The label with the number of the process."""
-        return self.__name
-
-    @property
-    def cmd(self) -> list[str]:
-        return self.__cmd
-
-    @property
-    def cwd(self) -> str | None:
-        """The working directory, None for the launcher's own."""
-        return self.__cwd
-
-    @property
-    def env(self) -> Mapping[str, str] | None:
-        return self.__env
-
-    @property
-    def pid(self) -> int:
-        return self.__pid
-
 
 @public("launch.events.process.process_started")
 class ProcessStarted(RunningProcessEvent):
@@ -86,15 +63,11 @@ class ProcessExited(RunningProcessEvent):
     """A process exited."""
 
     name = "launch.events.process.ProcessExited"
+    returncode: int = read_only("The exit code, negative for a signal.")
 
     def __init__(self, *, returncode: int, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__returncode = returncode
-
-    @property
-    def returncode(self) -> int:
-        """The exit code, negative for a signal."""
-        return self.__returncode
 
 
 @public("launch.events.process.process_io")
@@ -102,15 +75,12 @@ class ProcessIO(RunningProcessEvent):
     """Bytes of a process's standard streams."""
 
     name = "launch.events.process.ProcessIO"
+    text: bytes = read_only()
 
     def __init__(self, *, text: bytes, fd: int, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__text = text
         self.__from_fd = fd
-
-    @property
-    def text(self) -> bytes:
-        return self.__text
 
     @property
     def from_stdin(self) -> bool:
@@ -163,14 +133,10 @@ class ProcessTargetedEvent(Event):
     """Base of events for the processes that a matcher selects."""
 
     name = "launch.events.process.ProcessTargetedEvent"
+    process_matcher: ProcessMatcher = read_only("Called with an ExecuteLocal action.")
 
     def __init__(self, *, process_matcher: ProcessMatcher) -> None:
         self.__process_matcher = process_matcher
-
-    @property
-    def process_matcher(self) -> ProcessMatcher:
-        """Called with an ExecuteLocal action."""
-        return self.__process_matcher
 
 
 @public("launch.events.process.shutdown_process")
@@ -185,6 +151,7 @@ class SignalProcess(ProcessTargetedEvent):
     """A signal is to be sent to the processes."""
 
     name = "launch.events.process.SignalProcess"
+    signal: signals.Signals = read_only()
 
     def __init__(
         self, *, signal_number: str | signals.Signals, process_matcher: ProcessMatcher
@@ -196,10 +163,6 @@ class SignalProcess(ProcessTargetedEvent):
         self.__signal = (
             signals.Signals[signal_number] if isinstance(signal_number, str) else signal_number
         )
-
-    @property
-    def signal(self) -> signals.Signals:
-        return self.__signal
 
     @property
     def signal_name(self) -> str:

@@ -18,6 +18,7 @@ from launcher.language.frontends.errors import (
     shown,
 )
 from launcher.language.frontends.parser import Parser, read_text
+from launcher.language.naming import read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -53,6 +54,9 @@ def _of_tree(element: ElementTree.Element) -> XmlElement:
 class XmlEntity(Entity):
     """One tag of an XML launch file; values are coerced to the type that is read."""
 
+    parent: XmlEntity | None = read_only(of="_parent")
+    source: SourceText = read_only(of="_source")
+
     def __init__(
         self,
         xml_element: XmlElement | ElementTree.Element,
@@ -73,10 +77,6 @@ class XmlEntity(Entity):
         return self._element.name
 
     @property
-    def parent(self) -> XmlEntity | None:
-        return self._parent
-
-    @property
     def children(self) -> list[XmlEntity]:
         """All nested tags, which are then all marked as read."""
         self._read_tags = {child.name for child in self._element.children}
@@ -85,10 +85,6 @@ class XmlEntity(Entity):
     @property
     def place(self) -> SourcePlace:
         return self._source.place(self._element.line, self._element.column)
-
-    @property
-    def source(self) -> SourceText:
-        return self._source
 
     def assert_entity_completely_parsed(self) -> None:
         """ValueError that names the first unknown tag or attribute."""

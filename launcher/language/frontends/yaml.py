@@ -23,6 +23,7 @@ from launcher.language.frontends.errors import (
 )
 from launcher.language.frontends.parser import Parser, read_text
 from launcher.language.frontends.yaml_errors import located
+from launcher.language.naming import read_only
 from launcher.language.type_utils import is_instance_of
 
 TYPE_CHECKING = False
@@ -111,6 +112,10 @@ def _place(node: yaml.Node, source: SourceText) -> SourcePlace:
 class YamlEntity(Entity):
     """One key of a YAML launch file with its value; values are checked, never coerced."""
 
+    type_name: str = read_only(of="_type_name")
+    source: SourceText = read_only(of="_source")
+    parent: YamlEntity | None = read_only(of="_parent")
+
     def __init__(
         self,
         element: Any,
@@ -131,22 +136,10 @@ class YamlEntity(Entity):
         self._children_read = False
 
     @property
-    def type_name(self) -> str:
-        return self._type_name
-
-    @property
     def place(self) -> SourcePlace | None:
         """Where its key begins; for an item of a list, where the item begins."""
         node = self._key_node or self._node
         return _place(node, self._source) if node is not None else None
-
-    @property
-    def source(self) -> SourceText:
-        return self._source
-
-    @property
-    def parent(self) -> YamlEntity | None:
-        return self._parent
 
     @property
     def children(self) -> list[YamlEntity]:

@@ -7,7 +7,7 @@ import re
 from launcher.language import session
 from launcher.language.description import LaunchDescription
 from launcher.language.events.handlers import OnShutdown
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ _NO_NODE = (
 @public("launch_ros.ros_adapters")
 class ROSAdapter:
     """A ROS node that a thread spins; in a launch file, which has none, a RuntimeError."""
+
+    argv: list[str] = read_only()
 
     def __init__(self, *, argv: list[str] | None = None, autostart: bool = True) -> None:
         self.__argv = [] if argv is None else argv
@@ -46,10 +48,6 @@ class ROSAdapter:
             raise RuntimeError("Cannot shutdown a ROS adapter that is not running")
         self.__open.close()
         self.__open = None
-
-    @property
-    def argv(self) -> list[str]:
-        return self.__argv
 
     @property
     def ros_context(self) -> Any:

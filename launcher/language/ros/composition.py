@@ -9,7 +9,7 @@ from launcher.base.model.events import ComponentLoaded, LoadRequest
 from launcher.language.action import Action, holds
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.component_parameters import full_name, parameter_pairs
 from launcher.language.ros.names import (
     add_node_name,
@@ -49,6 +49,14 @@ _LOGGER = "launch_ros.actions.load_composable_nodes"
 class ComposableNode:
     """A node that is a plug-in, to be loaded into a container."""
 
+    package: list[Substitution] = read_only()
+    node_plugin: list[Substitution] = read_only()
+    node_name: list[Substitution] | None = read_only()
+    node_namespace: list[Substitution] | None = read_only()
+    parameters: Any = read_only()
+    remappings: Any = read_only()
+    extra_arguments: Any = read_only("Arguments for the container, normalised like parameters.")
+
     def __init__(
         self,
         *,
@@ -69,35 +77,6 @@ class ComposableNode:
         self.__remappings = list(normalize_remap_rules(remappings)) if remappings else None
         self.__extra_arguments = normalize_parameters(extra_arguments) if extra_arguments else None
         self.__condition = condition
-
-    @property
-    def package(self) -> list[Substitution]:
-        return self.__package
-
-    @property
-    def node_plugin(self) -> list[Substitution]:
-        return self.__node_plugin
-
-    @property
-    def node_name(self) -> list[Substitution] | None:
-        return self.__node_name
-
-    @property
-    def node_namespace(self) -> list[Substitution] | None:
-        return self.__node_namespace
-
-    @property
-    def parameters(self) -> Any:
-        return self.__parameters
-
-    @property
-    def remappings(self) -> Any:
-        return self.__remappings
-
-    @property
-    def extra_arguments(self) -> Any:
-        """Arguments for the container, normalised like parameters."""
-        return self.__extra_arguments
 
     def condition(self) -> Condition | None:
         """The node is loaded only if this is true."""

@@ -16,7 +16,7 @@ from launcher.base.model.events import (
 from launcher.language.action import Action
 from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launcher.language.events.base import Event, EventHandler
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.node import Node
 from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
 
@@ -38,6 +38,8 @@ class ChangeState(Event):
         (number, transition.constant) for number, transition in lifecycle.TRANSITIONS.items()
     )
     valid_states = OrderedDict(lifecycle.STATES)
+    lifecycle_node_matcher: Callable[[Any], bool] = read_only("Called with a LifecycleNode action.")
+    transition_id: int = read_only("A constant of lifecycle_msgs/msg/Transition.")
 
     def __init__(
         self, *, lifecycle_node_matcher: Callable[[Any], bool], transition_id: int
@@ -51,22 +53,16 @@ class ChangeState(Event):
                 f"given transition_id of '{transition_id}', expected one of {{{known}}}"
             )
 
-    @property
-    def lifecycle_node_matcher(self) -> Callable[[Any], bool]:
-        """Called with a LifecycleNode action."""
-        return self.__lifecycle_node_matcher
-
-    @property
-    def transition_id(self) -> int:
-        """A constant of lifecycle_msgs/msg/Transition."""
-        return self.__transition_id
-
 
 @public("launch_ros.events.lifecycle.state_transition")
 class StateTransition(Event):
     """A lifecycle node went from one state to another."""
 
     name = "launch_ros.events.lifecycle.StateTransition"
+    action: LifecycleNode = read_only()
+    msg: Any = read_only(
+        "The message of the node, with the fields of lifecycle_msgs/msg/TransitionEvent."
+    )
 
     def __init__(self, *, action: LifecycleNode, msg: Any) -> None:
         self.__action = action
@@ -75,15 +71,6 @@ class StateTransition(Event):
         self.__transition = msg.transition.label
         self.__start_state = msg.start_state.label
         self.__goal_state = msg.goal_state.label
-
-    @property
-    def action(self) -> LifecycleNode:
-        return self.__action
-
-    @property
-    def msg(self) -> Any:
-        """The message of the node, with the fields of lifecycle_msgs/msg/TransitionEvent."""
-        return self.__msg
 
     @property
     def timestamp(self) -> int:

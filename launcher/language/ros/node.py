@@ -12,7 +12,7 @@ from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.arguments import ros_arguments
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
@@ -71,6 +71,13 @@ class Node(ExecuteProcess):
 
     UNSPECIFIED_NODE_NAME = UNSPECIFIED_NODE_NAME
     UNSPECIFIED_NODE_NAMESPACE = UNSPECIFIED_NODE_NAMESPACE
+    node_package: Any = read_only("The package as it was given.", of="__package")
+    node_executable: Any = read_only("The executable as it was given.")
+    expanded_node_namespace: str = read_only("The namespace, with those pushed outside.")
+    expanded_remapping_rules: list[tuple[str, str]] | None = read_only(
+        "(from, to) pairs, those of SetRemap included; None without any.",
+        of="__expanded_remappings",
+    )
 
     def __init__(
         self,
@@ -131,31 +138,11 @@ class Node(ExecuteProcess):
         return frontend_registry.parse_with("Node.parameters", Node, params, parser)
 
     @property
-    def node_package(self) -> Any:
-        """The package as it was given."""
-        return self.__package
-
-    @property
-    def node_executable(self) -> Any:
-        """The executable as it was given."""
-        return self.__node_executable
-
-    @property
     def node_name(self) -> str:
         """Namespace and name; RuntimeError before the visit."""
         if self.__final_node_name is None:
             raise RuntimeError("cannot access 'node_name' before executing action")
         return self.__final_node_name
-
-    @property
-    def expanded_node_namespace(self) -> str:
-        """The namespace, with those pushed outside."""
-        return self.__expanded_node_namespace
-
-    @property
-    def expanded_remapping_rules(self) -> list[tuple[str, str]] | None:
-        """(from, to) pairs, those of SetRemap included; None without any."""
-        return self.__expanded_remappings
 
     def is_node_name_fully_specified(self) -> bool:
         """Whether both name and namespace are known."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from launcher.base.model.parameter_text import rule
 from launcher.language.executable import Executable
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
     normalize_remap_rules,
@@ -43,6 +43,10 @@ class NodeTrait:
 class Node:
     """A ROS node of an executable: it adds words to the executable's command line."""
 
+    node_name: Any = read_only("The name as it was given.")
+    node_namespace: Any = read_only("The namespace as it was given.")
+    final_node_name: str | None = read_only("The full name, once prepared.")
+
     def __init__(
         self,
         *,
@@ -63,21 +67,6 @@ class Node:
         self.__arguments = arguments
         self.__traits = traits
         self.__final_node_name: str | None = None
-
-    @property
-    def node_name(self) -> Any:
-        """The name as it was given."""
-        return self.__node_name
-
-    @property
-    def node_namespace(self) -> Any:
-        """The namespace as it was given."""
-        return self.__node_namespace
-
-    @property
-    def final_node_name(self) -> str | None:
-        """The full name, once prepared."""
-        return self.__final_node_name
 
     def prepare(self, context: LaunchContext, executable: Any, action: Any) -> None:
         """Add the node's words to the executable's command line."""
@@ -128,6 +117,10 @@ class Node:
 class RosExecutable(Executable):
     """An executable with ROS nodes, for `launch.actions.ExecuteLocal`."""
 
+    package: Any = read_only()
+    executable: Any = read_only()
+    nodes: Any = read_only()
+
     def __init__(
         self,
         *,
@@ -143,18 +136,6 @@ class RosExecutable(Executable):
         self.__executable = executable
         self.__nodes = nodes
         super().__init__(cmd=[program], **kwargs)
-
-    @property
-    def package(self) -> Any:
-        return self.__package
-
-    @property
-    def executable(self) -> Any:
-        return self.__executable
-
-    @property
-    def nodes(self) -> Any:
-        return self.__nodes
 
     def prepare(self, context: LaunchContext, action: Any) -> None:
         """Prepare the nodes, then the command."""

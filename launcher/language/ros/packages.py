@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
@@ -79,12 +79,10 @@ class _Path(Substitution):
 class FindPackage(_Path):
     """Base of substitutions that find a package; subclasses override the static `find`."""
 
+    package: list[Substitution] = read_only()
+
     def __init__(self, package: Any) -> None:
         self.__package = normalize_to_list_of_substitutions(package)
-
-    @property
-    def package(self) -> list[Substitution]:
-        return self.__package
 
     @classmethod
     def parse(cls, data: Any) -> Any:
@@ -128,6 +126,8 @@ class FindPackageShare(FindPackage):
 class FindPackageFile(FindPackageShare):
     """A file or folder below the share folder of a package (newer than Jazzy)."""
 
+    file: list[Substitution] = read_only()
+
     def __init__(self, package: Any, file: Any) -> None:
         super().__init__(package)
         self.__file = normalize_to_list_of_substitutions(file)
@@ -138,10 +138,6 @@ class FindPackageFile(FindPackageShare):
         if not data or len(data) != 2:
             raise AttributeError("find-pkg-file substitution expects 2 arguments")
         return cls, {"package": data[0], "file": data[1]}
-
-    @property
-    def file(self) -> list[Substitution]:
-        return self.__file
 
     def describe(self) -> str:
         package, file = map(describe_substitutions, (self.package, self.file))
@@ -163,6 +159,9 @@ class FindPackageFile(FindPackageShare):
 class AmentIndexResource(_Path):
     """The prefix that has a resource of the ament index (newer than Jazzy)."""
 
+    resource_type: list[Substitution] = read_only(of="__type")
+    resource_name: list[Substitution] = read_only(of="__name")
+
     def __init__(self, resource_type: Any, resource_name: Any) -> None:
         self.__type = normalize_to_list_of_substitutions(resource_type)
         self.__name = normalize_to_list_of_substitutions(resource_name)
@@ -173,14 +172,6 @@ class AmentIndexResource(_Path):
         if len(data) != 2:
             raise TypeError("ament-index-resource expects 2 arguments")
         return cls, {"resource_type": data[0], "resource_name": data[1]}
-
-    @property
-    def resource_type(self) -> list[Substitution]:
-        return self.__type
-
-    @property
-    def resource_name(self) -> list[Substitution]:
-        return self.__name
 
     def describe(self) -> str:
         kind, name = map(describe_substitutions, (self.resource_type, self.resource_name))
@@ -220,6 +211,8 @@ def _executable_path(package: str, executable: str) -> str:
 class ExecutableInPackage(FindPackagePrefix):
     """The path of an executable of a package."""
 
+    executable: list[Substitution] = read_only()
+
     def __init__(self, executable: Any, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
@@ -232,10 +225,6 @@ class ExecutableInPackage(FindPackagePrefix):
         if not data or len(data) != 2:
             raise AttributeError("exec-in-pkg substitution expects 2 arguments")
         return cls, {"executable": data[0], "package": data[1]}
-
-    @property
-    def executable(self) -> list[Substitution]:
-        return self.__executable
 
     def describe(self) -> str:
         executable = describe_substitutions(self.executable)

@@ -8,7 +8,7 @@ from pathlib import Path
 from launcher.base import text_file
 from launcher.language import frontend_registry
 from launcher.language.class_tools import ensure_argument_type
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.generated_files import write_parameter_file
 from launcher.language.substitution import (
     SomeSubstitutionsType_types_tuple,
@@ -37,6 +37,8 @@ def _type_name(value_type: Any) -> str:
 class ParameterValue:
     """A value, or substitutions that are coerced to `value_type` (by YAML's rules for None)."""
 
+    value_type: Any = read_only()
+
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self.__value = normalize_typed_substitution(value, value_type)
         self.__value_type = value_type
@@ -46,10 +48,6 @@ class ParameterValue:
     def value(self) -> Any:
         """The value as given; after `evaluate` the result."""
         return self.__value if self.__evaluated is None else self.__evaluated
-
-    @property
-    def value_type(self) -> Any:
-        return self.__value_type
 
     def __str__(self) -> str:
         return (

@@ -8,7 +8,7 @@ from launcher.base.model.events import UseSimTime
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.ros.names import (
     NameValidationException,
     make_namespace_absolute,
@@ -41,13 +41,11 @@ if TYPE_CHECKING:
 class PushROSNamespace(Action):
     """Puts the nodes of the scope below a namespace; an absolute one replaces those outside."""
 
+    namespace: list[Substitution] = read_only()
+
     def __init__(self, namespace: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__namespace = normalize_to_list_of_substitutions(namespace)
-
-    @property
-    def namespace(self) -> list[Substitution]:
-        return self.__namespace
 
     def execute(self, context: LaunchContext) -> None:
         """SubstitutionFailure if the resulting namespace is invalid."""
@@ -122,18 +120,13 @@ class SetParametersFromFile(Action):
 class SetRemap(Action):
     """Gives all nodes of the scope a remapping, before their own."""
 
+    src: list[Substitution] = read_only()
+    dst: list[Substitution] = read_only()
+
     def __init__(self, src: Any, dst: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__src = normalize_to_list_of_substitutions(src)
         self.__dst = normalize_to_list_of_substitutions(dst)
-
-    @property
-    def src(self) -> list[Substitution]:
-        return self.__src
-
-    @property
-    def dst(self) -> list[Substitution]:
-        return self.__dst
 
     def execute(self, context: LaunchContext) -> None:
         rule = (perform_substitutions(context, self.src), perform_substitutions(context, self.dst))
@@ -145,13 +138,11 @@ class SetRemap(Action):
 class SetROSLogDir(Action):
     """Sets the folder that the nodes of the scope log into; a relative one is below the current."""
 
+    log_dir: list[Substitution] = read_only(of="__new_log_dir")
+
     def __init__(self, new_log_dir: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__new_log_dir = normalize_to_list_of_substitutions(new_log_dir)
-
-    @property
-    def log_dir(self) -> list[Substitution]:
-        return self.__new_log_dir
 
     def execute(self, context: LaunchContext) -> None:
         # Absolute: processes may have another working directory.
@@ -165,13 +156,11 @@ class SetROSLogDir(Action):
 class SetUseSimTime(Action):
     """Makes timers of the launch file (RosTimer), not the nodes, follow simulated time."""
 
+    value: bool = read_only()
+
     def __init__(self, value: bool, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__value = value
-
-    @property
-    def value(self) -> bool:
-        return self.__value
 
     def execute(self, context: LaunchContext) -> None:
         """ValueError unless the value is a bool, as in rclpy."""
@@ -187,18 +176,12 @@ class SetUseSimTime(Action):
 class Parameter(Substitution):
     """The value of a parameter that SetParameter gave to the scope."""
 
+    name: list[Substitution] = read_only()
+    default: list[Substitution] | None = read_only("Used if the parameter does not exist.")
+
     def __init__(self, name: Any, *, default: Any = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default = None if default is None else _default(default)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
-
-    @property
-    def default(self) -> list[Substitution] | None:
-        """Used if the parameter does not exist."""
-        return self.__default
 
     def describe(self) -> str:
         return f"Parameter({describe_substitutions(self.name)})"

@@ -7,7 +7,7 @@ import selectors
 import shlex
 import subprocess
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     MAX_TEXT,
     Substitution,
@@ -35,17 +35,12 @@ class Command(Substitution):
     `fail` raises, `ignore` drops it, `warn` logs it, `capture` adds it to the output.
     """
 
+    command: list[Substitution] = read_only()
+    on_stderr: list[Substitution] = read_only()
+
     def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:
         self.__command = normalize_to_list_of_substitutions(command)
         self.__on_stderr = normalize_to_list_of_substitutions(on_stderr)
-
-    @property
-    def command(self) -> list[Substitution]:
-        return self.__command
-
-    @property
-    def on_stderr(self) -> list[Substitution]:
-        return self.__on_stderr
 
     def describe(self) -> str:
         return f"Command({describe_substitutions(self.command)})"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from launcher.language.class_tools import ensure_argument_type, is_iterable
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 class LaunchConfiguration(Substitution):
     """The value of a launch configuration at the time of `perform`."""
 
+    variable_name: list[Substitution] = read_only()
+    default: list[Substitution] | None = read_only("Used if the configuration does not exist.")
+
     def __init__(self, variable_name: Any, *, default: Any = None) -> None:
         self.__variable_name = normalize_to_list_of_substitutions(variable_name)
         self.__default: list[Substitution] | None
@@ -35,15 +38,6 @@ class LaunchConfiguration(Substitution):
             self.__default = [_as_text(default)]
         else:
             self.__default = [_as_text(item) for item in default]
-
-    @property
-    def variable_name(self) -> list[Substitution]:
-        return self.__variable_name
-
-    @property
-    def default(self) -> list[Substitution] | None:
-        """Used if the configuration does not exist."""
-        return self.__default
 
     def describe(self) -> str:
         return f"LaunchConfig({describe_substitutions(self.variable_name)})"
@@ -70,15 +64,12 @@ def _as_text(item: Any) -> Substitution:
 class LocalSubstitution(Substitution):
     """A value of the current event: `event.returncode`, `x['key']`."""
 
+    expression: str = read_only("Python below `context.locals.`.")
+
     def __init__(self, expression: str, description: str | None = None) -> None:
         ensure_argument_type(expression, str, "expression", "LocalSubstitution")
         self.__expression = expression
         self.__description = description
-
-    @property
-    def expression(self) -> str:
-        """Python below `context.locals.`."""
-        return self.__expression
 
     def describe(self) -> str:
         text = self.__expression if self.__description is None else self.__description

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
@@ -23,18 +23,12 @@ if TYPE_CHECKING:
 class EnvironmentVariable(Substitution):
     """The value of an environment variable, in the scope of the visit."""
 
+    name: list[Substitution] = read_only()
+    default_value: list[Substitution] | None = read_only("Used if the variable is not set.")
+
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default_value = optional_substitutions(default_value)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
-
-    @property
-    def default_value(self) -> list[Substitution] | None:
-        """Used if the variable is not set."""
-        return self.__default_value
 
     def describe(self) -> str:
         """Like `EnvVar('HOME')`."""

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from launcher.base import text_file
 from launcher.language import frontend_registry, session
 from launcher.language.diagnostics import ros2_quirks
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     MAX_TEXT,
     Substitution,
@@ -31,12 +31,10 @@ if TYPE_CHECKING:
 class PathJoinSubstitution(Substitution):
     """Path components, joined as `os.path.join` does."""
 
+    substitutions: list[Substitution] = read_only()
+
     def __init__(self, substitutions: Iterable[Any]) -> None:
         self.__substitutions = normalize_to_list_of_substitutions(substitutions)
-
-    @property
-    def substitutions(self) -> list[Substitution]:
-        return self.__substitutions
 
     def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
         """A path below; several substitutions are joined to one component."""
@@ -129,12 +127,10 @@ def _local(context: LaunchContext, key: str, name: str) -> str:
 class FindExecutable(Substitution):
     """The path of a program on PATH."""
 
+    name: list[Substitution] = read_only()
+
     def __init__(self, *, name: Any) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
 
     def describe(self) -> str:
         return f"FindExec({describe_substitutions(self.name)})"
@@ -155,18 +151,12 @@ class FindLaunchfile(Substitution):
     `bringup` finds `bringup.py`, `bringup.launch.xml` and `bringup_launch.yaml`.
     """
 
+    name: list[Substitution] = read_only()
+    path: list[Substitution] = read_only("The folder.")
+
     def __init__(self, *, name: Any, path: Any) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__path = _path(path)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
-
-    @property
-    def path(self) -> list[Substitution]:
-        """The folder."""
-        return self.__path
 
     def describe(self) -> str:
         name, path = describe_substitutions(self.name), describe_substitutions(self.path)
@@ -199,12 +189,10 @@ def _is_launch_file(folder: str, file: str, name: str) -> bool:
 class FileContent(Substitution):
     """The text of a file, as it is (a last newline included)."""
 
+    path: list[Substitution] = read_only()
+
     def __init__(self, path: Any) -> None:
         self.__path = _path(path)
-
-    @property
-    def path(self) -> list[Substitution]:
-        return self.__path
 
     def describe(self) -> str:
         return f"FileContent({describe_substitutions(self.path)})"

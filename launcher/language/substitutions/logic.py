@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
@@ -42,12 +42,10 @@ def _text(truth: bool) -> str:
 class OneValue(Substitution):
     """Base of substitutions of one value."""
 
+    value: list[Substitution] = read_only()
+
     def __init__(self, value: Any) -> None:
         self.__value = normalize_to_list_of_substitutions(value)
-
-    @property
-    def value(self) -> list[Substitution]:
-        return self.__value
 
 
 @public(_MODULE)
@@ -69,17 +67,12 @@ class NotSubstitution(OneValue):
 class _TwoSided(Substitution):
     """Base of substitutions of two values."""
 
+    left: list[Substitution] = read_only()
+    right: list[Substitution] = read_only()
+
     def __init__(self, left: Any, right: Any) -> None:
         self.__left = normalize_to_list_of_substitutions(left)
         self.__right = normalize_to_list_of_substitutions(right)
-
-    @property
-    def left(self) -> list[Substitution]:
-        return self.__left
-
-    @property
-    def right(self) -> list[Substitution]:
-        return self.__right
 
     @property
     def _operands(self) -> list[list[Substitution]]:
@@ -113,16 +106,11 @@ class OrSubstitution(_TwoSided):
 class _ManySided(Substitution):
     """Base of substitutions of any number of truth values."""
 
+    args: list[list[Substitution]] = read_only()
+    _operands: list[list[Substitution]] = read_only(of="args")
+
     def __init__(self, *args: Any) -> None:
         self.__args = [normalize_to_list_of_substitutions(arg) for arg in args]
-
-    @property
-    def args(self) -> list[list[Substitution]]:
-        return self.__args
-
-    @property
-    def _operands(self) -> list[list[Substitution]]:
-        return self.args
 
     def describe(self) -> str:
         return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"
@@ -189,24 +177,16 @@ class NotEqualsSubstitution(EqualsSubstitution):
 class IfElseSubstitution(Substitution):
     """One of two texts, by a truth value; only the chosen one is performed."""
 
+    condition: list[Substitution] = read_only(of="_condition")
+    if_value: list[Substitution] = read_only(of="_if_value")
+    else_value: list[Substitution] = read_only(of="_else_value")
+
     def __init__(self, condition: Any, if_value: Any = "", else_value: Any = "") -> None:
         if if_value == else_value == "":
             raise RuntimeError("One of if_value and else_value must be specified")
         self._condition = normalize_to_list_of_substitutions(condition)
         self._if_value = normalize_to_list_of_substitutions(if_value)
         self._else_value = normalize_to_list_of_substitutions(else_value)
-
-    @property
-    def condition(self) -> list[Substitution]:
-        return self._condition
-
-    @property
-    def if_value(self) -> list[Substitution]:
-        return self._if_value
-
-    @property
-    def else_value(self) -> list[Substitution]:
-        return self._else_value
 
     def describe(self) -> str:
         parts = (self.condition, self.if_value, self.else_value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     describe_substitutions,
@@ -25,12 +25,10 @@ if TYPE_CHECKING:
 class AnonName(Substitution):
     """A name made unique; the same everywhere in the run for the same given name."""
 
+    name: list[Substitution] = read_only()
+
     def __init__(self, name: Any) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
 
     def describe(self) -> str:
         return f"AnonName({describe_substitutions(self.name)})"
@@ -56,18 +54,12 @@ class AnonName(Substitution):
 class ForEachVar(Substitution):
     """The value of a field in the current iteration of a ForEach."""
 
+    name: list[Substitution] = read_only()
+    default_value: list[Substitution] | None = read_only("Used if the field set has no such field.")
+
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default_value = optional_substitutions(default_value)
-
-    @property
-    def name(self) -> list[Substitution]:
-        return self.__name
-
-    @property
-    def default_value(self) -> list[Substitution] | None:
-        """Used if the field set has no such field."""
-        return self.__default_value
 
     @classmethod
     def get_local_arg_name(cls, name: str) -> str:

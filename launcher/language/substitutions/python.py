@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Iterable
 
 from launcher.language.class_tools import ensure_argument_type
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     describe_substitutions,
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 class PythonExpression(Substitution):
     """The value of a Python expression; it sees the given modules, and `math` without prefix."""
 
+    expression: list[Substitution] = read_only()
+    python_modules: list[list[Substitution]] = read_only()
+
     def __init__(self, expression: Any, python_modules: Any = ["math"]) -> None:  # noqa: B006
         types = (str, Substitution, Iterable)
         ensure_argument_type(expression, types, "expression", "PythonExpression")
@@ -36,14 +39,6 @@ class PythonExpression(Substitution):
         self.__python_modules = [
             normalize_to_list_of_substitutions(module) for module in python_modules
         ]
-
-    @property
-    def expression(self) -> list[Substitution]:
-        return self.__expression
-
-    @property
-    def python_modules(self) -> list[list[Substitution]]:
-        return self.__python_modules
 
     def describe(self) -> str:
         """Like `PythonExpr(LaunchConfig('n') + ' > 3', ['math'])`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.language.naming import public
+from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
     describe_substitutions,
@@ -22,17 +22,12 @@ if TYPE_CHECKING:
 class StringJoinSubstitution(Substitution):
     """Texts joined by a delimiter; each text may be made of several substitutions."""
 
+    substitutions: list[list[Substitution]] = read_only()
+    delimiter: list[Substitution] = read_only()
+
     def __init__(self, substitutions: Any, delimiter: Any = "") -> None:
         self.__substitutions = [normalize_to_list_of_substitutions(sub) for sub in substitutions]
         self.__delimiter = normalize_to_list_of_substitutions(delimiter)
-
-    @property
-    def substitutions(self) -> list[list[Substitution]]:
-        return self.__substitutions
-
-    @property
-    def delimiter(self) -> list[Substitution]:
-        return self.__delimiter
 
     def describe(self) -> str:
         parts = ", ".join(describe_substitutions(subs) for subs in self.substitutions)

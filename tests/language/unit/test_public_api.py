@@ -15,6 +15,7 @@ import pytest
 
 from launcher.language.compat import TOOL_NAMES, TOP_NAMES, vocabulary
 from launcher.language.compat.table import MODULES, SUBMODULES
+from launcher.language.naming import read_only
 
 PUBLIC_MODULES = {
     *MODULES,
@@ -409,3 +410,33 @@ def test_a_function_is_not_hidden_by_the_submodule_of_its_name():
     importlib.import_module("launch_ros.utilities.normalize_parameters")
 
     assert callable(importlib.import_module("launch_ros.utilities").normalize_parameters)
+
+
+class _Base:
+    name: str = read_only("What it is called.")
+    alias: str = read_only(of="__name")
+
+    def __init__(self, name: str) -> None:
+        self.__name = name
+
+
+class _Derived(_Base):
+    name: str = read_only()
+
+    def __init__(self, name: str) -> None:
+        super().__init__("base")
+        self.__name = name
+
+
+def test_a_read_only_attribute_gives_that_of_the_class_that_declares_it():
+    derived = _Derived("derived")
+
+    assert (derived.name, derived.alias) == ("derived", "base")
+    assert _Base.name.__doc__ == "What it is called."
+
+
+def test_a_read_only_attribute_cannot_be_set():
+    base = _Base("base")
+
+    with pytest.raises(AttributeError, match="name"):
+        base.name = "other"
