@@ -283,7 +283,7 @@ ROWS = (
                         value=False,
                     ),
                 ),
-                serve="launcher.run.debug.debugger:serve",
+                serve="launcher.run.debug.verb:serve",
             ),
         ),
     ),

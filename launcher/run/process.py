@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from launcher.run.compose.output import GroupOutput
     from launcher.run.debug.debugger import Debugger
     from launcher.run.machine import ReportExit
-    from launcher.run.monitor.responsiveness import Silence
-    from launcher.run.output.reader import Stream
+    from launcher.run.output.stream import Stream
 
     class Elsewhere(Protocol):
         """Another host, on which a process runs."""
@@ -83,6 +82,20 @@ class History:
     def sampled(self, uss_bytes: int | None) -> None:
         if uss_bytes is not None:
             self.peak_uss = max(self.peak_uss or 0, uss_bytes)
+
+
+class Silence:
+    """A node does not answer: for how long, and what its process was doing when it was noticed."""
+
+    def __init__(self) -> None:
+        self.silent_s = self.reported_s = 0.0
+        self.stack: tuple[str, ...] = ()
+
+    def report(self, silent_s: float, now: float) -> None:
+        self.silent_s, self.reported_s = silent_s, now
+
+    def elapsed_s(self, now: float) -> float:
+        return self.silent_s + now - self.reported_s
 
 
 class Process:

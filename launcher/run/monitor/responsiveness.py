@@ -18,7 +18,7 @@ from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_s
 from launcher.run.helpers.programs import RESPONSIVENESS
 from launcher.run.machine import ProcessState
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.process import Process, Silence
 from launcher.run.stacks.dump import Dump, lines
 from launcher.run.stacks.stacks import Stacks, Wish, members
 
@@ -34,20 +34,6 @@ ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is 
 GOODBYE_S = 2.0
 SURE_S = 4.5  # silence is noticed after 3 s, by a round each second
 POLL_S = 0.1
-
-
-class Silence:
-    """A node does not answer: for how long, and what its process was doing when it was noticed."""
-
-    def __init__(self) -> None:
-        self.silent_s = self.reported_s = 0.0
-        self.stack: tuple[str, ...] = ()
-
-    def report(self, silent_s: float, now: float) -> None:
-        self.silent_s, self.reported_s = silent_s, now
-
-    def elapsed_s(self, now: float) -> float:
-        return self.silent_s + now - self.reported_s
 
 
 class Responsiveness(Part):

@@ -6,12 +6,13 @@ import functools
 import os
 from collections.abc import Callable, Collection
 
-from launcher.output.lines import Block, LineBuffer
+from launcher.output.lines import Block
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import most_open_files, read_stream
 from launcher.run.machine import ProcessState
+from launcher.run.output.stream import Stream
 from launcher.run.process import Process
 
 TYPE_CHECKING = False
@@ -25,30 +26,6 @@ BUSY_PARTIAL_LINE_S = 1.0
 DRAIN_BYTES = 1024 * 1024  # the largest pipe an unprivileged process can have
 # Instead of descriptors, for streams that are read on another host.
 _KEYS = {"stdout": -1, "stderr": -2, "both": -3}
-
-
-class Stream:
-    """One descriptor that output is read from: `name` is `stdout`, `stderr` or `both`.
-
-    `ago_s` is how long ago another host had read the last block when it arrived here.
-    """
-
-    __slots__ = ("ago_s", "buffer", "gate", "name", "read_at_s", "shown")
-
-    def __init__(self, name: str, *, shown: bool) -> None:
-        from launcher.output.tracebacks import TracebackGate  # the child is running already
-
-        self.name = name
-        self.shown = shown
-        self.read_at_s = 0.0  # when it last wrote, on the monotonic clock
-        self.ago_s = 0.0
-        self.buffer = LineBuffer()
-        self.gate = TracebackGate()
-
-    @property
-    def waits(self) -> bool:
-        """Whether an unfinished line or traceback is still to be shown."""
-        return self.shown and (bool(self.buffer.partial) or self.gate.holds)
 
 
 class OutputReader:
