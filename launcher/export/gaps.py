@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.options import RunOptions, matches
 from launcher.base.model.supervision import rule_for
 from launcher.export.model import Unsupported
-from launcher.export.places import THE_FILE, Places
 from launcher.language.actions.events import (
     EmitEvent,
     Log,
@@ -30,6 +30,25 @@ if TYPE_CHECKING:
 
 _LOADERS = (ComposableNodeContainer, LoadComposableNodes)
 _NO_HANDLER = "nothing reacts to it; what it starts or stops is left out"
+THE_FILE = "the launch file"
+
+
+class Places:
+    """Names files relative to the folder of the launch file; others by their name only."""
+
+    def __init__(self, launch_file: str) -> None:
+        self._folder = os.path.dirname(os.path.abspath(launch_file)) + os.sep
+
+    def of_entity(self, entity: Any) -> str:
+        """`file:line` of an entity of a launch file."""
+        origin = getattr(entity, "_origin", None)
+        return THE_FILE if origin is None else self.of_text(f"{origin.path}:{origin.line}")
+
+    def of_text(self, place: str) -> str:
+        """As `of_entity`, of `path:line`."""
+        if place.startswith(self._folder):
+            return place[len(self._folder) :]
+        return os.path.basename(place) or THE_FILE
 
 
 def gaps_of(plan: Plan, places: Places, names: Mapping[int, str]) -> Iterator[Unsupported]:

@@ -15,10 +15,9 @@ from launcher.base.model.spec import Limits, ProcessSpec
 from launcher.export.discovery import gaps as discovery_gaps
 from launcher.export.discovery import with_discovery
 from launcher.export.environment import divided, looks_secret
-from launcher.export.gaps import gaps_of, is_exported, settings_gaps
+from launcher.export.gaps import Places, gaps_of, is_exported, settings_gaps
 from launcher.export.model import ExportedProcess, ExportedSystem, Unsupported
 from launcher.export.names import Name, name_of_system, names_of
-from launcher.export.places import Places
 from launcher.export.words import ExportedCommand
 from launcher.hosts.file.model import Discovery, Host
 from launcher.hosts.file.order import order_for

@@ -8,8 +8,8 @@ Doors:
 * `verbs/`: one module per verb: `topic`, `node`, `param`, `service`, `action`, `lifecycle`,
   `interface`, `graph`, `multicast`, `daemon`. `verb` is what they share: options, access to the
   graph, output; `front` reads options in front of the verb.
-* `nodes`, `parameters`, `services`, `service_events`, `goals` (of actions), `lifecycle`,
-  `multicast`: what these verbs do. `entities` bounds the memory of long-lived nodes.
+* `nodes`, `parameters`, `services`, `goals` (of actions), `lifecycle`: what these
+  verbs do.
 * Processes: `helpers/`, `ready/`, `probe/` and `composed/`, started by runs, smoke and the page.
 
 Folders:

@@ -8,7 +8,7 @@ another shell; `option`, the values of their options; `plan_tree`, a process tha
 launch file again for its tree.
 
 * `server` listens until the run ends, `site` answers, `access` decides who gets an answer: a token
-  in the link, then a cookie. `settings` is what the server gets.
+  in the link, then a cookie.
 * `hub` sends messages to all pages, encoded once; a page that reads slowly delays nobody.
   `page_session` sends one page what is queued, and answers its requests.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines. `graph_feed` follows the

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import errno
 import socket
 import sys
@@ -23,9 +24,10 @@ from launcher.web.graph_feed import GraphFeed
 from launcher.web.hub import Hub
 from launcher.web.page_session import Feeds
 from launcher.web.run_feed import RunFeed
-from launcher.web.settings import DEFAULT_PORT, PageSettings
 from launcher.web.site import Site
 
+DEFAULT_HOST = "127.0.0.1"
+DEFAULT_PORT = 8770
 _REQUEST_S = 10.0  # for a whole request to come
 _GOODBYE_S = 1.0  # for pages to read that the run has ended
 _REQUEST_BYTES = 1024 * 1024
@@ -33,6 +35,29 @@ _REQUEST_BYTES = 1024 * 1024
 
 class ServeError(LauncherError):
     """The page cannot be served."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class PageSettings:
+    """Options of the verb, or JSON from the launcher. `socket`: of the run.
+
+    `port` None: the default one, or any if that is taken. The token is that of `token_file`,
+    `token`, or a new one. `certificate` and `key` are files in PEM.
+    """
+
+    socket: str
+    host: str = DEFAULT_HOST
+    port: int | None = None
+    token_file: str | None = None
+    token: str | None = None
+    certificate: str | None = None
+    key: str | None = None
+    read_only: bool = False
+
+    @classmethod
+    def from_json(cls, text: str) -> PageSettings:
+        values: dict[str, Any] = strict_json.unpacked(text)
+        return cls(**values)
 
 
 class WebServer:

@@ -41,8 +41,7 @@ def main(words: Sequence[str]) -> int:
 
 
 async def _serve(options: Parsed, socket: str) -> int:
-    from launcher.web.server import WebServer, risk
-    from launcher.web.settings import DEFAULT_HOST, PageSettings
+    from launcher.web.server import DEFAULT_HOST, PageSettings, WebServer, risk
 
     certificate, key = options.tls or (None, None)
     settings = PageSettings(

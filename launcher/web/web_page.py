@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from launcher.base import strict_json
+from launcher.base.errors import LauncherError
+from launcher.base.run_verb import BadCallError
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
 from launcher.web.option import require_page, settings_of
@@ -13,6 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.run.part import VerbRequest
     from launcher.run.run import Run
 
 GOODBYE_S = 4.0  # for pages to read that the run has ended
@@ -106,3 +109,20 @@ class WebPage(Part):
         self._process.send(b"end")
         self._process.close()
         self._answer({"error": "the run has ended"})
+
+
+def serve(request: VerbRequest) -> None:
+    """The verb `web`: the link when the page works, started if needed; BadCallError."""
+    page, exchange = request.run.parts.need(WebPage), request.exchange
+    try:
+        page.serve_page()
+    except LauncherError as error:
+        raise BadCallError("wrong-state", error.message, error.hint) from None
+
+    def done(answer: Mapping[str, Any]) -> None:
+        if "error" in answer:
+            exchange.fail(BadCallError("wrong-state", f"no page: {answer['error']}"))
+        else:
+            exchange.reply({"link": answer["link"]}, [answer["link"]])
+
+    page.ask_link(done)

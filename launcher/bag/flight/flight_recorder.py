@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from launcher.bag.flight.recording import settings_of
 from launcher.base import strict_json
 from launcher.base.model.run_events import SnapshotWritten
+from launcher.base.run_verb import BadCallError
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
 
@@ -15,6 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.run.part import VerbRequest
     from launcher.run.run import Run
 
 GOODBYE_S = 30.0  # to write what it has in memory to a slow disk
@@ -87,3 +89,19 @@ class FlightRecorderProcess(Part):
         self._process.send(strict_json.packed({"end": True}).encode())
         self._process.close()
         self._fail("the run has ended")
+
+
+def serve(request: VerbRequest) -> None:
+    """The verb `snapshot`: the path when it is written; BadCallError."""
+    recorder, exchange = request.run.parts.find(FlightRecorderProcess), request.exchange
+    if recorder is None:
+        hint = "start the run with --record"
+        raise BadCallError("wrong-state", "this run is not recorded", hint)
+
+    def done(answer: Mapping[str, Any]) -> None:
+        if "error" in answer:
+            exchange.fail(BadCallError("wrong-state", f"no snapshot: {answer['error']}"))
+        else:
+            exchange.reply({"path": answer["snapshot"]}, [f"snapshot in {answer['snapshot']}"])
+
+    recorder.snapshot(request.call.options.get("reason") or "it was requested", done)

@@ -36,7 +36,6 @@ from launcher.ros.discovery.gids import (
     scheme_holds,
 )
 from launcher.ros.discovery.stale_nodes import StaleNodes
-from launcher.ros.entities import forget_destroyed
 from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.snapshot.graph import (
     TOPIC,
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
     from launcher.ros.discovery.prefetch import Prefetch
 
 _PERIOD_S = 0.1
+_ROOM = 64  # for entities of our node
 
 
 class Observer:
@@ -274,7 +274,7 @@ def _node(name: str, context: Context, *, is_hidden: bool) -> Any:
         start_parameter_services=not is_hidden,
         parameter_overrides=[Parameter("start_type_description_service", value=not is_hidden)],
     )
-    forget_destroyed(node)
+    _forget_destroyed(node)
     return node
 
 
@@ -299,3 +299,27 @@ def _info(topic: str, direction: Direction, info: Any) -> EndpointInfo:
         type_hash=str(info.topic_type_hash),
         gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
     )
+
+
+class _LivingReferences(set[Any]):
+    """Weak references; dead ones are dropped when there are twice as many as before."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._most = _ROOM
+
+    def add(self, reference: Any) -> None:
+        if len(self) >= self._most:
+            self.difference_update([one for one in list(self) if one() is None])
+            self._most = 2 * len(self) + _ROOM
+        super().add(reference)
+
+
+def _forget_destroyed(node: Any) -> None:
+    """Let its callback group forget entities that were destroyed, which rclpy does not.
+
+    For a node that makes entities again and again; before it makes the first.
+    """
+    group = node.default_callback_group
+    entities, group.entities = group.entities, _LivingReferences()
+    group.entities.update(entities)

@@ -69,27 +69,18 @@ class Prefetch:
 
     def _introduce(self) -> None:
         widen_sockets(socket_inodes(self._domain_id))
-        ports, held = announcement_ports(self._domain_id), sockets_of(os.getpid())
-        own = {port for inode, port in ports.items() if inode in held}
+        own = own_ports(self._domain_id)
         already = list(self._reader.discovered)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-            self._replay(sender, own, already)
-            self._threads[0].join()
-            later = [peer for peer in self._reader.discovered if peer not in already]
-            self._replay(sender, own, later)
+        self._replay(own, already)
+        self._threads[0].join()
+        self._replay(own, [peer for peer in self._reader.discovered if peer not in already])
 
-    def _replay(self, sender: socket.socket, ports: set[int], peers: list[Participant]) -> None:
-        def send(datagrams: Iterator[bytes]) -> None:
-            for datagram in datagrams:
-                for port in ports:
-                    with contextlib.suppress(OSError):  # the port has been closed
-                        sender.sendto(datagram, ("127.0.0.1", port))
-
-        send(d for p in peers for d in _datagrams(p, [(rtps.SPDP_READER, p.announcement)]))
+    def _replay(self, ports: set[int], peers: list[Participant]) -> None:
+        announce(ports, peers)
         for pause_s in _PAUSES_S if peers and self._listens else ():
             if self._closed.wait(pause_s):
                 return
-            send(d for p in peers for d in _datagrams(p, p.introductions()))
+            _send(ports, (d for p in peers for d in _datagrams(p, p.introductions())))
 
     def snapshot(self, own_participant: bytes) -> GraphSnapshot | None:
         """The graph without ourselves, when it has been read; None if it could not be read."""
@@ -104,6 +95,25 @@ class Prefetch:
         self._reader.stop()
         for thread in self._threads:
             thread.join()
+
+
+def own_ports(domain_id: int) -> set[int]:
+    """Those to which participants of this process listen for announcements."""
+    ports, held = announcement_ports(domain_id), sockets_of(os.getpid())
+    return {port for inode, port in ports.items() if inode in held}
+
+
+def announce(ports: set[int], peers: Iterable[Participant]) -> None:
+    """Repeat the announcements of these participants."""
+    _send(ports, (d for p in peers for d in _datagrams(p, [(rtps.SPDP_READER, p.announcement)])))
+
+
+def _send(ports: set[int], datagrams: Iterable[bytes]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for datagram in datagrams:
+            for port in ports:
+                with contextlib.suppress(OSError):  # the port has been closed
+                    sender.sendto(datagram, ("127.0.0.1", port))
 
 
 def _datagrams(peer: Participant, samples: Iterable[tuple[bytes, rtps.Data]]) -> Iterator[bytes]:

@@ -1,6 +1,5 @@
 """A process that reports which facts of the ROS graph hold: `python -m launcher.ros.ready`.
 
 It looks by discovery messages (`views`), and with rclpy only where a fact needs a node (`calls`);
-`facts` are what it may be asked. `introductions` makes participants that have been found known to
-the node of rclpy at once. The supervisor's side is `launcher.run.helpers.graph_facts`.
+`facts` are what it may be asked. The supervisor's side is `launcher.run.helpers.graph_facts`.
 """

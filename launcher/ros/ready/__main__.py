@@ -33,8 +33,7 @@ from launcher.ros.ready.views import GraphView, followed
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.ready.calls import Calls
-    from launcher.ros.ready.introductions import Introductions
+    from launcher.ros.ready.calls import Calls, Introductions
     from launcher.ros.ready.views import ObservedView
 
 _GRAPH_S = 0.1  # at most until a change of the graph is noticed
@@ -142,12 +141,10 @@ class FactWatcher:
 
     def _open_calls(self) -> None:
         if self._calls is None:
-            from launcher.ros.ready.calls import Calls
+            from launcher.ros.ready.calls import Calls, Introductions
 
             self._calls = Calls(self._observer())
             if self._follower is not None:
-                from launcher.ros.ready.introductions import Introductions
-
                 self._introductions = Introductions(self._calls.observer)
 
     def _observer(self) -> Observer:

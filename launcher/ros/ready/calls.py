@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.subscription import Subscription
 
 from launcher.base.errors import LauncherError
+from launcher.ros.discovery.prefetch import announce, own_ports
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load
@@ -17,9 +19,11 @@ from launcher.ros.topics.listener import Listener, TopicTarget
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
+    from launcher.ros.discovery.participant import Participant
     from launcher.ros.ready.views import GraphView
 
 _ANSWER_S = 2.0  # then the call is repeated: a node may not have known our client yet
+_INTRODUCE_S = 0.2
 _STATE_S = 0.2  # from one question for a state to the next
 
 
@@ -139,3 +143,26 @@ class Calling:
     def close(self) -> None:
         if self._client is not None:
             self._node.destroy_client(self._client)
+
+
+class Introductions:
+    """Makes participants that the follower knows known to our node of rclpy.
+
+    Two participants that start at the same time lose each other's first announcements, and the next
+    come up to 3 s later (see `discovery.prefetch`). What the follower has received is repeated to
+    our own participant, which then announces itself to the other one. Call `introduce` regularly.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self._next_s = 0.0
+        self._ports = own_ports(observer.domain_id)
+
+    def introduce(self, peers: Iterable[Participant]) -> None:
+        """Repeat the announcements of those that our node does not know."""
+        now = time.monotonic()
+        if now < self._next_s:
+            return
+        self._next_s = now + _INTRODUCE_S
+        known = self._observer.participants()
+        announce(self._ports, (peer for peer in peers if peer.prefix not in known))

@@ -2,28 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+import socket
+import struct
+from collections.abc import Iterator, Sequence
 
 from launcher.base.command_line import DEBUG, Command, Parsed, count, option, positive_seconds
 from launcher.base.errors import ExitCode
+from launcher.base.ros_errors import VerbError
 from launcher.base.verb_table import VERBS
-from launcher.ros import multicast
+
+# Those of `ros2 multicast`, so that either side may be that one.
+_GROUP = "225.0.0.1"
+_PORT = 49150
+_MAX_TTL = 255
+_TEXT = b"Hello World!"
+_SIZE = 4096
+_HINT = "no network interface takes multicast: ip route, ip link"
 
 
 def _ttl(word: str) -> int:
-    return count(word, 1, multicast.MAX_TTL)
+    return count(word, 1, _MAX_TTL)
+
+
+def _send_packet(ttl: int | None) -> None:
+    """VerbError if no interface takes it."""
+    with _errors("sent to"), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        if ttl is not None:
+            sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, struct.pack("b", ttl))
+        sender.sendto(_TEXT, (_GROUP, _PORT))
+
+
+def _received(timeout_s: float | None) -> tuple[str, str, int]:
+    """The text of a packet, with host and port of its sender; VerbError, also after the timeout.
+
+    Several processes of a machine may wait, and all get it.
+    """
+    with _errors("received from"), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        receiver.bind(("", _PORT))
+        membership = struct.pack("=4sl", socket.inet_aton(_GROUP), socket.INADDR_ANY)
+        receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+        receiver.settimeout(timeout_s)
+        try:
+            data, (host, port) = receiver.recvfrom(_SIZE)
+        except TimeoutError:
+            raise VerbError(f"no packet arrived within {timeout_s:g} s") from None
+    return data.decode("utf-8", errors="replace"), host, port
+
+
+@contextlib.contextmanager
+def _errors(done: str) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        text = f"nothing can be {done} {_GROUP}:{_PORT}: {error.strerror}"
+        raise VerbError(text, hint=_HINT) from None
 
 
 def _send(options: Parsed) -> int:
     print("Sending one UDP multicast datagram...", flush=True)
-    multicast.send(options.ttl)
+    _send_packet(options.ttl)
     return ExitCode.OK
 
 
 def _receive(options: Parsed) -> int:
     print("Waiting for UDP multicast datagram...", flush=True)
     try:
-        text, host, port = multicast.receive(options.timeout)
+        text, host, port = _received(options.timeout)
     except KeyboardInterrupt:
         return ExitCode.OK
     print(f"Received from {host}:{port}: '{text}'")
