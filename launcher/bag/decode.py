@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from launcher.bag.model import CDR, ROS2_MSG, BagError, Definition, Topic
+from launcher.bag.model import CDR, ROS2_MSG, BagError, Definition, Topic, one_line
 from launcher.base import strict_json
 
 Decoder = Callable[[bytes], Any]
@@ -61,7 +61,7 @@ def _compiled(topic: Topic, text: str) -> Decoder:
             return compiled(name, _CHAR.sub(r"\1uint8", text), also=topic.type)
     except Exception as error:  # the parser raises errors of many classes
         line = _PRINTED.search(printed.getvalue())
-        reason = _one_line(error) + (f" (line {line[1][:100]!r})" if line else "")
+        reason = one_line(error)[:300] + (f" (line {line[1][:100]!r})" if line else "")
         raise BagError(
             f"{topic.name}: the definition of {topic.type} cannot be read: {reason}"
         ) from None
@@ -77,14 +77,10 @@ def _guarded(topic: Topic, decode: Decoder) -> Decoder:
             ) from None
         except Exception as error:  # names of fields that are none of Python, too
             raise BagError(
-                f"{topic.name}: a message is not a {topic.type}: {_one_line(error)}"
+                f"{topic.name}: a message is not a {topic.type}: {one_line(error)[:300]}"
             ) from None
 
     return guarded
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:300] or type(error).__name__
 
 
 def fields_of(message: Any) -> tuple[str, ...]:
@@ -127,7 +123,7 @@ def field_of(message: Any, path: str) -> Any:
         try:
             value = value[int(step[1:-1])] if step.startswith("[") else _attribute(value, step)
         except (AttributeError, IndexError, TypeError, ValueError) as error:
-            reason = _one_line(error)
+            reason = one_line(error)[:300]
             raise BagError(f"Invalid field '{path}': {reason}", hint=_hint(value)) from None
     return value
 

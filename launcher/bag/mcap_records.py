@@ -124,9 +124,24 @@ class RecordSource:
     def skip(self, place: RecordPlace) -> None:
         """Over the contents of the record whose head was read."""
         self._stream.seek(place.contents)
-        rest = place.length
-        while rest and (piece := self.read(min(rest, _PIECE))):
-            rest -= len(piece)
+        for piece in pieces(self._stream, place.length):
+            self.crc = zlib.crc32(piece, self.crc)
+
+
+def pieces(stream: IO[bytes], length: int) -> Iterator[bytes]:
+    """The bytes that follow in a file, so many or up to its end."""
+    while length and (piece := stream.read(min(length, _PIECE))):
+        length -= len(piece)
+        yield piece
+
+
+def checksum(stream: IO[bytes], start: int, end: int) -> int:
+    """Of these bytes of a file."""
+    stream.seek(start)
+    crc = 0
+    for piece in pieces(stream, end - start):
+        crc = zlib.crc32(piece, crc)
+    return crc
 
 
 def check_chunk_length(start: bytes, length: int) -> None:

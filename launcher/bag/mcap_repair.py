@@ -22,7 +22,15 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from launcher.bag.mcap_records import HEAD, MAGIC, chunk_contents, parse, records_in
+from launcher.bag.mcap_records import (
+    HEAD,
+    MAGIC,
+    checksum,
+    chunk_contents,
+    parse,
+    pieces,
+    records_in,
+)
 from launcher.bag.mcap_scan import McapScan, message_indexes, scan
 from launcher.bag.metadata import removed_after_error
 from launcher.bag.model import BagError, Extent
@@ -193,9 +201,8 @@ def _copy(stream: IO[bytes], found: McapScan, target: str) -> None:
 
 def _copy_bytes(stream: IO[bytes], offset: int, length: int, sink: _ChecksummedFile) -> None:
     stream.seek(offset)
-    while length and (piece := stream.read(min(length, 1 << 20))):
+    for piece in pieces(stream, length):
         sink.write(piece)
-        length -= len(piece)
 
 
 def _copy_chunk(stream: IO[bytes], index: ChunkIndex, sink: _ChecksummedFile) -> ChunkIndex:
@@ -235,18 +242,8 @@ def _complete_indexes(stream: IO[bytes], found: McapScan) -> None:
         found.chunks.append(last)
         return
     chunk = _chunk_at(stream, last)
-    stream.seek(0)
-    sink = _ChecksummedFile(stream, _checksum(stream, end))
+    sink = _ChecksummedFile(stream, checksum(stream, 0, end))
     stream.truncate(end)
     stream.seek(end)
     found.chunks.append(_write_indexes(chunk, last, sink))
     found.end, found.crc = sink.offset, sink.crc
-
-
-def _checksum(stream: IO[bytes], end: int) -> int:
-    """Of the first bytes of a file."""
-    crc = 0
-    while end and (piece := stream.read(min(end, 1 << 20))):
-        crc = zlib.crc32(piece, crc)
-        end -= len(piece)
-    return crc

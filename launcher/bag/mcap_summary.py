@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import zlib
 from typing import IO, Any
 
 from mcap.opcode import Opcode
@@ -18,7 +17,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
-from launcher.bag.mcap_records import HEAD, MAGIC, Damage, RecordSource, parse
+from launcher.bag.mcap_records import HEAD, MAGIC, Damage, RecordSource, checksum, parse
 
 _FOOTER_BYTES = 20
 _CRC_BYTES = 4
@@ -86,15 +85,8 @@ def check_footer(stream: IO[bytes], offset: int, footer: Footer) -> None:
     offsets = footer.summary_offset_start
     if offsets and not footer.summary_start <= offsets <= offset:
         raise Damage("its footer is damaged: it says that the offsets are elsewhere")
-    if not footer.summary_crc:
-        return
-    rest = offset + HEAD.size + _FOOTER_BYTES - _CRC_BYTES - footer.summary_start
-    stream.seek(footer.summary_start)
-    crc = 0
-    while rest and (piece := stream.read(min(rest, 1 << 20))):
-        crc = zlib.crc32(piece, crc)
-        rest -= len(piece)
-    if crc != footer.summary_crc:
+    end = offset + HEAD.size + _FOOTER_BYTES - _CRC_BYTES
+    if footer.summary_crc not in (0, checksum(stream, footer.summary_start, end)):
         raise Damage("its summary is damaged")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from launcher.bag.model import CDR, LAST_NS, BagError, Extent, Qos, Topic
+from launcher.bag.model import CDR, LAST_NS, BagError, Extent, Qos, Topic, one_line
 from launcher.base import text_file, yaml_bounds
 from launcher.base.text import typed_error
 from launcher.base.yaml_dumper import Dumper
@@ -68,7 +68,7 @@ def qos_from(value: Any) -> tuple[Qos, ...]:
         try:
             value = yaml_bounds.load(value)
         except yaml.YAMLError as error:
-            raise ValueError(_one_line(error)) from None
+            raise ValueError(one_line(error)) from None
     if value is None or value == "":
         return ()
     if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
@@ -109,10 +109,6 @@ def _duration(name: str, value: Any) -> dict[str, int]:
     ):
         raise ValueError(f"{name} is no time of sec and nsec")
     return {unit: value.get(unit, 0) for unit in ("sec", "nsec")}
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
 
 
 def qos_text(profiles: Sequence[Qos]) -> str:
@@ -198,7 +194,7 @@ def read(folder: str) -> Metadata | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
-        raise BagError(f"cannot read {path}: {_one_line(error)}", hint=hint) from None
+        raise BagError(f"cannot read {path}: {one_line(error)}", hint=hint) from None
     if text_file.is_pointer(text):
         raise BagError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
     try:

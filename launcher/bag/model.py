@@ -133,3 +133,7 @@ def never() -> bool:
 
 class BagError(LauncherError):
     """A bag cannot be read or written; exit code 1."""
+
+
+def one_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -6,9 +6,9 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from launcher.bag.services import EVENTS
 from launcher.base.errors import UsageError
-
-_EVENTS = "/_service_event"
+from launcher.ros.snapshot.graph import is_hidden
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +37,8 @@ class Selection:
 
     def has(self, topic: str, type_name: str) -> bool:
         """Whether a topic is selected; names are full ones."""
-        if topic.endswith(_EVENTS):
-            return self._has_service(topic.removesuffix(_EVENTS), topic)
+        if topic.endswith(EVENTS):
+            return self._has_service(topic.removesuffix(EVENTS), topic)
         if topic in self.exclude_topics or type_name in self.exclude_types:
             return False
         if self.exclude_regex is not None and self.exclude_regex.search(topic):
@@ -59,10 +59,6 @@ class Selection:
         if self.all_services or service in self.services or topic in self.topics:
             return True
         return self.regex is not None and self.regex.search(service) is not None
-
-
-def is_hidden(topic: str) -> bool:
-    return any(part.startswith("_") for part in topic.split("/"))
 
 
 def expression(word: str) -> re.Pattern[str]:

@@ -6,7 +6,7 @@ import struct
 
 from launcher.bag.model import Topic
 
-_EVENTS = "/_service_event"
+EVENTS = "/_service_event"
 # What a service event begins with: the kind of event, the stamp, the client, the number of its
 # call; they follow four bytes that tell the encoding.
 _CALL = "4xB3x8x16s4xq"
@@ -16,11 +16,11 @@ _REQUESTS, _RESPONSES = (0, 1), (2, 3)  # sent or received, of service_msgs/Serv
 
 def is_event(topic: Topic) -> bool:
     is_type = "/srv/" in topic.type and topic.type.endswith("_Event")
-    return is_type and topic.name.endswith(_EVENTS)
+    return is_type and topic.name.endswith(EVENTS)
 
 
 def service_of(topic: Topic) -> str:
-    return topic.name.removesuffix(_EVENTS)
+    return topic.name.removesuffix(EVENTS)
 
 
 def type_of(topic: Topic) -> str:

@@ -13,7 +13,7 @@ from launcher.base.model.lifecycle import TRANSITIONS
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.base.text import did_you_mean as near_word
-from launcher.ros.discovery.completeness import settle
+from launcher.ros.discovery.completeness import settled_graph
 from launcher.ros.helpers.lifecycle_client import REFUSED, LifecycleClient
 from launcher.ros.services import (
     ASK_AGAIN_S,
@@ -36,10 +36,7 @@ def prepare(caller: ServiceCaller, node: str) -> None:
 def require(observer: Observer, name: str, spin_time_s: float) -> str:
     """The full name of a lifecycle node; VerbError with the text of ros2cli if it is none."""
     full = full_name(name)
-    graph = observer.prefetched_graph()
-    if graph is None:
-        settle(observer, spin_time_s, enough=lambda: observer.graph_snapshot().is_lifecycle(full))
-        graph = observer.graph_snapshot()
+    graph = settled_graph(observer, spin_time_s, lambda graph: graph.is_lifecycle(full))
     if graph.is_lifecycle(full):
         return full
     if full in graph.nodes:

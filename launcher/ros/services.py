@@ -36,11 +36,11 @@ class ServiceCaller:
     `answer_s` is the time limit where a call has no other, `node` has the clients.
     """
 
-    def __init__(self, observer: Observer, node: Any = None) -> None:
+    def __init__(self, observer: Observer, node: Any = None, answer_s: float | None = None) -> None:
         from rclpy.executors import SingleThreadedExecutor
 
         self.observer = observer
-        self.answer_s = ANSWER_S
+        self.answer_s = ANSWER_S if answer_s is None else answer_s
         self.node = observer.node if node is None else node
         self._executor = SingleThreadedExecutor(context=observer.context)
         self._executor.add_node(self.node)

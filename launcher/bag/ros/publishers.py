@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.bag.agreement import difference
 from launcher.bag.model import CDR, Message, Qos, Topic
 from launcher.bag.ros import qos as bag_qos
+from launcher.bag.services import EVENTS
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import escape
 from launcher.ros.messages.classes import type_name, with_library
@@ -20,7 +21,6 @@ from launcher.ros.topics import qos
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
 
-SERVICE_EVENT = "/_service_event"
 _DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow to take
 _PERIOD_S = 0.01
 _SLICE_NS = 100_000_000
@@ -79,8 +79,8 @@ class Publishers:
         from rclpy.exceptions import NameValidationException
 
         try:
-            if self._requests is not None and topic.name.endswith(SERVICE_EVENT):
-                self._add_client(topic, name.removesuffix(SERVICE_EVENT), self._requests)
+            if self._requests is not None and topic.name.endswith(EVENTS):
+                self._add_client(topic, name.removesuffix(EVENTS), self._requests)
             else:
                 self._publishers[topic.name] = self._observer.node.create_publisher(
                     with_library(load_message(topic.type)), name, self._profile(topic)

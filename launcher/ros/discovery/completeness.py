@@ -20,7 +20,7 @@ from launcher.posix.domains import SPIN_TIME_S, least_wait_s
 from launcher.posix.ports import participants_by_domain
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, ghosts, same_host
 from launcher.ros.discovery.reannounce import reannounce_to_silent
-from launcher.ros.snapshot.graph import UNKNOWN_NODE
+from launcher.ros.snapshot.graph import UNKNOWN_NODE, GraphSnapshot
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -71,6 +71,16 @@ def settle(
             if waited_s >= spin_time_s or (missing == 0 and not _nameless(observer)):
                 return Settled(missing=missing, waited_s=waited_s)
         time.sleep(_PERIOD_S)
+
+
+def settled_graph(
+    observer: Observer, spin_time_s: float, enough: Callable[[GraphSnapshot], object]
+) -> GraphSnapshot:
+    """The graph as it was prefetched, or as it is when it has settled."""
+    if (graph := observer.prefetched_graph()) is None:
+        settle(observer, spin_time_s, enough=lambda: enough(observer.graph_snapshot()))
+        graph = observer.graph_snapshot()
+    return graph
 
 
 def knows_all(observer: Observer) -> bool:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 LEVELS = {0: "UNSET", 10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 FIND_S = 8.0  # for a node to be discovered
 NO_SERVICE_S = 1.0  # after a node was discovered, its services and the next node have been, too
-ANSWER_S = 5.0
 PERIOD_S = 0.05
 
 Question = dict[str, Any]
@@ -144,7 +143,6 @@ def main() -> None:
     from launcher.ros.services import ServiceCaller
 
     with Observer() as observer, ServiceCaller(observer) as caller:
-        caller.answer_s = ANSWER_S
         print(strict_json.packed(answers(caller, questions)), flush=True)
 
 

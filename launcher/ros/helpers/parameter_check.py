@@ -250,8 +250,7 @@ def main() -> None:
     over = threading.Event()
     threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
     comparison = ParameterComparison([NodeToCheck(**node) for node in request["nodes"]], _print)
-    with Observer() as observer, ServiceCaller(observer) as caller:
-        caller.answer_s = ANSWER_S
+    with Observer() as observer, ServiceCaller(observer, answer_s=ANSWER_S) as caller:
         comparison.run(caller, over.is_set)
 
 

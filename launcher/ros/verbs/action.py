@@ -123,16 +123,10 @@ def _send_goal(options: Parsed) -> int:
 def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed) -> None:
     """VerbError if the action has another type."""
     from launcher.base.ros_errors import VerbError
-    from launcher.ros.discovery.completeness import settle
+    from launcher.ros.discovery.completeness import settled_graph
     from launcher.ros.messages.classes import type_name
 
-    if (graph := observer.prefetched_graph()) is None:
-        settle(
-            observer,
-            spin_time_s(options),
-            enough=lambda: name in observer.graph_snapshot().action_types(),
-        )
-        graph = observer.graph_snapshot()
+    graph = settled_graph(observer, spin_time_s(options), lambda g: name in g.action_types())
     types = graph.action_types().get(name, [])
     if types and type_name(kind) not in types:
         raise VerbError(

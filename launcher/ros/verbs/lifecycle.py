@@ -48,18 +48,12 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     node = full_name(options.node_name)
     with (
         observing(options, lambda graph: graph.is_lifecycle(node)) as observer,
-        ServiceCaller(observer) as caller,
+        ServiceCaller(observer, answer_s=options.timeout) as caller,
     ):
         from launcher.ros import lifecycle
 
-        _set_limit(caller, options)
         lifecycle.prepare(caller, node)
         yield caller, lifecycle.require(observer, node, spin_time_s(options))
-
-
-def _set_limit(caller: ServiceCaller, options: Parsed) -> None:
-    if options.timeout is not None:
-        caller.answer_s = options.timeout
 
 
 def _list(options: Parsed) -> int:
@@ -105,8 +99,10 @@ def _get_all(options: Parsed) -> int:
     from launcher.ros.services import ServiceCaller
 
     code = ExitCode.OK
-    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
-        _set_limit(caller, options)
+    with (
+        settled_observer(options) as observer,
+        ServiceCaller(observer, answer_s=options.timeout) as caller,
+    ):
         every = observer.graph_snapshot().lifecycle_nodes()
         names = visible_names(every, hidden=options.include_hidden_nodes)
         found = _states(caller, names, options)

@@ -64,14 +64,13 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
 
     with (
         observing(options, is_known) as observer,
-        ServiceCaller(observer) as caller,
+        ServiceCaller(observer, answer_s=options.timeout) as caller,
     ):
         from launcher.ros.parameters import prepare
 
         prepare(caller, node)
         until_s = started + (options.timeout or 0.0)
         found = require_node(observer, options.node_name, spin_time_s(options), until_s)
-        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
         yield caller, found
 
 
@@ -111,8 +110,10 @@ def _list_all(options: Parsed) -> int:
     found: dict[str, list[str]] = {}
     code = ExitCode.OK
     _apply_timeout(options)
-    with settled_observer(options) as observer, ServiceCaller(observer) as caller:
-        caller.answer_s = caller.answer_s if options.timeout is None else options.timeout
+    with (
+        settled_observer(options) as observer,
+        ServiceCaller(observer, answer_s=options.timeout) as caller,
+    ):
         names = set(visible_names(observer.node_names(), hidden=options.include_hidden_nodes))
         services = dict(observer.node.get_service_names_and_types())
         for node in sorted(n for n in names if f"{n}/list_parameters" in services):

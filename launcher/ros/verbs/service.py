@@ -31,7 +31,6 @@ from launcher.ros.verb import (
 from launcher.ros.verbs.listening import QOS, STYLE
 
 if TYPE_CHECKING:
-    from launcher.ros.discovery.observer import Observer
     from launcher.ros.services import ServiceCaller
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
@@ -124,13 +123,18 @@ def _call(options: Parsed) -> int:
 def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     """Wait for the service; VerbError if it has another type, or is not there in time."""
     from launcher.base.ros_errors import VerbError
+    from launcher.ros.discovery.completeness import settled_graph
     from launcher.ros.messages.classes import type_name
     from launcher.ros.services import NoAnswerError
 
     deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
     caller.load(kind)
     name = full_name(options.service_name)
-    types = _offered(caller.observer, name, spin_time_s(options))
+    # read before our own client adds the type that it requests
+    graph = settled_graph(
+        caller.observer, spin_time_s(options), lambda graph: name in graph.service_types()
+    )
+    types = graph.service_types().get(name, [])
     if types and type_name(kind) not in types:
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
@@ -143,21 +147,6 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     print("waiting for service to become available...", file=stream, flush=True)
     if not caller.wait_for(client, deadline - time.monotonic()):
         raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
-
-
-def _offered(observer: Observer, name: str, spin_time_s: float) -> list[str]:
-    """The types of a service; read before our own client adds the type that it requests."""
-    from launcher.ros.discovery.completeness import settle
-
-    if (graph := observer.prefetched_graph()) is not None:
-        return graph.service_types().get(name, [])
-
-    def known() -> list[str]:
-        types: list[str] = dict(observer.node.get_service_names_and_types()).get(name, [])
-        return types
-
-    settle(observer, spin_time_s, enough=known)
-    return known()
 
 
 def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, did_you_mean
-from launcher.ros.discovery.completeness import settle
+from launcher.ros.discovery.completeness import settled_graph
 from launcher.ros.messages.classes import type_name
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.to_yaml import dump, to_plain
@@ -61,14 +61,7 @@ def echo(options: Parsed) -> int:
         until_interrupted(is_end=options.timeout is None),
         observing(options, enough, listens=True) as observer,
     ):
-        graph = observer.prefetched_graph()
-        if graph is None:
-            settle(
-                observer,
-                spin_time_s(options),
-                enough=lambda: enough(observer.graph_snapshot()),
-            )
-            graph = observer.graph_snapshot()
+        graph = settled_graph(observer, spin_time_s(options), enough)
         listener = Listener(observer, raw=False)
         subscriber = TopicSubscriber(observer, listener, options)
         subscriber.subscribe_now(topic, f"{_type(graph, service, options.service_type)}_Event")
