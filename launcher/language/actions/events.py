@@ -200,3 +200,27 @@ class UnregisterEventHandler(Action):
 
     def execute(self, context: LaunchContext) -> None:
         context.unregister_event_handler(self.__event_handler)
+
+
+@public("launch.actions.log")
+class LogDebug(Log):
+    """Prints a debug message."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="DEBUG", **kwargs)
+
+
+@public("launch.actions.log")
+class LogWarning(Log):
+    """Prints a warning."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="WARNING", **kwargs)
+
+
+@public("launch.actions.log")
+class LogError(Log):
+    """Prints an error."""
+
+    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+        super().__init__(msg=msg, level="ERROR", **kwargs)

@@ -29,12 +29,11 @@ MODULES = {
         ),
         "launcher.language.actions.coroutine": "OpaqueCoroutine",
         "launcher.language.actions.events": (
-            "EmitEvent Log LogInfo OpaqueFunction RegisterEventHandler Shutdown "
-            "UnregisterEventHandler"
+            "EmitEvent Log LogDebug LogError LogInfo LogWarning OpaqueFunction "
+            "RegisterEventHandler Shutdown UnregisterEventHandler"
         ),
         "launcher.language.actions.group": "GroupAction",
         "launcher.language.actions.include": "IncludeLaunchDescription",
-        "launcher.language.actions.logs": "LogDebug LogError LogWarning",
         "launcher.language.actions.loops": "ForEach ForLoop",
         "launcher.language.actions.process": "ExecuteLocal ExecuteProcess",
         "launcher.language.actions.timer": "TimerAction",
@@ -124,8 +123,9 @@ MODULES = {
     "launch.substitutions": {
         "launcher.language.substitution": "SubstitutionFailure TextSubstitution",
         "launcher.language.substitutions.command": "Command",
-        "launcher.language.substitutions.configuration": "LaunchConfiguration LocalSubstitution",
-        "launcher.language.substitutions.environment": "EnvironmentVariable",
+        "launcher.language.substitutions.configuration": (
+            "EnvironmentVariable LaunchConfiguration LocalSubstitution"
+        ),
         "launcher.language.substitutions.files": (
             "FileContent FindExecutable FindLaunchfile LaunchLogDir PathJoinSubstitution "
             "PathSubstitution ThisLaunchFile ThisLaunchFileDir"

@@ -6,14 +6,15 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.base.model.spec import RosIdentity
+from launcher.base.model.record import Record
+from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
+from launcher.base.model.spec import ParameterSource, RosIdentity
 from launcher.language import frontend_registry, session
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public, read_only
-from launcher.language.ros.arguments import ros_arguments
 from launcher.language.ros.generated_files import write_parameters
 from launcher.language.ros.names import (
     add_node_name,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+
 
 _LOGGER = "launch_ros.actions.node"
 UNSPECIFIED_NODE_NAME = "<node_name_unspecified>"
@@ -266,3 +268,44 @@ class Node(ExecuteProcess):
     def _program_word(self) -> str | None:
         words = self.process_description.final_cmd
         return None if not words else words[len(words) - len(self.process_description.cmd)]
+
+
+_NAMES, _NAMESPACE = ("__node", "__name"), "__ns"
+
+
+class RosArguments(Record):
+    """The ROS arguments of one command line, in their order.
+
+    `node_name` and `namespace` are those of rules that apply to every node of the process.
+    """
+
+    parameters: tuple[ParameterSource, ...] = ()
+    remappings: tuple[tuple[str, str], ...] = ()
+    node_name: str | None = None
+    namespace: str | None = None
+
+
+def ros_arguments(words: Iterable[str]) -> RosArguments:
+    """The arguments behind `--ros-args`, up to `--` or the end; what is malformed is left out."""
+    parameters: list[ParameterSource] = []
+    remappings: list[tuple[str, str]] = []
+    names: dict[str, str] = {}
+    for option, value in ros_options(words):
+        if option is PARAMETER_FILE:
+            parameters.append(ParameterSource(file=value))
+            continue
+        left, separator, right = value.partition(":=")
+        if not separator or not left:
+            continue
+        if option is PARAMETER:
+            parameters.append(ParameterSource(rule=value))
+        elif left in (*_NAMES, _NAMESPACE):
+            names.setdefault(left, right)  # rcl takes the first rule that fits
+        elif left.rpartition(":")[2] not in (*_NAMES, _NAMESPACE):  # of one node among several
+            remappings.append((left, right))
+    return RosArguments(
+        parameters=tuple(parameters),
+        remappings=tuple(remappings),
+        node_name=next((names[key] for key in _NAMES if key in names), None),
+        namespace=names.get(_NAMESPACE),
+    )

@@ -1,4 +1,4 @@
-"""LaunchConfiguration and LocalSubstitution: values of the context."""
+"""LaunchConfiguration, EnvironmentVariable, LocalSubstitution: values of the context."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from launcher.language.substitution import (
     SubstitutionFailure,
     describe_substitutions,
     normalize_to_list_of_substitutions,
+    optional_substitutions,
     perform_substitutions,
 )
 from launcher.posix.dispositions import Endable
@@ -86,3 +87,29 @@ class LocalSubstitution(Substitution):
 
 
 _KEYED = r"(?P<name>\w+)\['(?P<key>\w+)'\]"
+
+
+@public("launch.substitutions.environment_variable")
+class EnvironmentVariable(Substitution):
+    """The value of an environment variable, in the scope of the visit."""
+
+    name: list[Substitution] = read_only()
+    default_value: list[Substitution] | None = read_only("Used if the variable is not set.")
+
+    def __init__(self, name: Any, *, default_value: Any = None) -> None:
+        self.__name = normalize_to_list_of_substitutions(name)
+        self.__default_value = optional_substitutions(default_value)
+
+    def describe(self) -> str:
+        """Like `EnvVar('HOME')`."""
+        return f"EnvVar({describe_substitutions(self.name)})"
+
+    def perform(self, context: LaunchContext) -> str:
+        """The value, else the default; SubstitutionFailure without either."""
+        name = perform_substitutions(context, self.name)
+        value = context.environment.get(name)
+        if value is not None:
+            return value
+        if self.default_value is None:
+            raise SubstitutionFailure(f"environment variable '{name}' does not exist")
+        return perform_substitutions(context, self.default_value)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from launcher.smoke.expect.conditions import Fields, json_of, values_at
 from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.judges.run import clean_shutdown
-from launcher.smoke.record import lines, topics
-from launcher.smoke.record.identities import identities
+from launcher.smoke.observe.facts import LogLine, ObservedMessage
+from launcher.smoke.record import topics
 from launcher.smoke.record.names import is_pattern
 from launcher.smoke.record.runs import (
     RecordedExpectation,
@@ -21,6 +23,7 @@ from launcher.smoke.record.runs import (
     within,
 )
 from launcher.smoke.record.seen import SEND_GOAL, ObservedRun
+from launcher.smoke.record.topics import MANY_MESSAGES, names_of
 from launcher.smoke.record.watch import GET_STATE
 
 EARLY = 0.6  # of the watched time: what comes later may come after the end of another run
@@ -136,7 +139,7 @@ def _lines(runs: Runs) -> Iterator[RecordedExpectation]:
         ]
         if not all(by_run):
             continue  # it printed nothing
-        ready = lines.readiness(by_run)
+        ready = readiness(by_run)
         if ready is None:
             yield note(f"{name}: no first line that every run has")
             continue
@@ -147,7 +150,7 @@ def _lines(runs: Runs) -> Iterator[RecordedExpectation]:
             continue
         values = {"log": pattern, "process": name, "within": within(times_s)}
         yield RecordedExpectation(
-            values, f"{after_text(times_s)}: {shorten(lines.message(first[0]), SHOWN)}"
+            values, f"{after_text(times_s)}: {shorten(message(first[0]), SHOWN)}"
         )
 
 
@@ -217,6 +220,90 @@ def _end(runs: Runs) -> Iterator[RecordedExpectation]:
 def _stops_cleanly(run: ObservedRun, limit_s: float) -> bool:
     wanted = Expectation(kind="clean_shutdown", subject=limit_s)
     return clean_shutdown(wanted, run.facts).outcome is Decision.MET
+
+
+def identities(runs: Runs) -> Iterator[RecordedExpectation]:
+    """`unique`, for fields that are called an id; numbers and times may not repeat by chance."""
+    for name in names_of(runs):
+        received = [run.facts.received(name) for run in runs]
+        if min(map(len, received)) < MANY_MESSAGES:
+            continue
+        for field in _ids(received[0][0].content):
+            if all(_are_unique(messages, field) for messages in received):
+                numbers = " and ".join(str(len(messages)) for messages in received)
+                yield RecordedExpectation(
+                    {"unique": name, "key": field}, f"seen {numbers} messages"
+                )
+
+
+def _ids(content: Any) -> list[str]:
+    parts = (part for part in (content, json_of(content)) if isinstance(part, Mapping | Fields))
+    fields = dict.fromkeys(name for part in parts for name in part)
+    return [str(name) for name in fields if str(name).lower().endswith("id")]
+
+
+def _are_unique(messages: Sequence[ObservedMessage], field: str) -> bool:
+    try:
+        values = [values_at(message.content, [field])[0] for message in messages]
+    except LookupError:
+        return False
+    is_plain = all(isinstance(value, str | int) for value in values)
+    return is_plain and len(set(values)) == len(values)
+
+
+SEARCHED = 50  # lines of each process
+MIN_LETTERS = 6  # fewer are in any line
+# `[INFO] [1795229956.758952768] [robot_3]: ` of rclpy and rclcpp.
+_HEAD = re.compile(r"^\[(?:DEBUG|INFO)\] \[[\d.]+\] \[[^\]]*\]: |^\[[\d.]+\] \[[^\]]*\]: ")
+_READY = re.compile(
+    r"\b(?:ready|started|starting up|initiali[sz]ed|listening|running|configured|activated|active"
+    r"|connected|loaded|online|up)\b",
+    re.IGNORECASE,
+)
+# What may be another one in the next run: a word with a digit, a quotation, a value.
+_VARYING = re.compile(r"""\S*\d\S*|["'`{(\[<=].*""")
+
+
+def readiness(runs: Sequence[Sequence[LogLine]]) -> tuple[str, list[LogLine]] | None:
+    """A regular expression and the line of each run that it matches first.
+
+    The first line that says `ready` or the like, or else the first one at all, that every run has.
+    """
+    found = [dict(_texts(lines)) for lines in runs]
+    if not found:
+        return None
+    common = [text for text in found[0] if all(text in other for other in found)]
+    text = next((one for one in common if _READY.search(one)), next(iter(common), None))
+    if text is None:
+        return None
+    pattern = re.sub(r"\\([ \-/:#&~])", r"\1", re.escape(text))  # where it need not be escaped
+    return pattern, [texts[text] for texts in found]
+
+
+def _texts(lines: Sequence[LogLine]) -> Iterator[tuple[str, LogLine]]:
+    """The constant beginning of each line, and the first line that has it."""
+    seen: set[str] = set()
+    for line in lines[:SEARCHED]:
+        text = constant(line)
+        if text is not None and text not in seen:
+            seen.add(text)
+            yield text, line
+
+
+def message(line: LogLine) -> str:
+    """What the node said, without level, time and name."""
+    return _HEAD.sub("", line.plain)
+
+
+def constant(line: LogLine) -> str | None:
+    """The part of the message before what may vary; None if it says too little, or a warning."""
+    if line.level not in (None, "INFO", "DEBUG") or line.plain[:1].isspace():
+        return None
+    text = message(line)
+    varying = _VARYING.search(text)
+    text = (text if varying is None else text[: varying.start()]).strip()
+    letters = sum(char.isalpha() for char in text)
+    return text if letters >= MIN_LETTERS and "Traceback" not in text else None
 
 
 _SECTIONS: Mapping[str, Callable[[Runs], Iterator[RecordedExpectation]]] = {

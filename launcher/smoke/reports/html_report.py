@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +16,6 @@ from launcher.base import strict_json
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.base.model.run_events import Entry
 from launcher.smoke.observe.facts import LogLine
-from launcher.smoke.preflight.planned import planned
 from launcher.smoke.reports import json_report, page_lines, page_processes
 from launcher.smoke.reports.artifacts import save
 from launcher.smoke.reports.moments import item, moment_s
@@ -242,3 +245,24 @@ def _expectations(result: SmokeResult) -> list[Message]:
         detail = "; ".join(reasons)
         found.append({"title": "the run", "state": "failed", "wall": wall_s, "detail": detail})
     return found
+
+
+PLAN_S = 20.0  # a launch file that takes longer is launched without
+
+
+def planned(module: str, words: Sequence[str]) -> Any:
+    """What `python -m module words` prints as JSON; None if it prints nothing or takes too long."""
+    with subprocess.Popen(
+        [sys.executable, "-m", module, *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    ) as process:
+        try:
+            return strict_json.unpacked(process.communicate(timeout=PLAN_S)[0])
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # its pid is valid until it is waited for
+            return None
+        except ValueError:
+            return None

@@ -23,8 +23,8 @@ from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports.graph_files import GraphFiles
+from launcher.smoke.reports.moments import LiveExpectations
 from launcher.smoke.reports.result import Judged, SmokeResult
-from launcher.smoke.run.live import LiveExpectations
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
 from launcher.smoke.run.progress import SmokeProgress
 from launcher.smoke.run.prospects import lost

@@ -6,13 +6,13 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.packages.workspace import ROS_VARIABLES
 from launcher.workspace.building import lock, preflight, records, sources
-from launcher.workspace.building.colcon import Colcon, Event, jobs
+from launcher.workspace.building.colcon import Colcon, Event
 from launcher.workspace.building.colcon import words as colcon_words
 from launcher.workspace.building.place import Place, full_folders
 from launcher.workspace.building.progress import Progress
@@ -190,7 +190,7 @@ class _Build:
             words=colcon_words.ignoring(words, [*self._outcome.refused, *others]),
         )
         with (
-            jobs.server(env) as shared,
+            job_server(env) as shared,
             tempfile.TemporaryFile() as file,
             Colcon(place, command, shared, lock=held, errors=None if shows else file) as colcon,
         ):
@@ -264,3 +264,26 @@ def _remove_built(place: Place, name: str) -> None:
     shutil.rmtree(os.path.join(place.build, name), ignore_errors=True)
     if not place.is_merged:
         shutil.rmtree(os.path.join(place.install, name), ignore_errors=True)
+
+
+@contextlib.contextmanager
+def job_server(environ: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """The environment with a job server; unchanged if MAKEFLAGS is set or cannot name its pipe.
+
+    colcon builds as many packages at once as there are processors, and each ninja starts as many
+    compilers. With a job server, as that of make, each ninja runs one, and all of them together as
+    many more as there are processors.
+    """
+    if environ.get("MAKEFLAGS") or " " in tempfile.gettempdir():
+        yield dict(environ)
+        return
+    count = len(os.sched_getaffinity(0))
+    with tempfile.TemporaryDirectory(prefix="launcher-") as folder:
+        path = os.path.join(folder, "jobs")
+        os.mkfifo(path, 0o600)
+        tokens = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+        try:
+            os.write(tokens, b"+" * (count - 1))
+            yield {**environ, "MAKEFLAGS": f"-j{count} --jobserver-auth=fifo:{path}"}
+        finally:
+            os.close(tokens)

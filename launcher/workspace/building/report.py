@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 from collections.abc import Sequence
 
@@ -12,7 +13,7 @@ from launcher.base.errors import ExitCode, LauncherError
 from launcher.base.program import program
 from launcher.base.text import count, escape
 from launcher.workspace.building.builder import BuildFailure, BuildOutcome
-from launcher.workspace.building.explain import BuildOutput, evidence, explain
+from launcher.workspace.building.explain import BuildOutput, explain
 from launcher.workspace.building.place import FULL_DISK_HINT, full_folders
 from launcher.workspace.building.sources.source_text import shown
 
@@ -54,11 +55,11 @@ def _render(failure: BuildFailure, outcome: BuildOutcome, *, is_disk_full: bool 
     If the disk is full, which is told before, that is the cause of all that has no place in a file.
     """
     package = failure.package
-    text = evidence.output_of(package.folder, failure.log, failure.stderr)
+    text = output_of(package.folder, failure.log, failure.stderr)
     build = os.path.join(outcome.place.build, package.name)
     error = explain(BuildOutput(package.name, package.folder, build, text))
     error = error or _missing_packages(package.name, outcome.errors)
-    rest = escape(f"all of its output: {shown(evidence.log_of(failure.log))}")
+    rest = escape(f"all of its output: {shown(log_of(failure.log))}")
     end = f"package '{package.name}' was not built; {rest}"
     if is_disk_full and (error is None or error.where is None):
         return end
@@ -94,3 +95,53 @@ def summary(outcome: BuildOutcome) -> str:
     total = len(outcome.built) + len(outcome.unchanged) + len(outcome.failed)
     total += len(outcome.not_tried) + len(outcome.refused)
     return f"{count(total, 'package')}: {', '.join(parts)}"
+
+
+_LOG = "stdout_stderr.log"
+_COLCON_LOG = "logger_all.log"
+_MAX = 4 * 1024 * 1024  # bytes of a log; the first errors are the causes
+_TIMEOUT_S = 60
+
+
+def log_of(folder: str) -> str:
+    """The log file with all output of a package, in colcon's folder for it.
+
+    That of colcon itself if no tool was started for the package.
+    """
+    path = os.path.join(folder, _LOG)
+    return path if os.path.exists(path) else os.path.join(os.path.dirname(folder), _COLCON_LOG)
+
+
+def output_of(folder: str, log: str, stderr: str) -> str:
+    """The output of the failed build of the package in `folder`.
+
+    colcon runs setup.py for the metadata of a package, and drops what it writes.
+    """
+    text = _read(os.path.join(log, _LOG)) or stderr
+    if "_get_setup_information" in text and "CalledProcessError" in text:
+        return _of_setup(folder) or text
+    return text
+
+
+def _read(path: str) -> str:
+    try:
+        with open(path, "rb") as file:
+            return file.read(_MAX).decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def _of_setup(folder: str) -> str:
+    """What setup.py writes when it fails."""
+    try:
+        result = subprocess.run(
+            [sys.executable, "setup.py", "--name"],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=_TIMEOUT_S,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return result.stdout.decode(errors="replace") if result.returncode else ""

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from launcher.base.model.spec import ParameterSource
-from launcher.language.ros.arguments import RosArguments, ros_arguments
+from launcher.language.ros.node import RosArguments, ros_arguments
 from launcher.launch.plan.plan_json import document
 from launcher.launch.plan.planner import make_plan
 

@@ -32,8 +32,11 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
-from launcher.language.substitutions.configuration import LaunchConfiguration, LocalSubstitution
-from launcher.language.substitutions.environment import EnvironmentVariable
+from launcher.language.substitutions.configuration import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    LocalSubstitution,
+)
 from launcher.language.substitutions.files import (
     FileContent,
     FindLaunchfile,

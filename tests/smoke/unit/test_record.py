@@ -12,13 +12,13 @@ import pytest
 
 from launcher.smoke.observe.facts import Ending, Facts, LogLine, UsageSample
 from launcher.smoke.preflight.loader import parse
-from launcher.smoke.record import lines
+from launcher.smoke.record import entries
 from launcher.smoke.record.document import Head, document_of
 from launcher.smoke.record.names import Names, without_random
-from launcher.smoke.record.rates import Rate, number_text, rate_of
 from launcher.smoke.record.runs import Runs
 from launcher.smoke.record.seen import ObservedRun
 from launcher.smoke.record.session import write
+from launcher.smoke.record.topics import Rate, number_text, rate_of
 from tests.smoke.unit.facts import (
     EMPTY,
     END_S,
@@ -142,21 +142,21 @@ HEAD = "[INFO] [1795229956.758952768] [robot_3]: "
     ],
 )
 def test_the_constant_part_of_a_line(text: str, constant: str | None):
-    assert lines.constant(said(text)[0]) == constant
+    assert entries.constant(said(text)[0]) == constant
 
 
 def test_the_line_that_says_ready_is_preferred_and_must_be_in_every_run():
     one = said("Reading the file", "hello there 1", "Node is ready (3)", "engine started")
     other = said("Reading the file", "hello there 2", "engine started")
-    assert lines.readiness([one, one]) == ("Node is ready", [one[2], one[2]])
-    assert lines.readiness([one, other]) == ("engine started", [one[3], other[2]])
-    assert lines.readiness([one[:2], other[:2]]) == ("Reading the file", [one[0], other[0]])
-    assert lines.readiness([one[:1], other[1:]]) is None
+    assert entries.readiness([one, one]) == ("Node is ready", [one[2], one[2]])
+    assert entries.readiness([one, other]) == ("engine started", [one[3], other[2]])
+    assert entries.readiness([one[:2], other[:2]]) == ("Reading the file", [one[0], other[0]])
+    assert entries.readiness([one[:1], other[1:]]) is None
 
 
 def test_the_expression_of_a_line_matches_it():
     (line,) = said(f"{HEAD}Fleet report -- a+b (all)")
-    found = lines.readiness([[line]])
+    found = entries.readiness([[line]])
     assert found is not None and found[0] == r"Fleet report -- a\+b"
 
 

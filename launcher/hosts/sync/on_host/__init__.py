@@ -4,4 +4,4 @@ The modules use nothing but Python's library, and import only each other.
 """
 
 # Each imports only those before it.
-MODULES = ("wire", "pip_messages", "store", "releases", "environment", "facts", "main")
+MODULES = ("wire", "pip_messages", "store", "releases", "environment", "main")

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
+import platform
 import signal
 import sys
 
-from launcher.hosts.sync.on_host import environment, facts, releases, wire
+from launcher.hosts.sync.on_host import environment, releases, wire
 from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from io import BufferedReader
     from typing import Any, BinaryIO
+
 
 _SILENCE_S = 60  # a link that is down is not noticed otherwise, and would keep the lock
 
@@ -43,7 +45,7 @@ class SyncService:
     def _do_facts(self, request: dict[str, Any]) -> dict[str, Any]:
         root = os.path.expanduser(request["workspace"])
         self._workspace = HostStore(os.path.join(os.path.realpath(os.getcwd()), root))
-        return facts.facts(self._workspace)
+        return facts(self._workspace)
 
     def _do_lock(self, request: dict[str, Any]) -> dict[str, Any]:
         self._workspace.lock(self._say)
@@ -160,3 +162,58 @@ def main() -> None:
         SyncService(Requests(sys.stdin.buffer), answers).run()  # type: ignore[arg-type]
     except (wire.Closed, BrokenPipeError):
         sys.exit(1)
+
+
+def facts(workspace: HostStore) -> dict[str, Any]:
+    current = workspace.current_release()
+    return {
+        "root": workspace.root,
+        "python": sys.executable,
+        "word": sys.argv[1],
+        "version": list(sys.version_info[:3]),
+        "is_environment": _is_environment(),
+        "has_venv": _has_venv(),
+        "machine": platform.machine(),
+        "libc": _libc(),
+        "markers": _markers(),
+        "current": current,
+        "id": releases.identity(workspace, current),
+        "free": workspace.free_bytes(),
+    }
+
+
+def _is_environment() -> bool:
+    above = os.path.dirname(os.path.dirname(sys.executable))
+    return os.path.isfile(os.path.join(above, "pyvenv.cfg"))
+
+
+def _has_venv() -> bool:
+    import importlib.util
+
+    return importlib.util.find_spec("venv") is not None
+
+
+def _libc() -> list[Any]:
+    """`["glibc", "2.36"]`; empty for another library."""
+    try:
+        text = os.confstr("CS_GNU_LIBC_VERSION") or ""
+    except (ValueError, OSError):
+        return []
+    return text.split()[:2]
+
+
+def _markers() -> dict[str, str]:
+    """The variables of environment markers (PEP 508)."""
+    return {
+        "implementation_name": sys.implementation.name,
+        "implementation_version": platform.python_version(),
+        "os_name": os.name,
+        "platform_machine": platform.machine(),
+        "platform_python_implementation": platform.python_implementation(),
+        "platform_release": platform.release(),
+        "platform_system": platform.system(),
+        "platform_version": platform.version(),
+        "python_full_version": platform.python_version(),
+        "python_version": ".".join(platform.python_version_tuple()[:2]),
+        "sys_platform": sys.platform,
+    }

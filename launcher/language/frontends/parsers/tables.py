@@ -35,12 +35,12 @@ ACTIONS = _by_name(
             "reset_env=ResetEnvironment set_env=SetEnvironmentVariable "
             "unset=UnsetLaunchConfiguration unset_env=UnsetEnvironmentVariable"
         ),
-        "launcher.language.actions.events": "log=LogInfo log_info=LogInfo shutdown=Shutdown",
+        "launcher.language.actions.events": (
+            "log=LogInfo log_debug=LogDebug log_error=LogError log_info=LogInfo "
+            "log_warning=LogWarning shutdown=Shutdown"
+        ),
         "launcher.language.actions.group": "group=GroupAction",
         "launcher.language.actions.include": "include=IncludeLaunchDescription",
-        "launcher.language.actions.logs": (
-            "log_debug=LogDebug log_error=LogError log_warning=LogWarning"
-        ),
         "launcher.language.actions.loops": "for=ForLoop for_each=ForEach",
         "launcher.language.actions.process": "executable=ExecuteProcess",
         "launcher.language.actions.timer": "ros_timer=RosTimer timer=TimerAction",
@@ -66,8 +66,9 @@ SUBSTITUTIONS = _by_name(
         ),
         "launcher.language.ros.scope": "param=Parameter",
         "launcher.language.substitutions.command": "command=Command",
-        "launcher.language.substitutions.configuration": "var=LaunchConfiguration",
-        "launcher.language.substitutions.environment": "env=EnvironmentVariable",
+        "launcher.language.substitutions.configuration": (
+            "env=EnvironmentVariable var=LaunchConfiguration"
+        ),
         "launcher.language.substitutions.files": (
             "dirname=ThisLaunchFileDir file-content=FileContent filename=ThisLaunchFile "
             "find-exec=FindExecutable find-launchfile=FindLaunchfile launch_log_dir=LaunchLogDir "

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.workspace.building.colcon import jobs
+from launcher.workspace.building import builder
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_variable_names_a_pipe_that_is_removed(temporary: Path):
-    with jobs.server({"A": "b"}) as environ:
+    with builder.job_server({"A": "b"}) as environ:
         pipe = Path(environ["MAKEFLAGS"].partition("fifo:")[2])
         assert environ["A"] == "b"
         assert pipe.is_fifo()
@@ -26,11 +26,11 @@ def test_the_variable_names_a_pipe_that_is_removed(temporary: Path):
 
 
 def test_options_of_the_user_are_left(temporary: Path):
-    with jobs.server({"MAKEFLAGS": "-j1"}) as environ:
+    with builder.job_server({"MAKEFLAGS": "-j1"}) as environ:
         assert environ == {"MAKEFLAGS": "-j1"}
 
 
 def test_a_folder_that_the_variable_cannot_name(temporary: Path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(temporary / "a b"))
-    with jobs.server({}) as environ:
+    with builder.job_server({}) as environ:
         assert environ == {}
