@@ -19,14 +19,16 @@ from std_msgs.msg import Float64MultiArray, Int32, String
 from std_srvs.srv import SetBool, Trigger
 
 PERIOD_S = 0.1
+IDLE_PERIOD_S = 1.0  # without a reader: the nodes run as long as the tests
 OCCUPIED_S = 3.0
+LISTENERS = 1  # of this process, to `chatter`
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Talker(Node):
-    """Publishes on several topics ten times a second, and answers a service."""
+    """Publishes on several topics ten times a second if anybody reads, and answers a service."""
 
     def __init__(self) -> None:
         super().__init__("talker")
@@ -44,9 +46,22 @@ class Talker(Node):
         self.declare_parameter("tags", ["a", "b"])
         self.create_service(SetBool, "switch", self._switch)
         self.create_service(Trigger, "occupy", self._occupy)
-        self.create_timer(PERIOD_S, self._talk)
+        self._timer = self.create_timer(PERIOD_S, self._talk)
+
+    def _has_readers(self) -> bool:
+        return self._texts.get_subscription_count() > LISTENERS or any(
+            publisher.get_subscription_count()
+            for publisher in (self._weak, self._hidden, self._numbers, self._points)
+        )
 
     def _talk(self) -> None:
+        has_readers = self._has_readers()
+        period_ns = int((PERIOD_S if has_readers else IDLE_PERIOD_S) * 1e9)
+        if self._timer.timer_period_ns != period_ns:
+            self._timer.timer_period_ns = period_ns
+            self._timer.reset()  # the next call was due by the old period
+        if not has_readers:
+            return
         self._count += 1
         self._texts.publish(String(data=f"msg {self._count}"))
         self._weak.publish(String(data="weak"))
