@@ -39,26 +39,33 @@ $(error WING=$(WING))
 endif
 endif
 
-# Tests marked `alone` inspect shared memory and processes of the whole machine: they run last.
+# Tests marked `alone` inspect shared memory and processes of the whole machine: they run last, and
+# only their files are collected. They leave a core idle, for the check of types.
+ALONE = $(shell grep -rl --include='*.py' 'mark\.alone' tests)
 define run_tests
+	@mkdir -p build
 	status=0; \
 	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) $(TESTS) \
 	  || status=1; \
-	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) $(TESTS) \
+	$(PY) -m mypy > build/types.txt 2>&1 & types=$$!; \
+	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) $(or $(TESTS),$(ALONE)) \
 	  $(NO_TEST) || status=1; \
+	wait $$types || status=1; \
+	cat build/types.txt; \
 	exit $$status
 endef
 
-## test: lint, types, unit tests, and basic tests of every part (5 minutes); for one wing: WING=bag
-test: lint types
+## test: lint, types, unit tests, and basic tests of every part (4 minutes); for one wing: WING=bag
+test: lint
 	$(call run_tests,unit or basic)
 
 ## thorough: what make test leaves out: long tests, and all examples of hypothesis (22 minutes)
-thorough: lint types
+thorough: lint
 	$(call run_tests,thorough or hypothesis,--hypothesis-profile=search)
 
-## check: make test, then make thorough: every test that needs no browser (27 minutes)
-check: test thorough
+## check: both in one run: every test that needs no browser (27 minutes)
+check: lint
+	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
 
 ## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev
