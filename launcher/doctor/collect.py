@@ -16,7 +16,7 @@ import launcher
 from launcher.base import strict_json
 from launcher.base.text import escape
 from launcher.doctor.facts import DoctorFacts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
-from launcher.doctor.network import collect_network
+from launcher.doctor.network import collect_network, details
 from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root
@@ -46,7 +46,7 @@ for module in sys.argv[1:]:
         errors[module] = str(error).splitlines()[0] if str(error) else type(error).__name__
 print(json.dumps(errors))
 """
-MODULES = ("rclpy", "std_msgs.msg", "yaml", "rich")
+MODULES = ("rclpy", "std_msgs.msg", "yaml", "rich", "psutil")
 
 
 def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> DoctorFacts:
@@ -204,5 +204,6 @@ def _limit(value: int) -> int:
 
 
 def _command(pid: int) -> str:
-    text = escape(" ".join(" ".join(proc.command_line(pid)).split()), keep="") or "?"
+    words = details(pid, "cmdline").get("cmdline") or ()
+    text = escape(" ".join(" ".join(words).split()), keep="") or "?"
     return text if len(text) <= COMMAND_CHARACTERS else f"{text[:COMMAND_CHARACTERS]}..."

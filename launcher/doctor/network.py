@@ -7,6 +7,7 @@ import ctypes
 import os
 import socket
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from launcher.doctor.facts import NetworkFacts, ParticipantProcess
 from launcher.hosts.check.probe import GROUP, SETTINGS, addresses
@@ -107,14 +108,25 @@ def _nodes() -> Iterator[ParticipantProcess]:
     for domain in sorted(participants_by_domain()):
         for pid in sorted(holders(set(announcement_ports(domain)), set())):
             memory = _device(proc.living_thread(pid))
-            variables = {name: proc.variable(pid, name) for name in (*SETTINGS, *PROFILES)}
+            found = details(pid, "cmdline", "environ")
+            words, variables = found.get("cmdline") or [""], found.get("environ") or {}
             yield ParticipantProcess(
                 pid=pid,
-                command=os.path.basename(" ".join(proc.command_line(pid)[:1])) or "?",
+                command=os.path.basename(words[0]) or "?",
                 domain=domain,
-                settings={name: value for name, value in variables.items() if value},
+                settings={
+                    name: variables[name] for name in (*SETTINGS, *PROFILES) if variables.get(name)
+                },
                 shares_memory=None if memory is None else memory == own_memory,
             )
+
+
+def details(pid: int, *names: str) -> dict[str, Any]:
+    """As `proc.details`; empty without psutil, whose absence is a finding."""
+    try:
+        return proc.details(pid, *names)
+    except ImportError:
+        return {}
 
 
 def _device(pid: int) -> int | None:

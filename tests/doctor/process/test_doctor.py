@@ -12,11 +12,11 @@ from pathlib import Path
 import psutil
 import pytest
 
-from launcher.posix import proc
 from launcher.posix.domain_lease import leased_domain
 from launcher.run.monitor.shared_memory import FOLDER, free, held
 from tests.support import ended_main_thread
 from tests.support.benches import MARK, Bench
+from tests.support.children import children_with, is_alive
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.alone
@@ -64,6 +64,21 @@ def test_a_spoilt_environment_is_a_problem(name: str, env: dict[str, str], text:
     code, found, _ = doctor(**env)
     assert (code, found[name]["level"]) == (1, "problem")
     assert text in found[name]["text"]
+
+
+def test_it_works_without_psutil_and_reports_that(tmp_path: Path):
+    (tmp_path / "psutil.py").write_text("raise ModuleNotFoundError(\"No module named 'psutil'\")")
+    command = [sys.executable, "-c", NODE]
+    with leased_domain() as domain:
+        env = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        with subprocess.Popen(command, env=env, **pipes) as node:
+            assert node.stdout is not None
+            assert node.stdout.readline() == b"ready\n"
+            code, found, _ = doctor(PYTHONPATH=str(tmp_path), ROS_DOMAIN_ID=str(domain))
+            node.kill()
+    assert (code, found["wheels"]["level"]) == (1, "problem")
+    assert found["wheels"]["advice"] == "pip install psutil"
 
 
 def test_loopback_that_is_down_is_a_problem():
@@ -135,7 +150,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
     watchdog.suspend()
     launcher.kill()
     watchdog.kill()
-    wait_until(lambda: not proc.is_alive(watchdog.pid), "the watchdog is gone")
+    wait_until(lambda: not is_alive(watchdog.pid), "the watchdog is gone")
     wait_until(lambda: len(bench.survivors()) == 7, "three shells, what they run, and the other")
     left = bench.survivors()
     _, found, _ = doctor()
@@ -148,8 +163,7 @@ def test_processes_of_a_run_whose_launcher_and_watchdog_were_killed_are_ended(be
 
 def wait_for_watchdog(pid: int) -> psutil.Process:
     def watchdogs() -> list[psutil.Process]:
-        children = psutil.Process(pid).children()
-        return [one for one in children if "watchdog.py" in " ".join(proc.command_line(one.pid))]
+        return children_with(pid, "watchdog.py")
 
     wait_until(watchdogs, "the watchdog runs")
     return watchdogs()[0]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from launcher.posix import proc
+from launcher.posix.cleanup.run_id import run_id_of
 from launcher.ros.discovery.gids import sockets_of
 
 PID = 4711
@@ -24,7 +25,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (process / "status").write_text("Name:\tx\nNSpid:\t4711\t12\n")
     (process / "cmdline").write_bytes(b"python3\0-c\0\xff\0")
     (process / "comm").write_text("python3\n")
-    (process / "environ").write_bytes(b"HOME=/x\0EMPTY=\0" + b"LONG=" + 20_000 * b"y" + b"\0")
+    (process / "environ").write_bytes(
+        b"X_LAUNCHER_RUN_ID=1\0LAUNCHER_RUN_ID=7-" + 20_000 * b"y" + b"\0"
+    )
     return process
 
 
@@ -46,10 +49,7 @@ def test_a_zombie_is_neither_running_nor_has_a_start_time(folder: Path):
 def test_a_value_is_found_by_its_whole_name(folder: Path):
     assert proc.status_field(PID, "NSpid") == "4711\t12"
     assert proc.status_field(PID, "NS") == ""
-    assert proc.variable(PID, "HOME") == "/x"
-    assert proc.variable(PID, "EMPTY") == ""
-    assert proc.variable(PID, "HOM") is None
-    assert proc.variable(PID, "LONG") == 20_000 * "y"
+    assert run_id_of(PID) == "7-" + 20_000 * "y"
 
 
 def test_a_command_line_survives_bytes_that_are_not_utf_8(folder: Path):
@@ -88,7 +88,7 @@ def test_an_ended_process_has_no_data(folder: Path):
     assert proc.start_ticks(1) is None
     assert proc.command_line(1) == []
     assert list(proc.descriptors(1)) == []
-    assert proc.variable(1, "HOME") is None
+    assert run_id_of(1) is None
     assert proc.pid_namespace(1) is None
 
 
