@@ -115,23 +115,31 @@ def _below(path: tuple[object, ...], error: ValueError) -> FieldError:
     return FieldError(str(error), (*path, *inner), getattr(error, "hint", None), key=key)
 
 
+def parsed_entries(
+    value: Mapping[object, object], known: Mapping[str, FieldType], noun: str
+) -> tuple[dict[str, Any], list[FieldError]]:
+    """The values of a mapping by their keys, and all mistakes in it."""
+    found: dict[str, Any] = {}
+    errors: list[FieldError] = []
+    for key, one in value.items():
+        if key not in known:
+            hint = near(key, known)
+            errors.append(FieldError(f"{noun} has no '{key}'", (key,), hint, key=True))
+            continue
+        try:
+            found[str(key)] = nested(known[str(key)].parse, one, key)
+        except FieldError as error:
+            errors += error.all
+    return found, errors
+
+
 def record(noun: str, **entries: FieldType) -> FieldType:
     """A mapping with known keys."""
 
     def parse(value: object) -> dict[str, Any]:
         if not isinstance(value, Mapping) or not value:
             raise FieldError(f"{noun}: expected a mapping with {', '.join(entries)}")
-        found: dict[str, Any] = {}
-        errors: list[FieldError] = []
-        for key, one in value.items():
-            if key not in entries:
-                hint = near(key, entries)
-                errors.append(FieldError(f"{noun} has no '{key}'", (key,), hint, key=True))
-                continue
-            try:
-                found[str(key)] = nested(entries[key].parse, one, key)
-            except FieldError as error:
-                errors += error.all
+        found, errors = parsed_entries(value, entries, noun)
         raise_all(errors)
         return found
 

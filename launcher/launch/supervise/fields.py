@@ -10,8 +10,7 @@ from launcher.base.document.fields import (
     FieldError,
     FieldType,
     choice,
-    near,
-    nested,
+    parsed_entries,
     raise_all,
     shown,
 )
@@ -70,26 +69,13 @@ def _after(value: object) -> After:
     """Names, or a mapping with them, the timeout and its consequence."""
     if not isinstance(value, Mapping):
         return After(names=_names(value))
-    found: dict[str, Any] = {}
-    errors: list[FieldError] = []
-    for key, one in value.items():
-        if key not in AFTER_ENTRIES:
-            hint = near(key, AFTER_ENTRIES)
-            errors.append(FieldError(f"'after' has no '{key}'", (key,), hint, key=True))
-            continue
-        try:
-            found[str(key)] = nested(AFTER_ENTRIES[str(key)][0].parse, one, key)
-        except FieldError as error:
-            errors += error.all
+    known = {name: type_ for name, (type_, _) in AFTER_ENTRIES.items()}
+    found, errors = parsed_entries(value, known, "'after'")
     if "processes" not in found and not errors:
         errors.append(FieldError("'after' needs 'processes'", hint="as in {processes: dispatcher}"))
     raise_all(errors)
-    after = After(names=found["processes"])
-    return After(
-        names=after.names,
-        timeout_s=found.get("timeout", after.timeout_s),
-        on_timeout=found.get("on_timeout", after.on_timeout),
-    )
+    fields = {"processes": "names", "timeout": "timeout_s", "on_timeout": "on_timeout"}
+    return After(**{fields[key]: one for key, one in found.items()})
 
 
 _AFTER_SCHEMA = {

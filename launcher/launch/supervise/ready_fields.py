@@ -13,6 +13,7 @@ from launcher.base.document.fields import (
     choice,
     near,
     nested,
+    parsed_entries,
     raise_all,
     shown,
 )
@@ -153,17 +154,7 @@ class FactKind(NamedTuple):
             self.key: self.subject,
             **{name: type_ for name, (type_, _) in self.entries.items()},
         }
-        found: dict[str, Any] = {}
-        errors: list[FieldError] = []
-        for key, one in value.items():
-            if key not in known:
-                hint = near(key, known)
-                errors.append(FieldError(f"'{self.name}' has no '{key}'", (key,), hint, key=True))
-                continue
-            try:
-                found[str(key)] = nested(known[str(key)].parse, one, key)
-            except FieldError as error:
-                errors += error.all
+        found, errors = parsed_entries(value, known, f"'{self.name}'")
         if self.key not in found and not errors:
             errors.append(FieldError(f"'{self.name}' needs '{self.key}'"))
         raise_all(errors)
