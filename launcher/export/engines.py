@@ -21,16 +21,11 @@ from launcher.hosts.file.order import MAX_FILE_BYTES
 if TYPE_CHECKING:
     from launcher.export.image import Image
 
-ENGINES = ("systemd", "kubernetes", "compose", "podman")
-
-
 _IN_CONTAINERS: dict[str, type[Kubernetes | Compose | Quadlet]] = {
     "kubernetes": Kubernetes,
     "compose": Compose,
     "podman": Quadlet,
 }
-
-
 _LOCAL = (("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"), ("ROS_LOCALHOST_ONLY", "1"))
 
 

@@ -32,6 +32,8 @@ class Systemd:
     whose home that is.
     """
 
+    ending = "service"
+
     def __init__(
         self,
         system: ExportedSystem,
@@ -46,20 +48,16 @@ class Systemd:
         self._python = python
 
     def output(self) -> ExportedFiles:
-        files: dict[str, str] = {}
-        for host, processes in self._system.hosts.items():
-            for name, text in self._of_host(processes):
-                files[self._system.path_of(host, name)] = text
+        files = {
+            self._system.path_of(host, name): text
+            for host, processes in self._system.hosts.items()
+            for name, text in self._of_host(processes)
+        }
         gaps = gaps_of_each(self._system.processes, self._gaps)
         return ExportedFiles(files=files, gaps=tuple(gaps))
 
     def _of_host(self, processes: Sequence[ExportedProcess]) -> Iterator[tuple[str, str]]:
-        yield from self.beside_services(processes)
-        for process in processes:
-            yield f"{process.unit}.service", self._service(process)
-
-    def beside_services(self, processes: Sequence[ExportedProcess]) -> Iterator[tuple[str, str]]:
-        """The target, timers, and the files of processes, which containers need as well."""
+        """The target, timers, files of processes, and a unit for each process."""
         yield f"{self._system.unit}.target", self._target()
         for process in processes:
             if process.delay_s:
@@ -69,6 +67,8 @@ class Systemd:
         private = sorted({name for process in processes for name in process.private})
         if private:
             yield f"{self._system.unit}.env.example", _example(private)
+        for process in processes:
+            yield f"{process.unit}.{self.ending}", self._service(process)
 
     # ---- units
 
@@ -107,16 +107,16 @@ class Systemd:
         of_unit = [(one.key, one.value) for one in known if one.section == "Unit"]
         of_service = [(one.key, one.value) for one in known if one.section == "Service"]
         return unit_text(
-            ("Unit", [*self.unit_entries(process), *of_unit]),
+            ("Unit", [*self._unit_entries(process), *of_unit]),
             ("Service", [*self._runs(process), *of_service]),
-            ("Install", self.install_entries(process)),
+            ("Install", self._install_entries(process)),
         )
 
-    def unit_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
+    def _unit_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
         about = unit.literal(f"{process.label} of {self._system.unit}")
         return [("Description", about), *self._part_of(), *self._network]
 
-    def install_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
+    def _install_entries(self, process: ExportedProcess) -> list[tuple[str, str]]:
         """Empty for a process that a timer starts."""
         return [] if process.delay_s else [("WantedBy", f"{self._system.unit}.target")]
 

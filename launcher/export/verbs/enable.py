@@ -11,15 +11,14 @@ from launcher.base.model.record import replace
 from launcher.export.model import NO_HOST, ExportedProcess, ExportedSystem
 from launcher.export.system import system_of
 from launcher.export.systemd import Systemd
+from launcher.export.verbs.export import evaluated
 from launcher.hosts import unit
 from launcher.hosts.engine.systemd.installed import Installer
 from launcher.hosts.file.changes import changed
 from launcher.hosts.file.file import read
 from launcher.hosts.file.model import Host, HostsFile
 from launcher.hosts.file.placement import Placement
-from launcher.hosts.launching.placing import place
 from launcher.launch.target import LaunchRequest
-from launcher.launch.verbs import plan as plans
 
 
 def enable(request: LaunchRequest, options: RunOptions) -> int:
@@ -76,17 +75,8 @@ def _name(request: LaunchRequest) -> str:
 
 
 def _system(request: LaunchRequest, options: RunOptions, file: HostsFile) -> ExportedSystem:
-    made = plans.evaluate(request, with_scopes=True)
-    findings = place(made, file).findings
-    errors = [*plans.mistakes_of(made, request), *findings.errors]
-    for warning in findings.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    if errors:
-        from launcher.launch.mistakes import together
-
-        raise together(errors) from (made.error.fault if made.error else None)
     system = system_of(
-        made,
+        evaluated(request, file),
         host_of=Placement(file).host_of,
         options=options,
         command=f"launcher {os.path.basename(request.path)} --enable",

@@ -115,12 +115,7 @@ def _check_prefix(prefix: str) -> None:
 def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> ExportedSystem:
     """What the launch file starts; LauncherError for its mistakes and those of the hosts file."""
     file = _hosts_file(parsed.hosts)
-    made = plan.evaluate(request, with_scopes=file is not None)
-    errors = [*plan.mistakes_of(made, request), *_misplaced(made, file)]
-    if errors:
-        from launcher.launch.mistakes import together
-
-        raise together(errors) from (made.error.fault if made.error else None)
+    made = evaluated(request, file)
     for surprise in made.warnings:
         print(surprise.render(), file=sys.stderr)
     from launcher.export.system import system_of
@@ -136,6 +131,17 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Expo
     if not system.processes:
         raise _nothing(made)
     return system
+
+
+def evaluated(request: LaunchRequest, file: HostsFile | None) -> Plan:
+    """The plan; LauncherError for mistakes in it, or in the rules of the hosts file for it."""
+    made = plan.evaluate(request, with_scopes=file is not None)
+    errors = [*plan.mistakes_of(made, request), *_misplaced(made, file)]
+    if errors:
+        from launcher.launch.mistakes import together
+
+        raise together(errors) from (made.error.fault if made.error else None)
+    return made
 
 
 def _nothing(made: Plan) -> LaunchFileError:
