@@ -28,20 +28,16 @@ def check_network(facts: NetworkFacts) -> list[Finding]:
     ]
 
 
-def _finding(name: str, level: Level, text: str, advice: str | None = None) -> Finding:
-    return Finding(name, level, text, advice)
-
-
 def _settings(facts: NetworkFacts) -> Iterator[Finding]:
     """Variables with which nodes do not start, or that have no effect."""
     settings = facts.settings
     found = list(_mistakes(facts))
     for level, text, advice in found:
-        yield _finding("discovery", level, text, advice)
+        yield Finding("discovery", level, text, advice)
     if not found:
         names = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS", _RANGE)
         said = [f"{name}={settings[name]}" for name in names if name in settings]
-        yield _finding("discovery", Level.OK, ", ".join(said) or "by multicast in the subnet")
+        yield Finding("discovery", Level.OK, ", ".join(said) or "by multicast in the subnet")
 
 
 def _mistakes(facts: NetworkFacts) -> Iterator[tuple[Level, str, str]]:
@@ -72,30 +68,30 @@ def _mistakes(facts: NetworkFacts) -> Iterator[tuple[Level, str, str]]:
 
 def _loopback(facts: NetworkFacts) -> Finding:
     if facts.loopback_fault is None:
-        return _finding("loopback", Level.OK, "127.0.0.1 can be reached")
+        return Finding("loopback", Level.OK, "127.0.0.1 can be reached")
     text = (
         f"127.0.0.1 cannot be reached ({facts.loopback_fault}): nodes of this machine do not find "
         "each other, or only by another network"
     )
-    return _finding("loopback", Level.PROBLEM, text, "as root: ip link set lo up; or the firewall")
+    return Finding("loopback", Level.PROBLEM, text, "as root: ip link set lo up; or the firewall")
 
 
 def _multicast(facts: NetworkFacts) -> Finding:
     """Between hosts only `hosts check` can tell."""
     name, settings = "multicast", facts.settings
     if not facts.addresses:
-        return _finding(name, Level.OK, "there is no network besides this machine")
+        return Finding(name, Level.OK, "there is no network besides this machine")
     if not facts.without_multicast:
         advice = f"between machines: {program()} hosts check"
         text = f"is sent and received on {', '.join(facts.addresses)}; {advice}"
-        return _finding(name, Level.OK, text)
+        return Finding(name, Level.OK, text)
     text = f"a datagram to 239.255.0.1 is not received on {', '.join(facts.without_multicast)}"
     others = ("ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", "ROS_LOCALHOST_ONLY")
     is_used = settings.get(_RANGE, "SUBNET") in ("SUBNET", "SYSTEM_DEFAULT")
     is_needed = is_used and not any(settings.get(other) for other in others)
     level = Level.PROBLEM if is_needed else Level.NOTE
     advice = "allow UDP to 239.255.0.1 in the firewall, or use --discovery peers or server"
-    return _finding(name, level, f"{text}: nodes do not find each other by multicast", advice)
+    return Finding(name, level, f"{text}: nodes do not find each other by multicast", advice)
 
 
 def _shared_memory(facts: NetworkFacts) -> Finding:
@@ -107,14 +103,14 @@ def _shared_memory(facts: NetworkFacts) -> Finding:
         if node.shares_memory is False and node.settings.get(_UDP) not in ("UDPv4", "UDPv6")
     ]
     if not apart or facts.settings.get(_UDP) in ("UDPv4", "UDPv6"):
-        return _finding(name, Level.OK, "all nodes in this network share /dev/shm")
+        return Finding(name, Level.OK, "all nodes in this network share /dev/shm")
     text = (
         f"another /dev/shm, and the addresses of this machine: {_named(apart)} (containers with "
         "the network of their host?). Fast DDS uses shared memory between nodes here and there: "
         "messages are lost without a word"
     )
     advice = f"start the container with --ipc=host, or set {_UDP}=UDPv4 on both sides"
-    return _finding(name, Level.PROBLEM, text, advice)
+    return Finding(name, Level.PROBLEM, text, advice)
 
 
 def _other_nodes(facts: NetworkFacts) -> Finding:
@@ -137,11 +133,11 @@ def _other_nodes(facts: NetworkFacts) -> Finding:
         if distro and its and its != distro:
             texts.append(f"{_named([node])} is of ROS {its}, and this shell of {distro}")
     if not texts:
-        return _finding(
+        return Finding(
             name, Level.OK, f"{count(len(same), 'process')} with nodes on domain {domain}"
         )
     advice = "nodes of this shell do not see them: set the variable to the same value"
-    return _finding(name, Level.NOTE, "; ".join(texts), advice)
+    return Finding(name, Level.NOTE, "; ".join(texts), advice)
 
 
 def _crowds(facts: NetworkFacts) -> Iterator[Finding]:
@@ -151,9 +147,9 @@ def _crowds(facts: NetworkFacts) -> Iterator[Finding]:
     messages = too_many(environments, {})
     for message in messages:
         text, _, advice = message.rpartition("; ")
-        yield _finding(name, Level.PROBLEM, text, advice)
+        yield Finding(name, Level.PROBLEM, text, advice)
     if not messages:
-        yield _finding(name, Level.OK, f"{count(len(facts.nodes), 'process')} with nodes")
+        yield Finding(name, Level.OK, f"{count(len(facts.nodes), 'process')} with nodes")
 
 
 def _named(nodes: list[ParticipantProcess]) -> str:
@@ -164,7 +160,7 @@ def _named(nodes: list[ParticipantProcess]) -> str:
 
 def _clock(facts: NetworkFacts) -> Finding:
     if facts.is_in_step is not False:
-        return _finding("clock", Level.OK, "is kept in step" if facts.is_in_step else "unknown")
+        return Finding("clock", Level.OK, "is kept in step" if facts.is_in_step else "unknown")
     text = "no time service keeps the clock in step: ages of messages between machines are wrong"
     advice = f"chrony or systemd-timesyncd; {program()} hosts check compares clocks"
-    return _finding("clock", Level.NOTE, text, advice)
+    return Finding("clock", Level.NOTE, text, advice)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import sys
-import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +20,7 @@ from launcher.ros.topics.listener import Listener
 from launcher.ros.verb import observing, spin_time_s
 from launcher.ros.verbs.awaited_topics import TopicSubscriber
 from launcher.ros.verbs.listening import style
-from launcher.ros.verbs.streams import nothing_came, until_interrupted
+from launcher.ros.verbs.streams import Limit, nothing_came, until_interrupted
 
 if TYPE_CHECKING:
     from launcher.base.command_line import Parsed
@@ -73,19 +71,13 @@ def echo(options: Parsed) -> int:
                 file=sys.stderr if options.json else sys.stdout,
                 flush=True,
             )
-        end = math.inf if options.timeout is None else time.monotonic() + options.timeout
-        for sample in listener.samples(lambda: _goes_on(end)):
-            is_silent = False
+        limit = Limit(options.timeout)
+        for sample in listener.samples(limit.tick):
+            is_silent, limit.is_fresh = False, True
             sys.stdout.writelines(writer.pieces(sample, sample.message))
     if is_silent and options.timeout is not None:
         return nothing_came([topic], options.timeout)
     return ExitCode.OK
-
-
-def _goes_on(end: float) -> bool:
-    """Whether to listen on after a burst, which is printed."""
-    sys.stdout.flush()
-    return time.monotonic() < end
 
 
 def _type(graph: GraphSnapshot, service: str, given: str | None) -> str:

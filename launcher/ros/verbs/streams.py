@@ -56,7 +56,7 @@ def echo(options: Parsed, topics: list[str], type_name: str | None, writer: Writ
         subscriber = TopicSubscriber(observer, listener, options)
         for name in topics:
             subscriber.subscribe_now(name, type_name)
-        limit = _Limit(options.timeout)
+        limit = Limit(options.timeout)
         write = sys.stdout.write
         for sample in listener.samples(limit.tick):
             limit.is_fresh = True
@@ -88,7 +88,7 @@ def _too_few(name: str, count: int, limit_s: float, accepted: str | None = None)
     return ExitCode.PROCESS_FAILED
 
 
-class _Limit:
+class Limit:
     """Ends listening after `timeout_s`; flushes after each burst."""
 
     def __init__(self, timeout_s: float | None) -> None:
@@ -189,7 +189,10 @@ def hz(options: Parsed) -> int:
             arrivals[sample.topic].add(received_ns)
 
     def report() -> None:
-        _report_rates(arrivals, quiet, options)
+        due = {name: spread for name, a in arrivals.items() if (spread := a.due())}
+        for one in quiet.values():
+            one.check()
+        _print_rates(due, arrivals, options)
 
     _measure(options, names, clock, found, take, report, raw=accepts is None)
     if options.for_s is None:
@@ -198,15 +201,6 @@ def hz(options: Parsed) -> int:
         {n: spread for n, a in arrivals.items() if (spread := a.rest())}, arrivals, options
     )
     return _verdict(arrivals, options, clock.now_ns() or 0)
-
-
-def _report_rates(
-    arrivals: dict[str, statistics.Arrivals], quiet: dict[str, _Quiet], options: Parsed
-) -> None:
-    found = {name: spread for name, a in arrivals.items() if (spread := a.due())}
-    for one in quiet.values():
-        one.check()
-    _print_rates(found, arrivals, options)
 
 
 def _print_rates(
@@ -218,7 +212,7 @@ def _print_rates(
         return
     if options.json:
         for name, one in found.items():
-            print(strict_json.dumps(_rate_document(name, one)))
+            print(strict_json.dumps({"topic": name, **_document(one, "rate_hz")}))
     elif len(arrivals) == 1:
         print(statistics.rate_text(next(iter(found.values()))))
     else:
@@ -228,15 +222,8 @@ def _print_rates(
         )
 
 
-def _rate_document(name: str, spread: statistics.Spread) -> dict[str, Any]:
-    return {
-        "topic": name,
-        "rate_hz": spread.rate_hz,
-        "min_s": spread.min_s,
-        "max_s": spread.max_s,
-        "std_dev_s": spread.std_dev_s,
-        "window": spread.window,
-    }
+def _document(spread: statistics.Spread, mean: str) -> dict[str, Any]:
+    return {n: getattr(spread, n) for n in (mean, "min_s", "max_s", "std_dev_s", "window")}
 
 
 def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: int) -> int:
@@ -259,14 +246,11 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: 
 
 
 def bw(options: Parsed) -> int:
-    sizes, is_silent = statistics.Bandwidth(options.window), True
-    clock = clock_of(simulated=options.use_sim_time)
+    sizes = statistics.Bandwidth(options.window)
 
-    def report() -> None:
-        nonlocal is_silent
-        if found := sizes.due(clock.now_ns() or 0):
-            print(_bandwidth_line(*found, as_json=options.json))
-            is_silent = False
+    def line(now_ns: int) -> str | None:
+        due = sizes.due(now_ns)
+        return due and _bandwidth_line(*due, as_json=options.json)
 
     def found(target: TopicTarget) -> None:
         if not options.json:
@@ -276,12 +260,32 @@ def bw(options: Parsed) -> int:
         if not sample.is_history:
             sizes.add(received_ns, len(sample.message))
 
-    _measure(options, [options.topic_name], clock, found, take, report, raw=True)
-    if options.for_s is None:
+    if _is_reported(options, found, take, line, raw=True):
         return ExitCode.OK
-    if is_silent:
+    return _too_few(options.topic_name, len(sizes), options.for_s)
+
+
+def _is_reported(
+    options: Parsed,
+    found: Callable[[TopicTarget], None],
+    take: Callable[[ReceivedMessage, int], None],
+    line: Callable[[int], str | None],
+    *,
+    raw: bool,
+) -> bool:
+    """Measure one topic, and print a line each second; False if there is none where time is up."""
+    is_silent, clock = True, clock_of(simulated=options.use_sim_time)
+
+    def report() -> None:
+        nonlocal is_silent
+        if text := line(clock.now_ns() or 0):
+            print(text)
+            is_silent = False
+
+    _measure(options, [options.topic_name], clock, found, take, report, raw=raw)
+    if is_silent and options.for_s is not None:
         report()
-    return _too_few(options.topic_name, len(sizes), options.for_s) if is_silent else ExitCode.OK
+    return not is_silent or options.for_s is None
 
 
 def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
@@ -292,34 +296,24 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
 
 
 def delay(options: Parsed) -> int:
-    delays, is_silent = statistics.Delays(options.window), True
+    delays = statistics.Delays(options.window)
 
-    def report() -> None:
-        nonlocal is_silent
-        if due := delays.due():
-            print(_delay_line(*due, as_json=options.json))
-            is_silent = False
-
-    def found(target: TopicTarget) -> None:
-        """There is nothing to say."""
+    def line(now_ns: int) -> str | None:
+        due = delays.due()
+        return due and _delay_line(*due, as_json=options.json)
 
     def take(sample: ReceivedMessage, received_ns: int) -> None:
         delays.add(received_ns - _stamp_ns(sample.message))
 
-    clock = clock_of(simulated=options.use_sim_time)
-    _measure(options, [options.topic_name], clock, found, take, report, raw=False)
-    if options.for_s is None:
+    if _is_reported(options, lambda target: None, take, line, raw=False):
         return ExitCode.OK
-    if is_silent:
-        report()
-    return nothing_came([options.topic_name], options.for_s) if is_silent else ExitCode.OK
+    return nothing_came([options.topic_name], options.for_s)
 
 
 def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:
     if not as_json:
         return statistics.delay_text(spread, fresh=fresh)
-    names = ("mean_s", "min_s", "max_s", "std_dev_s", "window")
-    return strict_json.dumps({**{name: getattr(spread, name) for name in names}, "fresh": fresh})
+    return strict_json.dumps({**_document(spread, "mean_s"), "fresh": fresh})
 
 
 def _stamp_ns(message: Any) -> int:
