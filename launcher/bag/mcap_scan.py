@@ -136,7 +136,6 @@ class _DataReader:
     ) -> None:
         self._stream = stream
         self._found = found
-        self._summary = summary
         self._was_finished = was_finished
         self._is_gapless = True  # no record was skipped, so that the checksum counts
         self._chunks = frozenset(one.chunk_start_offset for one in _chunks_of(summary))

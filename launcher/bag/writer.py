@@ -6,7 +6,7 @@ import contextlib
 import io
 import os
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mcap.writer import CompressionType, IndexType, Writer
@@ -40,8 +40,6 @@ class BagWriter:
     A topic has the same QoS in `metadata.yaml` and in each file, since some readers leave out the
     messages of one that differs. In a file it cannot change once the channel is written, which is
     with the first message of the topic.
-
-    `on_split` is called with the path of each further file.
     """
 
     def __init__(
@@ -51,13 +49,11 @@ class BagWriter:
         *,
         ros_distro: str = "",
         custom_data: Mapping[str, str] | None = None,
-        on_split: Callable[[str], None] = lambda path: None,
     ) -> None:
         self.folder = folder
         self._storage = storage or Storage()
         self._ros_distro = ros_distro
         self._custom_data = dict(custom_data or {})
-        self._on_split = on_split
         self._topics: dict[str, Topic] = {}
         self._begun: set[str] = set()  # topics that have a channel in a file
         self._files: list[File] = []
@@ -136,7 +132,6 @@ class BagWriter:
         """Finish the file and begin the next one."""
         self._finish_file()
         self._file = self._new_file()
-        self._on_split(self._file.path)
 
     def flush(self) -> None:
         """Write what has been added, so that it can be read if this process is killed. OSError."""

@@ -41,10 +41,9 @@ class TopicComparison:
 
 @dataclass(slots=True, kw_only=True)
 class Comparison:
-    """`shift_ns` is how much later B begins; `spans` are the times that were compared."""
+    """`shift_ns` is how much later B begins."""
 
     shift_ns: int
-    spans: tuple[Span, Span]
     topics: list[TopicComparison]
 
     @property
@@ -55,8 +54,8 @@ class Comparison:
 def compare(a: Bag, b: Bag, options: CompareOptions) -> Comparison:
     """Read both bags once, side by side. BagError."""
     shift_ns = b.extent.start_ns - a.extent.start_ns if a.extent.counts and b.extent.counts else 0
-    spans = (Span(), Span()) if options.align == "start" else (_common(a, b),) * 2
-    sides = _Side(a, options.selection, spans[0]), _Side(b, options.selection, spans[1])
+    span = Span() if options.align == "start" else _common(a, b)
+    sides = _Side(a, options.selection, span), _Side(b, options.selection, span)
     pairs = _Pairs(sides, options.fields)
     origins = (a.extent.start_ns, b.extent.start_ns) if options.align == "start" else (0, 0)
     _read(sides, pairs, origins)
@@ -76,7 +75,7 @@ def compare(a: Bag, b: Bag, options: CompareOptions) -> Comparison:
                 compared=pairs.compared.get(name, 0),
             )
         )
-    return Comparison(shift_ns=shift_ns, spans=spans, topics=topics)
+    return Comparison(shift_ns=shift_ns, topics=topics)
 
 
 def _common(a: Bag, b: Bag) -> Span:

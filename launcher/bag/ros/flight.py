@@ -108,7 +108,7 @@ class FlightRecorder:
         self._due: _Due | None = None
         self._last_automatic_s = -APART_S
         self._writing: threading.Thread | None = None
-        self._is_over = self._was_told = False
+        self._is_over = False
 
     def run(self) -> None:
         for target in (self._read_orders, self._follow_events):
@@ -161,7 +161,7 @@ class FlightRecorder:
                     self._plan("the launcher was killed", now)
                     self._is_over = True
                 case "end":
-                    self._is_over = self._was_told = True
+                    self._is_over = True
 
     def _plan(self, reason: str, at_s: float, asked: Sequence[int] = ()) -> None:
         if self._due is None:

@@ -245,9 +245,9 @@ class _Player:
 class PlayClock:
     """Bag time (ns) as a function of a monotonic time (s): it runs at a rate, pauses and jumps."""
 
-    def __init__(self, bag_ns: int, now_s: float, *, rate: float = 1.0, paused: bool = False):
+    def __init__(self, bag_ns: int, now_s: float, *, rate: float = 1.0) -> None:
         self.rate = rate
-        self.paused = paused
+        self.paused = False
         self._bag_ns = bag_ns
         self._since_s = now_s
 

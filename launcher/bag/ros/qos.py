@@ -12,13 +12,13 @@ from launcher.bag.model import Qos
 from launcher.base import text_file, yaml_bounds
 from launcher.base.errors import UsageError
 from launcher.ros.snapshot.graph import INFINITE_NS, EndpointInfo
+from launcher.ros.topics.qos import MAX_DEPTH, copied
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
 _POLICIES = ("history", "reliability", "durability", "liveliness")
 _FIELDS = (*_POLICIES, "depth", *TIMES, "avoid_ros_namespace_conventions")
-_MAX_DEPTH = 2**31 - 1
 _DEPTH = 10  # where a bag does not say; rosbag2 has the same
 _S = 10**9
 
@@ -94,8 +94,6 @@ def changed(base: QoSProfile | None, policies: Qos) -> QoSProfile:
     from rclpy.duration import Duration
     from rclpy.qos import QoSProfile
 
-    from launcher.ros.topics.qos import copied
-
     profile = QoSProfile(depth=_DEPTH) if base is None else copied(base)
     for name in _POLICIES:
         word = str(policies.get(name, "unknown")).upper()
@@ -105,8 +103,8 @@ def changed(base: QoSProfile | None, policies: Qos) -> QoSProfile:
                 known = ", ".join(one.lower() for one in kind.__members__)
                 raise ValueError(f"unknown {name} '{word.lower()}' (known: {known})")
             setattr(profile, name, kind[word])
-    if (depth := int(policies.get("depth", 0))) > _MAX_DEPTH:
-        raise ValueError(f"a depth is at most {_MAX_DEPTH}")
+    if (depth := int(policies.get("depth", 0))) > MAX_DEPTH:
+        raise ValueError(f"a depth is at most {MAX_DEPTH}")
     if depth > 0:
         profile.depth = depth
     for name in TIMES:

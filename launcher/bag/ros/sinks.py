@@ -6,7 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 from launcher.bag.model import BagError, Message, Qos, Topic
@@ -25,11 +25,6 @@ class MessageSink(Protocol):
     def put(self, message: Message, publisher: bytes) -> bool: ...
 
 
-@dataclass(frozen=True, slots=True)
-class _Split:
-    """Begin a new file."""
-
-
 class FileSink:
     """Writes by a thread of its own, so that a slow disk does not hold up the taking.
 
@@ -39,7 +34,7 @@ class FileSink:
     def __init__(self, writer: BagWriter, max_bytes: int) -> None:
         self._writer = writer
         self._max_bytes = max_bytes
-        self._queue: deque[Message | Topic | _Split | tuple[str, list[Qos]]] = deque()
+        self._queue: deque[Message | Topic | tuple[str, list[Qos]]] = deque()
         self._waiting = 0
         self._changed = threading.Condition()
         self._closed = False
@@ -54,9 +49,6 @@ class FileSink:
 
     def set_qos(self, topic: str, profiles: list[Qos]) -> None:
         self._queue.append((topic, profiles))
-
-    def split(self) -> None:
-        self._queue.append(_Split())
 
     def put(self, message: Message, publisher: bytes) -> bool:
         size = len(message.data)
@@ -101,8 +93,6 @@ class FileSink:
                         self._waiting -= len(one.data)
                 case Topic():
                     self._writer.add_topic(one)
-                case _Split():
-                    self._writer.split()
                 case (topic, profiles):
                     self._writer.set_qos(topic, profiles)
         return found
@@ -182,13 +172,6 @@ class Ring:
     def clear(self) -> None:
         self._messages.clear()
         self._bytes = 0
-
-    @property
-    def size_bytes(self) -> int:
-        return self._bytes
-
-    def __len__(self) -> int:
-        return len(self._messages)
 
 
 _OVERHEAD_BYTES = 250  # of the objects of a message in memory, besides its data

@@ -43,9 +43,6 @@ class Subscriptions:
         self._taker = RawTaker()
         self.listen_s = LISTEN_PERIOD_S
 
-    def __len__(self) -> int:
-        return len(self._subscriptions)
-
     def subscribe(self, request: ProbeRequest, snapshot: ProbeSnapshot) -> dict[str, Any]:
         """Add one; VerbError for a request that can never work."""
         sub = subscription_of(request)

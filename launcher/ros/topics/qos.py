@@ -52,27 +52,16 @@ class QosOptions:
 def from_options(options: QosOptions, base: QoSProfile) -> QoSProfile:
     """The base profile, or the preset of the options, changed by the other options."""
     from rclpy.duration import Duration
-    from rclpy.qos import (
-        DurabilityPolicy,
-        HistoryPolicy,
-        LivelinessPolicy,
-        QoSPresetProfiles,
-        ReliabilityPolicy,
-    )
+    from rclpy.qos import QoSPresetProfiles
 
     profile = copied(base)
     if options.preset:
         profile = copied(QoSPresetProfiles[options.preset.upper()].value)
     if options.depth is not None:
         profile.depth = options.depth
-    if options.history:
-        profile.history = HistoryPolicy[options.history.upper()]
-    if options.reliability:
-        profile.reliability = ReliabilityPolicy[options.reliability.upper()]
-    if options.durability:
-        profile.durability = DurabilityPolicy[options.durability.upper()]
-    if options.liveliness:
-        profile.liveliness = LivelinessPolicy[options.liveliness.upper()]
+    for name in POLICIES:
+        if word := getattr(options, name):
+            setattr(profile, name, type(getattr(profile, name))[word.upper()])
     if options.lease_s is not None:
         profile.liveliness_lease_duration = Duration(nanoseconds=int(options.lease_s * 1e9))
     return profile

@@ -45,16 +45,16 @@ def test_the_ring_keeps_the_newest_within_its_bounds():
     ring = Ring(10_000, keep_s=10.0, clock_ns=lambda: now[0])
     for n in range(100):
         ring.put(message("/a", n * 0.1, "x" * 100), b"p")
-    assert ring.size_bytes <= 10_000
+    assert ring._bytes <= 10_000
     newest = [one.log_ns for one, _ in ring.contents()]
     assert newest[-1] == START_NS + round(9.9 * S)
     assert ring.dropped_ns is not None
     now[0] = START_NS + round(19.5 * S)
     ring.forget_old()
-    assert len(ring) == 5
+    assert len(ring.contents()) == 5
     now[0] = START_NS + 60 * S
     ring.forget_old()
-    assert (len(ring), ring.size_bytes) == (0, 0)
+    assert (ring.contents(), ring._bytes) == ([], 0)
 
 
 def test_a_message_that_is_larger_than_the_ring_is_dropped():
