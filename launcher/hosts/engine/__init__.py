@@ -3,7 +3,8 @@
 `link` is the interface of an engine, made by `engines`; `fleet` has the links of a run. `driver`
 is the process driver, `replica` the machine of a process elsewhere, `remote_host` a host as the
 run sees it, `reports` its events as JSON. `backlog` holds back what hosts have reported of the
-past at `attach`, to show it in order of time. `engines` makes the links, and lets a host decide on its engine.
+past at `attach`, to show it in order of time. `engines` lets the host decide on its engine where
+the hosts file does not.
 
 * A random delay of a restart would differ: each event carries the time that is left to the
   deadline of the original. A TICK comes from the host; a replica has no timer.
