@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import zlib
+from collections.abc import Mapping
 
 import launcher
 from launcher.base.text import typed_error
-from launcher.hosts.engine import order_frames
 from launcher.hosts.engine.channel import FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
+    OUTPUT_HEADER,
     PROTOCOL,
     STREAMS,
     Frame,
@@ -21,6 +22,7 @@ from launcher.hosts.engine.frames import (
 from launcher.hosts.engine.link import LinkContext, LinkState, beat_s
 from launcher.hosts.engine.reports import decode_event
 from launcher.hosts.engine.session_process import SessionProcess
+from launcher.hosts.engine.timers import Timers
 from launcher.run.machine import MachineCommand
 
 TYPE_CHECKING = False
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
 
     from launcher.hosts.engine.transport import Transport
     from launcher.hosts.file.order import Order
-    from launcher.posix.reactor import Timer
 
 UNREACHABLE_S = 3.0
 RENEW_S = 6.0  # of silence, after which another connection is tried
@@ -37,6 +38,11 @@ CONNECT_S = 30.0
 LEAVE_S = 2.0  # for ssh to end after its connection
 RETRIES_S = (0.5, 1.0, 2.0, 4.0, 5.0)
 DEFAULT_STOP_AFTER_S = 10.0
+
+
+def key_of(run_id: str, host: str) -> str:
+    """Names an agent on its host, among those of other runs."""
+    return f"{run_id}-{zlib.crc32(host.encode()):08x}"
 
 
 class AgentLink:
@@ -47,12 +53,12 @@ class AgentLink:
         self._listener = context.listener
         self._reactor = context.reactor
         self._transport = transport
-        self._key = order_frames.key_of(context.run_id, context.host.name)
+        self._key = key_of(context.run_id, context.host.name)
         self._channel = FrameChannel(context.reactor, self)
         self._process: SessionProcess | None = None
         self._state = LinkState.CONNECTING
         self._reported = LinkState.CONNECTING
-        self._timers: dict[str, Timer] = {}
+        self._timers = Timers(context.reactor)
         self._attempts = 0
         self._has_greeted = False
         self._catch_up: int | None = None
@@ -80,11 +86,14 @@ class AgentLink:
         return ""
 
     def open(self) -> None:
-        self._later("connect", CONNECT_S, self._connect_too_late)
-        self._later("start", 0, self._start)
+        self._timers.after("connect", CONNECT_S, self._connect_too_late)
+        self._timers.after("start", 0, self._start)
 
     def prepare(self, process_id: int, order: Order) -> None:
-        self._channel.send(FrameKind.PREPARE, order_frames.prepare(process_id, order))
+        from launcher.hosts.file import order_json
+
+        content = {"id": process_id, "order": order_json.encode(order)}
+        self._channel.send(FrameKind.PREPARE, pack(content))
 
     def command(self, process_id: int, command: MachineCommand) -> None:
         self._channel.send(FrameKind.COMMAND, pack({"id": process_id, "command": command.name}))
@@ -94,14 +103,14 @@ class AgentLink:
         self._channel.send(FrameKind.SIGNAL, pack(content))
 
     def write_stdin(self, process_id: int, data: bytes) -> None:
-        self._channel.send(FrameKind.STDIN, order_frames.stdin(process_id, data))
+        self._channel.send(FrameKind.STDIN, OUTPUT_HEADER.pack(process_id, 0) + data)
 
     def pause(self, paused: bool) -> None:
         """What is held here is not acknowledged, so that the host stops reading, too."""
         if paused:
             self._channel.holds_output = True
         else:
-            self._later("release", 0, self._channel.release)
+            self._timers.after("release", 0, self._channel.release)
 
     def finish(self, *, at_once: bool) -> None:
         self._channel.send(FrameKind.FINISH, pack({"at_once": at_once}))
@@ -113,9 +122,7 @@ class AgentLink:
 
     def close(self) -> None:
         self._is_closing = True
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
+        self._timers.close()
         self._channel.detach()
         if self._process is not None:
             if self._state is LinkState.UNREACHABLE:
@@ -124,20 +131,6 @@ class AgentLink:
             self._process = None
 
     # ---- connecting
-
-    def _later(self, name: str, delay_s: float, callback: Callable[[], object]) -> None:
-        """Call back, instead of what was planned under this name."""
-        self._cancel(name)
-
-        def call() -> None:
-            del self._timers[name]
-            callback()
-
-        self._timers[name] = self._reactor.call_later(delay_s, call)
-
-    def _cancel(self, name: str) -> None:
-        if name in self._timers:
-            self._timers.pop(name).cancel()
 
     def _start(self) -> None:
         is_again = self._state is LinkState.UNREACHABLE
@@ -178,7 +171,7 @@ class AgentLink:
     def _ended(self, returncode: int) -> None:
         """The process that led to the agent has exited; what it had sent is still to be read."""
         process, self._process = self._process, None
-        self._cancel("leave")
+        self._timers.cancel("leave")
         if self._state is LinkState.GONE:
             self._channel.detach()
         elif self._channel.is_attached:
@@ -194,7 +187,7 @@ class AgentLink:
     def _failed(self, reason: str, *, may_pass: bool) -> None:
         """There is no connection."""
         self._channel.detach()
-        self._cancel("connect")
+        self._timers.cancel("connect")
         if self._state is not LinkState.CONNECTING:
             if not may_pass and reason not in self._said:
                 self._said.add(reason)
@@ -216,7 +209,7 @@ class AgentLink:
         if self._process is None and "start" not in self._timers:
             delay_s = RETRIES_S[min(self._attempts, len(RETRIES_S) - 1)]
             self._attempts += 1
-            self._later("start", delay_s, self._start)
+            self._timers.after("start", delay_s, self._start)
 
     def _change(self, state: LinkState, reason: str) -> None:
         self._state = state
@@ -234,7 +227,7 @@ class AgentLink:
         if silent_s > RENEW_S and self._process is not None and self._has_greeted:
             self._channel.detach()
             self._process.kill()
-        self._later("beat", beat_s(self.stop_after_s), self._beat)
+        self._timers.after("beat", beat_s(self.stop_after_s), self._beat)
 
     def _echo(self, frame: Frame) -> None:
         try:
@@ -248,8 +241,8 @@ class AgentLink:
                 self._channel.tell(FrameKind.BEAT)
                 return
             self._offset_s = min(self._round_trips)[1]
-            self._cancel("connect")
-            self._later("beat", beat_s(self.stop_after_s), self._beat)
+            self._timers.cancel("connect")
+            self._timers.after("beat", beat_s(self.stop_after_s), self._beat)
             self._change(LinkState.READY, "")
         elif self._state is LinkState.UNREACHABLE:
             self._catch_up = last
@@ -328,17 +321,17 @@ class AgentLink:
         """The agent has ended, or cannot serve."""
         self._has_greeted = True
         self._is_closing = True
-        self._cancel("connect")
-        self._cancel("beat")
+        self._timers.cancel("connect")
+        self._timers.cancel("beat")
         self._change(LinkState.GONE, reason)
-        self._later("farewell", 0, self._leave)
+        self._timers.after("farewell", 0, self._leave)
 
     def _finished(self, content: Mapping[str, Any]) -> None:
         leftovers = [str(text) for text in content["leftovers"]]
         self._is_closing = True  # the end of the connection is expected
-        self._cancel("beat")
+        self._timers.cancel("beat")
         self._listener.finished(self._host.name, leftovers, killed=bool(content["killed"]))
-        self._later("farewell", 0, self._leave)
+        self._timers.after("farewell", 0, self._leave)
 
     def _leave(self) -> None:
         """Nothing more will come: let the agent know that we have all, and end the connection."""
@@ -352,7 +345,7 @@ class AgentLink:
         if self._is_closing:
             return
         if self._process is not None:
-            self._later("leave", LEAVE_S, self._process.kill)
+            self._timers.after("leave", LEAVE_S, self._process.kill)
         if self._has_greeted and self._state is LinkState.READY:
             self._change(LinkState.UNREACHABLE, reason or "the connection has ended")
 
@@ -360,14 +353,14 @@ class AgentLink:
         if not self._has_greeted:
             self._channel.detach()  # the process will say more, or has just ended
             if self._process is not None:
-                self._later("leave", LEAVE_S, self._process.kill)
+                self._timers.after("leave", LEAVE_S, self._process.kill)
             return
         # What it reports is not known any more, so what it runs has to end.
         self._channel.send(FrameKind.FINISH, pack({"at_once": False}))
         is_told = self._channel.is_flushed
         fate = "it was told to stop its processes" if is_told else "its processes may live on there"
         self._refused(f"its agent was not understood: {reason}; {fate}")
-        self._later("farewell", LEAVE_S, self._leave)
+        self._timers.after("farewell", LEAVE_S, self._leave)
 
     def relieved(self) -> None:
         pass

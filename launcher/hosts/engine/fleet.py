@@ -12,9 +12,9 @@ from launcher.base.model.spec import ProcessSpec
 from launcher.hosts.engine import engines
 from launcher.hosts.engine.link import Attached, LinkContext, LinkState
 from launcher.hosts.engine.remote_host import RemoteHost, host_of
+from launcher.hosts.engine.timers import Timers
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order, order_for
-from launcher.posix.reactor import Timer
 from launcher.run.part import Part
 
 TYPE_CHECKING = False
@@ -68,7 +68,7 @@ class Fleet(Part):
         self.has_connected = False
         self._is_stopping = False
         self._has_skipped = False
-        self._timers: dict[str, Timer] = {}
+        self._timers = Timers(self._reactor)
 
     def driver(self) -> HostsDriver:
         """The driver of all processes, with the links of the hosts that are needed."""
@@ -120,7 +120,7 @@ class Fleet(Part):
             return True
         for host in self.hosts:
             host.link.open()
-        self._timers[""] = self._reactor.call_later(CONNECT_S, self._too_late)
+        self._timers.after("", CONNECT_S, self._too_late)
         return True
 
     def _too_late(self) -> None:
@@ -135,7 +135,7 @@ class Fleet(Part):
             self._log.log("ERROR", "launch", f"{host.place} cannot be used: {refusal}")
         if self._connecting:
             return
-        self._forget_timer("")
+        self._timers.cancel("")
         if self._refused:
             names = ", ".join(name for name in self._hosts if name in self._refused)
             if self._plan.attached is None:
@@ -250,13 +250,13 @@ class Fleet(Part):
             self._await_return(host)
 
     def _returned(self, host: RemoteHost) -> None:
-        self._forget_timer(host.name)
+        self._timers.cancel(host.name)
         silent_s = self._reactor.now() - host.lost_at_s
         text = f"{host.name} is reachable again after {silent_s:.1f} s: {host.caught_up()}"
         self._log.log("WARNING" if host.dropped else "INFO", "launch", text)
 
     def _gone(self, host: RemoteHost, reason: str) -> None:
-        self._forget_timer(host.name)
+        self._timers.cancel(host.name)
         host.samples = {}
         because = f": {reason}" if reason else ""
         self._log.log("ERROR", "launch", f"{host.name} is lost{because}")
@@ -282,7 +282,7 @@ class Fleet(Part):
         self._driver.show_past()
         for host in used:
             host.is_abandoned = True
-            self._forget_timer(host.name)
+            self._timers.cancel(host.name)
         for process in left:
             process.abandon(self._reactor.now())
         return left
@@ -310,13 +310,12 @@ class Fleet(Part):
             self._give_up(host)
             return
         wait_s = LEAVE_S if host.name in self._finishing else host.longest_stop_s
-        give_up = functools.partial(self._give_up, host)
-        self._timers[host.name] = self._reactor.call_later(wait_s, give_up)
+        self._timers.after(host.name, wait_s, functools.partial(self._give_up, host))
 
     def _give_up(self, host: RemoteHost) -> None:
         if host.is_abandoned:
             return
-        self._forget_timer(host.name)
+        self._timers.cancel(host.name)
         host.is_abandoned = True
         names = ", ".join(process.name for process in host.pending)
         for process in host.pending:
@@ -329,10 +328,6 @@ class Fleet(Part):
         self._has_finished(host)
         self.run.idle()
 
-    def _forget_timer(self, name: str) -> None:
-        if name in self._timers:
-            self._timers.pop(name).cancel()
-
     def finish(self, done: Callable[[], None]) -> bool:
         """Have every host stop what is left there; `done` is called when all have."""
         self._done = done
@@ -342,7 +337,7 @@ class Fleet(Part):
             used = []
         waiting = [one for one in used if one.state is not LinkState.CONNECTING]
         self._connecting.clear()
-        self._forget_timer("")
+        self._timers.cancel("")
         self._finishing = {host.name for host in waiting}
         for host in used:
             host.link.finish(at_once=self._has_skipped or host not in waiting)
@@ -361,7 +356,7 @@ class Fleet(Part):
         self._has_finished(host)
 
     def _has_finished(self, host: RemoteHost) -> None:
-        self._forget_timer(host.name)
+        self._timers.cancel(host.name)
         self._finishing.discard(host.name)
         self._check_finished()
 
@@ -373,9 +368,7 @@ class Fleet(Part):
     def conclude(self, *, is_orderly: bool) -> None:
         """Release everything; after an exception the hosts are told to stop all at once."""
         self._driver.show_past()
-        for timer in self._timers.values():
-            timer.cancel()
-        self._timers.clear()
+        self._timers.close()
         for host in self.hosts:
             if not (is_orderly or self.is_attaching):
                 host.link.finish(at_once=True)

@@ -8,7 +8,7 @@ from launcher.base.text import count
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.exits import TIMEOUT, outcome_of_record
 from launcher.hosts.engine.systemd.journal import JournalLine, Note, UnitMessage
-from launcher.hosts.engine.systemd.timers import Timers
+from launcher.hosts.engine.timers import Timers
 from launcher.output.lines import for_terminal, without_colour
 from launcher.output.tracebacks import has_begin
 

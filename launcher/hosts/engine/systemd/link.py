@@ -16,8 +16,8 @@ from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.sessions import Sessions
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
-from launcher.hosts.engine.systemd.timers import Timers
 from launcher.hosts.engine.systemd.unit_process import UnitProcess
+from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import NOT_FOUND, failure
 from launcher.run.machine import MachineCommand
 

@@ -16,7 +16,7 @@ from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.channel import ChannelProcess
 from launcher.hosts.engine.systemd.facts import hello, read_facts
 from launcher.hosts.engine.systemd.shell import START, Answers, ScriptRequest, ScriptResult
-from launcher.hosts.engine.systemd.timers import Timers
+from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import failure, no_ssh
 from launcher.hosts.ssh import SshConnection, new_control_path, quoted, ssh_environment
 

@@ -20,6 +20,7 @@ from launcher.hosts.engine.systemd.exits import outcome_of_unit, why_not_started
 from launcher.hosts.engine.systemd.recent_output import RecentOutput
 from launcher.hosts.engine.systemd.scripts import read_properties
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
+from launcher.hosts.engine.timers import Timers
 from launcher.run.machine import (
     Action,
     Exited,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
     from launcher.hosts.engine.systemd.scripts import Scripts
     from launcher.hosts.file import order as orders
-    from launcher.posix.reactor import Reactor, Timer
+    from launcher.posix.reactor import Reactor
 
 # Output that the journal gets from another stream than the record of the exit comes within it.
 DRAIN_S = 0.05
@@ -90,9 +91,7 @@ class UnitProcess:
         self._doubt = Doubt(mark)
         self._last_s = 0.0
         self._is_suspended = False  # the host cannot be reached, or tells what has happened
-        self._timer: Timer | None = None
-        self._drain: Timer | None = None
-        self._hold: Timer | None = None
+        self._timers = Timers(reactor)
 
     def _handled(self, event: MachineEvent, at_s: float, left_s: float | None) -> None:
         self._report(self.process_id, event, at_s, self.pid, left_s)
@@ -138,7 +137,7 @@ class UnitProcess:
             # Systemd would restart it.
             self._is_held = True
             self._request(ScriptRequest(self._scripts().hold(self.process_id)))
-            self._after("_hold", self.order.stop.grace_s + 1.0, self._release)
+            self._timers.after("hold", self.order.stop.grace_s + 1.0, self._release)
         name = signal_name(signum)
         text = f"{self.order.name}: {name} may not have arrived: the link was lost meanwhile"
         self._send(signum, functools.partial(self._warn, text))
@@ -181,7 +180,7 @@ class UnitProcess:
 
     def _ended(self, end: ReportExit) -> None:
         self.pid = -1
-        self._cancel("_hold")
+        self._timers.cancel("hold")
 
     @property
     def restarts_by_itself(self) -> bool:
@@ -251,9 +250,9 @@ class UnitProcess:
         while timed_out and self.machine.next_signal is not None:
             self._by_itself(MachineCommand.SKIP_GRACE, at_s)
         self._pending = outcome, at_s
-        self._cancel("_timer")
+        self._timers.cancel("deadline")
         self._recent.ended()
-        self._after("_drain", DRAIN_S, self._drain_output)
+        self._timers.after("drain", DRAIN_S, self._drain_output)
 
     def wrote(self, size: int) -> None:
         """So many bytes of output have come."""
@@ -275,7 +274,7 @@ class UnitProcess:
 
     def _flush(self) -> None:
         """Handle the exit: what it has written has come."""
-        self._cancel("_drain")
+        self._timers.cancel("drain")
         if self._pending is not None:
             (outcome, at_s), self._pending = self._pending, None
             self._exit(outcome, at_s)
@@ -372,11 +371,11 @@ class UnitProcess:
 
     def _set_timer(self) -> None:
         """None while its exit is known, or may be among what the host has still to tell."""
-        self._cancel("_timer")
+        self._timers.cancel("deadline")
         deadline = self.machine.deadline
         waits = self._is_suspended or self._pending is not None
         if deadline is not None and not self.restarts_by_itself and not waits:
-            self._after("_timer", deadline - self._reactor.now(), self._due)
+            self._timers.after("deadline", deadline - self._reactor.now(), self._due)
 
     def _due(self) -> None:
         if self.machine.state is ProcessState.STOPPING:
@@ -402,18 +401,7 @@ class UnitProcess:
         self._set_timer()
 
     def close(self) -> None:
-        for name in ("_timer", "_drain", "_hold"):
-            self._cancel(name)
-
-    def _after(self, name: str, delay_s: float, callback: Callable[[], None]) -> None:
-        self._cancel(name)
-        setattr(self, name, self._reactor.call_later(delay_s, callback))
-
-    def _cancel(self, name: str) -> None:
-        timer: Timer | None = getattr(self, name)
-        if timer is not None:
-            timer.cancel()
-            setattr(self, name, None)
+        self._timers.close()
 
 
 def _is_pause(signum: int) -> bool:
