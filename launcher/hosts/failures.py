@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import re
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from launcher.base.errors import LauncherError
 from launcher.hosts.file.model import DEFAULT_PYTHON, Host
@@ -238,11 +238,8 @@ def _simple(message: str, hint: str) -> Writer:
     return write
 
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
+Writer = Callable[[Host, str], tuple[str, str]]
 
-    Writer = Callable[[Host, str], tuple[str, str]]
 
 _TEXTS: Mapping[Problem, Writer] = {
     Problem.UNKNOWN_NAME: _simple(

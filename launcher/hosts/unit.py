@@ -12,15 +12,10 @@ import math
 import os
 import re
 import string
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.model.record import Record
-from launcher.base.model.spec import UNLIMITED, RestartMode
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from launcher.base.model.spec import Limits, RestartPolicy, StopPolicy
+from launcher.base.model.spec import UNLIMITED, Limits, RestartMode, RestartPolicy, StopPolicy
 
 OLDEST = 249  # the oldest version that is supported
 # Characters of a unit's name with its suffix. Systemd allows 255, but the journal loses all output

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from launcher.base.model.level import Level
 from launcher.base.model.record import Record
 from launcher.hosts.failures import HostError
 from launcher.hosts.file.model import LOCAL, Host
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 
 class HostFinding(Record):

@@ -8,16 +8,13 @@ import sys
 import time
 from collections.abc import Mapping
 from importlib import resources
+from typing import Any
 
 from launcher.base import strict_json
 from launcher.hosts.check.facts import CheckedHost, Clock, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
 from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import SshConnection, quoted, set_python, setup_script, ssh_environment
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 PINGS = 8  # the quickest answer gives the best estimate of a clock
 _END_S = 2.0

@@ -10,15 +10,12 @@ import secrets
 import selectors
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from launcher.base.model.record import Record
 from launcher.hosts.check.facts import Arrival, Survey
 from launcher.hosts.check.probe_session import ProbeSession
 from launcher.hosts.file.model import LOCAL
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Any
 
 TIMEOUT_S = 5.0
 SETTLE_S = 1.0  # after which a datagram that was sent ten times is lost

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable
 
-    from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.reactor import Reactor, Timer
 
-    # process id, stream, data, time
-    Output = tuple[int, str, bytes, float]
+# process id, stream, data, time
+Output = tuple[int, str, bytes, float]
+
 
 WAIT_S = 3.0  # for hosts that are slow to tell theirs
 

@@ -6,15 +6,12 @@ import errno
 import os
 from collections.abc import Iterator
 
+from launcher.base.model.run_events import Sample
 from launcher.base.text import count
 from launcher.hosts.engine.link import Link, LinkState
+from launcher.hosts.file.model import Host
 from launcher.posix.spawn import Child
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.base.model.run_events import Sample
-    from launcher.hosts.file.model import Host
-    from launcher.run.process import Process
+from launcher.run.process import Process
 
 _GRACE_S = 3.0  # beyond the stop policies, for a host that cannot be reached
 

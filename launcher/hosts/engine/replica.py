@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
 from launcher.base.model.spec import RestartPolicy, StopPolicy
@@ -15,12 +17,9 @@ from launcher.run.machine import (
     ReportExit,
 )
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
+# event, time, seconds from then to the deadline
+Report = Callable[[MachineEvent, float, float | None], None]
 
-    # event, time, seconds from then to the deadline
-    Report = Callable[[MachineEvent, float, float | None], None]
 
 STARTS = (MachineCommand.START, MachineCommand.USER_START)
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
 
-    from launcher.posix.reactor import Reactor, Timer
+from launcher.posix.reactor import Reactor, Timer
 
 
 class Timers:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from launcher.base import strict_json
 from launcher.hosts.file import order_json
-from launcher.hosts.file.model import DEFAULT_PYTHON
+from launcher.hosts.file.model import DEFAULT_PYTHON, Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import (
     ExecutableReference,
@@ -17,10 +17,6 @@ from launcher.hosts.file.references import (
     SharedFile,
     Word,
 )
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.hosts.file.model import Host
 
 ORDER_FILE = "order.json"  # of an order that the host has to resolve
 PYTHON = "<python>"  # stands for what `hosts sync` has made there, else the usual Python

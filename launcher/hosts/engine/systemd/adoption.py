@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
+from launcher.hosts.engine.link import Attached, LinkListener
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.scripts import read_properties
+from launcher.hosts.engine.systemd.facts import HostFacts
+from launcher.hosts.engine.systemd.journal_events import JournalEvents
+from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
+from launcher.hosts.engine.systemd.sessions import Sessions
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from launcher.hosts.engine.link import Attached, LinkListener
-    from launcher.hosts.engine.systemd.facts import HostFacts
-    from launcher.hosts.engine.systemd.journal_events import JournalEvents
-    from launcher.hosts.engine.systemd.scripts import Scripts
-    from launcher.hosts.engine.systemd.sessions import Sessions
-    from launcher.hosts.engine.systemd.unit_process import UnitProcess
-    from launcher.posix.reactor import Reactor
+from launcher.hosts.engine.systemd.unit_process import UnitProcess
+from launcher.posix.reactor import Reactor
 
 
 class Adoption:

@@ -5,14 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+from collections.abc import Callable, Mapping, Sequence
 
+from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import execute, reap
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from launcher.posix.reactor import Reactor
 
 READ_BYTES = 256 * 1024
 MAX_ERRORS = 8 * 1024  # of messages of ssh that are kept

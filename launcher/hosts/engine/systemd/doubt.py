@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
 
 SUSPICIOUS = 2  # looks at the unit that contradict the journal, before the journal is awaited
 

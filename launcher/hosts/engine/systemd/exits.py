@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import errno
 import signal
+from collections.abc import Mapping
 
 from launcher.base.model.events import Outcome
+from launcher.hosts.file.order import Order
 from launcher.run.machine import SpawnError
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from launcher.hosts.file.order import Order
 
 _EXITED, _WAS_KILLED, _DUMPED = 1, 2, 3  # CLD_EXITED and so on
 _EXIT_CPUAFFINITY = 215  # of systemd.exec(5): no such processor

@@ -8,11 +8,8 @@ import shlex
 from launcher.base import strict_json
 from launcher.base.model.record import Record
 from launcher.hosts import unit
+from launcher.hosts.file.model import Host
 from launcher.hosts.ssh import set_python, setup_script
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from launcher.hosts.file.model import Host
 
 
 class HostFacts(Record):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.hosts import unit
@@ -11,10 +12,6 @@ from launcher.hosts.engine.systemd.scripts import written
 from launcher.hosts.file.model import Host
 from launcher.hosts.session import run
 from launcher.hosts.ssh import SshConnection, quoted
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 TIMEOUT_S = 60.0
 _LIST = "installed"  # the names of the units of a system, in its folder

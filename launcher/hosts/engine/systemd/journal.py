@@ -10,15 +10,12 @@ from __future__ import annotations
 import os
 import re
 import shlex
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.model.record import Record
 from launcher.hosts.ssh import quoted
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from typing import Any
 
 # Messages of systemd, by their id, see systemd's sd-messages.h.
 STOPPING = "de5b426a63be47a7b6ac3eaac82e2f6f"

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Mapping
 
 from launcher.base.text import count
+from launcher.hosts.engine.link import LinkListener
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.exits import TIMEOUT, outcome_of_record
-from launcher.hosts.engine.systemd.journal import JournalLine, Note, UnitMessage
+from launcher.hosts.engine.systemd.journal import Entry, JournalLine, Note, UnitMessage
+from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.engine.timers import Timers
 from launcher.output.lines import for_terminal, without_colour
 from launcher.output.tracebacks import has_begin
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from launcher.hosts.engine.link import LinkListener
-    from launcher.hosts.engine.systemd.journal import Entry
-    from launcher.hosts.engine.systemd.unit_process import UnitProcess
-    from launcher.posix.reactor import Reactor
-
+from launcher.posix.reactor import Reactor
 
 SILENT_S = 30.0  # without any entry: a mark does not come any more
 LIMBO_S = 2.0  # for the record that says whose output it is

@@ -5,12 +5,14 @@ from __future__ import annotations
 import functools
 import time
 from collections import deque
+from collections.abc import Callable
 
 from launcher.hosts import unit
-from launcher.hosts.engine.link import LinkState, beat_s
+from launcher.hosts.engine.link import LinkContext, LinkState, beat_s
 from launcher.hosts.engine.systemd import journal, manifest
 from launcher.hosts.engine.systemd.adoption import Adoption
-from launcher.hosts.engine.systemd.facts import why_unusable
+from launcher.hosts.engine.systemd.facts import HostFacts, why_unusable
+from launcher.hosts.engine.systemd.journal import Entry
 from launcher.hosts.engine.systemd.journal_events import JournalEvents
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
@@ -19,16 +21,8 @@ from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import NOT_FOUND, failure
+from launcher.hosts.file.order import Order
 from launcher.run.machine import MachineCommand
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from launcher.hosts.engine.link import LinkContext
-    from launcher.hosts.engine.systemd.facts import HostFacts
-    from launcher.hosts.engine.systemd.journal import Entry
-    from launcher.hosts.file.order import Order
 
 LOOK_S = 3.0  # between looks at the states of the units
 FINISH_S = 3.0  # for the last lines

@@ -5,18 +5,14 @@ from __future__ import annotations
 import getpass
 import os
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.model.record import Record, replace
 from launcher.base.text import escape
 from launcher.hosts.file import order_json
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Any
-
-    from launcher.hosts.file.order import Order
+from launcher.hosts.file.order import Order
 
 VERSION = 1
 RUN_ID = "[a-z0-9]{6,8}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from launcher.base.errors import LauncherError
@@ -11,14 +12,9 @@ from launcher.hosts.engine.systemd.facts import hello, read_facts
 from launcher.hosts.engine.systemd.manifest import RunManifest
 from launcher.hosts.engine.systemd.scripts import Scripts
 from launcher.hosts.file.model import Host, HostEngine
+from launcher.hosts.file.order import Order
 from launcher.hosts.session import run as run_there
 from launcher.hosts.ssh import SshConnection
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from launcher.hosts.file.order import Order
 
 TIMEOUT_S = 20.0
 STOP_S = 60.0

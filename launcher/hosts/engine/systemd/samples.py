@@ -6,13 +6,11 @@ at once, when a unit is new and every 10 s, since the kernel walks all pages for
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
 from launcher.base.model.record import as_dict
 from launcher.run.monitor.resources import USS_EVERY_S, Reading, summed
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from typing import Any
 
 # Field numbers of /proc/PID/stat behind the name, which may have blanks.
 _UTIME, _STIME, _THREADS, _RSS = 11, 12, 17, 21

@@ -7,21 +7,17 @@ from __future__ import annotations
 
 import base64
 import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from launcher.base import strict_json
 from launcher.hosts import unit
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.facts import HostFacts
+from launcher.hosts.file.model import Host
+from launcher.hosts.file.order import Order
 from launcher.hosts.file.order_words import as_words, files_of
 from launcher.hosts.ssh import quoted, setup_script
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from typing import Any
-
-    from launcher.hosts.file.model import Host
-    from launcher.hosts.file.order import Order
 
 LONGEST_STOP_S = 10  # of a unit of the same name, which a start waits for
 _SHOWN = "Id,LoadState,ActiveState,SubState,Result,MainPID,NRestarts,InvocationID"

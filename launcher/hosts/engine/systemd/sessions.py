@@ -9,44 +9,39 @@ from __future__ import annotations
 import contextlib
 import os
 from collections import deque
+from typing import Protocol
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.engine.link import LinkState
+from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.engine.systemd import journal
 from launcher.hosts.engine.systemd.channel import ChannelProcess
-from launcher.hosts.engine.systemd.facts import hello, read_facts
+from launcher.hosts.engine.systemd.facts import HostFacts, hello, read_facts
+from launcher.hosts.engine.systemd.journal import Entry
 from launcher.hosts.engine.systemd.shell import START, Answers, ScriptRequest, ScriptResult
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import failure, no_ssh
 from launcher.hosts.ssh import SshConnection, new_control_path, quoted, ssh_environment
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import Protocol
 
-    from launcher.hosts.engine.link import LinkContext
-    from launcher.hosts.engine.systemd.facts import HostFacts
-    from launcher.hosts.engine.systemd.journal import Entry
+class SessionsListener(Protocol):
+    """Called back by the event loop, never from within a call of `Sessions`."""
 
-    class SessionsListener(Protocol):
-        """Called back by the event loop, never from within a call of `Sessions`."""
+    # The host has told about itself, for the first time; the reason to refuse it, or "". None:
+    # the sessions were closed.
+    def met(self, facts: HostFacts) -> str | None: ...
 
-        # The host has told about itself, for the first time; the reason to refuse it, or "". None:
-        # the sessions were closed.
-        def met(self, facts: HostFacts) -> str | None: ...
+    # As `met`, when it is reached again; whether it is the same host and was not restarted.
+    def met_again(self, facts: HostFacts) -> bool: ...
 
-        # As `met`, when it is reached again; whether it is the same host and was not restarted.
-        def met_again(self, facts: HostFacts) -> bool: ...
+    # READY after UNREACHABLE comes when the journal has been caught up with.
+    def changed(self, state: LinkState, reason: str) -> None: ...
+    def entry(self, entry: Entry) -> None: ...
 
-        # READY after UNREACHABLE comes when the journal has been caught up with.
-        def changed(self, state: LinkState, reason: str) -> None: ...
-        def entry(self, entry: Entry) -> None: ...
+    # The journal has removed entries before they were read.
+    def missed(self) -> None: ...
 
-        # The journal has removed entries before they were read.
-        def missed(self) -> None: ...
-
-        # A script for the journal: the record of this mark.
-        def mark(self, token: str) -> str: ...
+    # A script for the journal: the record of this mark.
+    def mark(self, token: str) -> str: ...
 
 
 SILENT_S = 3.0  # without a beat of the shell, which has one each second, and without lines

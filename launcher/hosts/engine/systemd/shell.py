@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import re
 from collections import deque
+from collections.abc import Callable
 
 from launcher.base.model.record import Record
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable
+OnAnswer = Callable[["ScriptResult"], None]
 
-    OnAnswer = Callable[["ScriptResult"], None]
 
 _HEART = re.compile(rb"\x01H ([0-9.]+)\x02")
 _ANSWER = re.compile(rb"\x01A (\d+) (\d+) ([^\x02]*)\x02", re.DOTALL)

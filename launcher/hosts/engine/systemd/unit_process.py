@@ -12,15 +12,18 @@ import functools
 import signal
 import uuid
 from collections import deque
+from collections.abc import Callable, Mapping
 
 from launcher.base.model.events import Outcome, signal_name
 from launcher.hosts.engine.replica import ReportingMachine
 from launcher.hosts.engine.systemd.doubt import Doubt
 from launcher.hosts.engine.systemd.exits import outcome_of_unit, why_not_started
 from launcher.hosts.engine.systemd.recent_output import RecentOutput
-from launcher.hosts.engine.systemd.scripts import read_properties
+from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
 from launcher.hosts.engine.timers import Timers
+from launcher.hosts.file import order as orders
+from launcher.posix.reactor import Reactor
 from launcher.run.machine import (
     Action,
     Exited,
@@ -33,14 +36,6 @@ from launcher.run.machine import (
     SignalSent,
     SpawnError,
 )
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from launcher.hosts.engine.systemd.scripts import Scripts
-    from launcher.hosts.file import order as orders
-    from launcher.posix.reactor import Reactor
 
 # Output that the journal gets from another stream than the record of the exit comes within it.
 DRAIN_S = 0.05

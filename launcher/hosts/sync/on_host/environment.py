@@ -10,13 +10,10 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 
 from launcher.hosts.sync.on_host import pip_messages
 from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors, remove_folder
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 _COMPLETE = "launcher-complete"  # written last: without it the folder is removed
 _DEBIAN = "/usr/share/python-wheels"  # where Debian keeps the wheel of pip
