@@ -7,7 +7,7 @@ import re
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable, Sequence
 
 # Least similarity: `kil` and `kill` have 0.86, `bogus` and `logs` 0.67.
 _CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
@@ -91,3 +91,15 @@ def typed_error(error: BaseException) -> str:
 def how_it_ended(returncode: int) -> str:
     """`exit code 1`, or `signal 9` for the negative return code of a process that it ended."""
     return f"exit code {returncode}" if returncode >= 0 else f"signal {-returncode}"
+
+
+def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
+    """The rows as lines of a table; the columns `right` are aligned to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            text.rjust(width) if column in right else text.ljust(width)
+            for column, (text, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of, line_of
-from launcher.base.text import count, escape, shown_path
+from launcher.base.text import aligned, count, escape, shown_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
 _HEAD = ("NAME", "STATE", "PID", "RESTARTS", "UPTIME", "CPU", "USS", "")
-_LEFT = (0, 1, 7)  # columns that are aligned to the left
-_LEFT_WITH_HOSTS = (0, 1, 2, 8)
+_RIGHT = (2, 3, 4, 5, 6)  # columns that are aligned to the right
+_RIGHT_WITH_HOSTS = (3, 4, 5, 6, 7)
 
 
 LOCAL = "local"  # the host of processes of this machine
@@ -62,19 +62,12 @@ def filters(row: Mapping[str, Any]) -> str:
 def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """`ps` in aligned columns; with the hosts if the run has some."""
     cells: list[tuple[str, ...]] = [_HEAD, *map(_cells, rows)]
-    left: tuple[int, ...] = _LEFT
+    right: tuple[int, ...] = _RIGHT
     if any("host" in row for row in rows):
         hosts = ["HOST", *(row["host"] for row in rows)]
         cells = [(line[0], host, *line[1:]) for line, host in zip(cells, hosts, strict=True)]
-        left = _LEFT_WITH_HOSTS
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return [
-        "  ".join(
-            cell.ljust(width) if i in left else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in cells
-    ]
+        right = _RIGHT_WITH_HOSTS
+    return aligned(cells, right)
 
 
 def notes(result: Mapping[str, Any]) -> list[str]:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.ros_errors import VerbError, did_you_mean
+from launcher.base.text import aligned
 from launcher.posix import proc
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.ports import announcement_ports
 from launcher.ros.discovery import gids
 from launcher.ros.services import NoAnswerError, ServiceCaller
 from launcher.ros.snapshot.graph import GraphSnapshot, NamesAndTypes, is_hidden
-from launcher.ros.verb import aligned
 
 SHARED_NAME = (
     "WARNING: Be aware that there are nodes in the graph that share an exact name, "

@@ -7,7 +7,7 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from launcher.base import command_line, strict_json
@@ -281,18 +281,6 @@ def print_json(document: Any) -> None:
 def json_text(value: Any, **style: Any) -> str:
     """As JSON, with escapes where the output lacks characters: they would be replaced."""
     return strict_json.dumps(value, ensure_ascii=not can_print(_BEYOND_LATIN), **style)
-
-
-def aligned(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
-    """The rows as lines of a table; the columns `right` are aligned to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(
-            text.rjust(width) if column in right else text.ljust(width)
-            for column, (text, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
 
 
 class _EscapingStream:

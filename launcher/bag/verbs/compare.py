@@ -9,8 +9,8 @@ from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, selected
 from launcher.base.command_line import DEBUG, Command, Parsed, number, option
 from launcher.base.errors import ExitCode
-from launcher.base.text import count
-from launcher.ros.verb import aligned, show
+from launcher.base.text import aligned, count
+from launcher.ros.verb import show
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.compare import Comparison, TopicComparison

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from launcher.base.model.level import Level
-from launcher.base.text import count, escape
+from launcher.base.text import aligned, count, escape
 from launcher.hosts.check.examine import Examination
 from launcher.hosts.check.facts import CheckedHost, HostFinding
 from launcher.hosts.check.host_judges import MB, duration, engine_of
@@ -32,11 +32,7 @@ _NOTHING = "-"
 def as_text(result: Examination) -> str:
     """A table with a row for each host; below it what is wrong, with its repair."""
     rows = [_HEAD, *(_row(result, one) for one in result.survey.members.values())]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    lines = aligned(rows)
     for finding in result.findings:
         names = ", ".join(finding.hosts)
         lines.append("")

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from launcher.ros.verb import aligned
+from launcher.base.text import aligned
 
 NANOS = 1_000_000_000
 REPORT_NS = NANOS
