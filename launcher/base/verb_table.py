@@ -97,20 +97,8 @@ VERBS = {name: help for name, _, help in _TABLE}
 _MODULES = {name: module for name, module, _ in _TABLE}
 
 # Verbs about a ROS graph.
-ROS_VERBS = (
-    "topic",
-    "node",
-    "param",
-    "service",
-    "action",
-    "lifecycle",
-    "interface",
-    "graph",
-    "bag",
-    "foxglove",
-    "multicast",
-    "daemon",
-)
+_OF_ROS = ("launcher.ros.", "launcher.bag.", "launcher.foxglove.")
+ROS_VERBS = tuple(name for name, module in _MODULES.items() if module.startswith(_OF_ROS))
 
 # Modules of wings that serve the core: `enable(request, options)` and `disable` of a launch, and
 # `verb_first(words)`, which puts options of ROS verbs behind the verb.

@@ -11,6 +11,7 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.program import browse, program
 from launcher.base.run_verb import Call
 from launcher.base.text import did_you_mean
+from launcher.base.verb_table import VERBS as COMMAND_VERBS
 from launcher.control.client import Reply
 from launcher.control.console.tables import details, pairs, process_table, render, stacked
 from launcher.control.format import event_line, notes, without_colour
@@ -20,37 +21,7 @@ from launcher.posix.socket_directory import ControlError
 
 # Verbs of the command line that are none of a run. The console runs them as processes of their
 # own, except a few that have no use there or need the terminal.
-SHELL_VERBS = (
-    "launch",
-    "attach",
-    "args",
-    "analyze",
-    "run",
-    "build",
-    "test",
-    "wheel",
-    "pkg",
-    "env",
-    "topic",
-    "node",
-    "param",
-    "service",
-    "action",
-    "lifecycle",
-    "interface",
-    "bag",
-    "multicast",
-    "daemon",
-    "doctor",
-    "hosts",
-    "agent",
-    "export",
-    "smoke",
-    "graph",
-    "foxglove",
-    "completion",
-    "runs",
-)
+SHELL_VERBS = (*(name for name in COMMAND_VERBS if find(name) is None), "runs")
 NEEDING_A_SHELL = ("launch", "attach", "agent", "completion")
 SHELL_HELP = "runs as in a shell, until Ctrl-C"
 CLEAR = "clear"  # carried out by the console itself
