@@ -5,7 +5,7 @@ it. On their side these have a separate descriptor, since Fast DDS prints to sta
 
 * `ros_agent` (`launcher.ros.helpers.agent`): lifecycle transitions, components, and the timers on
   the ROS clock of a simulation. `launcher.run.ros_requests` answers requests whose node has exited.
-* `parameter_check`: compares parameters with what nodes declare. `logger_levels`: the verb
+* `parameter_checks`: compares parameters with what nodes declare. `logger_levels`: the verb
   `loglevel`. `graph_facts` (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a
   fact needs a node.
 * `launcher.run.watch`: which processes have loaded a file that has changed.

@@ -1,14 +1,25 @@
-"""When the parameters of new nodes are compared with those that they declare."""
+"""Starts `launcher.ros.helpers.parameter_check`, which compares parameters with declared ones.
+
+Some time after the start of nodes that have parameters, so that it delays none of them. It ends by
+itself, and is killed with the run, before leftovers are looked for; shared memory that it may have
+is freed as that of nodes.
+"""
 
 from __future__ import annotations
 
+from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
+from launcher.run.helpers.programs import PARAMETER_CHECK
 from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
     from launcher.base.model.events import LoadComponent
+    from launcher.base.model.spec import ProcessSpec
     from launcher.posix.reactor import Timer
-    from launcher.run.helpers.parameter_check import ParameterCheck
+    from launcher.run.helpers.json_lines import JsonLinesProcess
     from launcher.run.process import Process
     from launcher.run.run import Run
 
@@ -17,13 +28,14 @@ DELAY_S = 5.0
 
 
 class ParameterChecks(Part):
-    """One for a run."""
+    """One helper for each domain, now and then."""
 
     def __init__(self, run: Run) -> None:
         super().__init__(run)
-        self._reactor = run.reactor
         self._processes = run.all_processes.values()
-        self._made: ParameterCheck | None = None
+        self._components: list[tuple[LoadComponent, str]] = []
+        self._seen: set[int] = set()
+        self._helpers: list[JsonLinesProcess] = []
         self._timer: Timer | None = None
         self._has_left = False
 
@@ -37,36 +49,92 @@ class ParameterChecks(Part):
 
     def _later(self) -> None:
         if self._timer is None and not self._has_left:
-            self._timer = self._reactor.call_later(DELAY_S, self._check)
+            self._timer = self.run.reactor.call_later(DELAY_S, self._check)
 
     def loaded(self, effect: LoadComponent, full_name: str) -> None:
-        if not effect.request.parameters:
-            return
-        self._check_of_run.add_component(effect, full_name)
-        self._later()
+        if effect.request.parameters:
+            self._components.append((effect, full_name))
+            self._later()
 
     def _check(self) -> None:
         self._timer = None
         if self._has_left:
             return
-        self._check_of_run.check(self._processes)
+        self._compare()
         if any(one.machine.is_pending and one.child is None for one in self._processes):
             self._later()  # those were queued to start
 
-    @property
-    def _check_of_run(self) -> ParameterCheck:
-        """Imported when the first one is due."""
-        if self._made is None:
-            from launcher.run.helpers.parameter_check import ParameterCheck
+    def _compare(self) -> None:
+        """Compare the nodes that have not been yet."""
+        environments: dict[str, Mapping[str, str]] = {}
+        nodes: dict[str, list[dict[str, Any]]] = {}
 
-            self._made = ParameterCheck(self._reactor, self.run.env, self.run.log.warn)
-        return self._made
+        def add(env: Mapping[str, str], node: dict[str, Any]) -> None:
+            domain = env.get("ROS_DOMAIN_ID") or "0"
+            environments.setdefault(domain, env)
+            nodes.setdefault(domain, []).append(node)
+
+        for process in self._processes:
+            if process.child is None or process.host is not None:
+                continue
+            if process.process_id in self._seen:
+                continue
+            self._seen.add(process.process_id)
+            for spec in process.spec.members or (process.spec,):
+                options = {option for option, _ in ros_options(spec.argv)}
+                if options & {PARAMETER, PARAMETER_FILE}:
+                    add(spec.env, _node(process.child.pid, spec))
+        for effect, name in self._components:
+            container = f"/{effect.request.container.lstrip('/')}"
+            owners = (one for one in self._processes if full_node_name(one.spec.argv) == container)
+            owner = next(owners, None)  # None: it is no process of this run
+            add(self.run.env if owner is None else owner.spec.env, _component(effect, name))
+        self._components.clear()
+        for domain, found in nodes.items():
+            self._start(environments[domain], found)
+
+    def _start(self, env: Mapping[str, str], nodes: list[dict[str, Any]]) -> None:
+        from launcher.run.helpers.json_lines import (
+            JsonLinesProcess,
+            own_end,
+            without_shared_memory,
+        )
+
+        try:
+            helper = JsonLinesProcess(
+                self.run.reactor,
+                PARAMETER_CHECK,
+                without_shared_memory(own_end(env)),
+                on_message=self.run.log.warn,
+                on_end=lambda code, line: self._helpers.remove(helper),
+            )
+        except OSError:
+            return  # there is no warning, and nothing else is missing
+        self._helpers.append(helper)
+        helper.send({"nodes": nodes})
 
     def stopping(self) -> None:
+        """Let the helpers end."""
         self._has_left = True
-        if self._made is not None:
-            self._made.leave()
+        for helper in self._helpers:
+            helper.close_input()
 
     def end_helpers(self) -> None:
-        if self._made is not None:
-            self._made.close()
+        for helper in self._helpers:
+            helper.close()
+        self._helpers.clear()
+
+
+def _node(pid: int, spec: ProcessSpec) -> dict[str, Any]:
+    sources = () if spec.ros is None else spec.ros.parameters
+    return {
+        "pid": pid,
+        "argv": spec.argv,
+        "place": spec.place,
+        "generated": [source.file for source in sources if source.generated is not None],
+    }
+
+
+def _component(effect: LoadComponent, full_name: str) -> dict[str, Any]:
+    parameters = [name for name, _ in effect.request.parameters]
+    return {"name": full_name, "parameters": parameters, "place": effect.place}
