@@ -233,5 +233,5 @@ def _executables_hint(package: str, names: list[str], env: Mapping[str, str]) ->
     from launcher.packages.unknown import no_executable_hint
 
     own = None if names else own_package(package, env)
-    source, problem = (None, None) if own is None else (own.source, own.problem)
+    source, problem = (None, None) if own is None else (own.source, own.contents.problem)
     return no_executable_hint(package, names, source, problem)

@@ -32,9 +32,9 @@ class PackageContents:
 
     def __init__(self, lines: Iterable[str], problem: str | None = None) -> None:
         self.problem = problem
-        self.code = ""
-        self.files: dict[str, str] = {}  # place below the prefix -> source file
-        self.scripts: dict[str, str] = {}
+        self.code = ""  # the folder of its modules; empty if setup.py was not read
+        self.files: dict[str, str] = {}  # of `data_files`: place below the prefix -> source file
+        self.scripts: dict[str, str] = {}  # name -> `MODULE:OBJECT` of its console scripts
         for line in lines:
             kind, *fields = line.split("\t")
             if kind == "data":
@@ -56,32 +56,12 @@ class Overlay:
         self.name = name
         self.source = source
         self.prefix = prefix
-        self._contents = contents
+        self.contents = contents
         self.share = source if _serves(name, source, contents) else f"{prefix}/share/{name}"
-
-    @property
-    def files(self) -> Mapping[str, str]:
-        """Place below a prefix -> source file, of `data_files`."""
-        return self._contents.files
-
-    @property
-    def scripts(self) -> Mapping[str, str]:
-        """Name -> `MODULE:OBJECT` of its console scripts."""
-        return self._contents.scripts
-
-    @property
-    def code(self) -> str:
-        """The folder of its modules; empty if setup.py was not read."""
-        return self._contents.code
-
-    @property
-    def problem(self) -> str | None:
-        """Why setup.py could not be read, so that the source folder is taken for share."""
-        return self._contents.problem
 
     def installs(self, file: str) -> bool:
         """Whether a file of the source is among those that would be installed."""
-        files = self._contents.files
+        files = self.contents.files
         return not files or any(_is_same(file, source) for source in files.values())
 
 

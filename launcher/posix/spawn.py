@@ -13,6 +13,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from launcher.base.model.record import Record
 from launcher.base.model.spec import ProcessSpec
 from launcher.posix import dispositions
 
@@ -250,7 +251,7 @@ class Child:
         self.pidfd = pidfd
         self.status = status
         self.refusal = b""
-        self._stdin = stdin
+        self.stdin = stdin  # our end of its standard input; -1 if that is closed
 
     def signal_group(self, signum: int) -> None:
         """Signal the process group.
@@ -278,12 +279,7 @@ class Child:
 
     def write_stdin(self, data: bytes) -> int:
         """Write to its standard input; the number of bytes. OSError if it does not read."""
-        return os.write(self._stdin, data)
-
-    @property
-    def stdin(self) -> int:
-        """Our end of its standard input; -1 if that is closed."""
-        return self._stdin
+        return os.write(self.stdin, data)
 
     def read_refusal(self) -> None:
         """Read why exec or a limit failed, empty if not; call it when `status` is readable."""
@@ -305,32 +301,23 @@ class Child:
     def close(self) -> None:
         for fd in list(self.streams):
             self.close_stream(fd)
-        for name in ("pidfd", "_stdin", "status"):
+        for name in ("pidfd", "stdin", "status"):
             fd = getattr(self, name)
             if fd >= 0:
                 setattr(self, name, -1)
                 os.close(fd)
 
 
-class StartSettings:
+class StartSettings(Record):
     """How a process is started, beside its spec.
 
     `env` is complete. `merge` gives stdout and stderr one descriptor, which keeps their order.
     `terminal_size` is (columns, rows) of the pseudo-terminal that `emulate_tty` asks for.
     """
 
-    __slots__ = ("env", "merge", "terminal_size")
-
-    def __init__(
-        self,
-        env: Mapping[str, str],
-        *,
-        merge: bool,
-        terminal_size: tuple[int, int] | None = None,
-    ) -> None:
-        self.env = env
-        self.merge = merge
-        self.terminal_size = terminal_size
+    env: Mapping[str, str]
+    merge: bool
+    terminal_size: tuple[int, int] | None = None
 
 
 class Streams:
@@ -379,19 +366,8 @@ def open_streams(spec: ProcessSpec, settings: StartSettings) -> Streams:
     return streams
 
 
-def spawn(
-    spec: ProcessSpec,
-    *,
-    env: Mapping[str, str],
-    merge: bool,
-    terminal_size: tuple[int, int] | None = None,
-) -> Child:
-    """Start a process; OSError if the system refuses. The arguments are those of StartSettings."""
-    return start(spec, StartSettings(env, merge=merge, terminal_size=terminal_size))
-
-
 def start(spec: ProcessSpec, settings: StartSettings) -> Child:
-    """As `spawn`."""
+    """Start a process; OSError if the system refuses."""
     streams, status = open_streams(spec, settings), -1
     try:
         command, inherited = _command(spec), tuple[int, ...]()

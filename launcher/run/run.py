@@ -146,7 +146,7 @@ class Run:
     def adopt_helper(self, pid: int) -> None:
         """A helper process that may outlive a killed launcher, and exits by itself."""
         self.watchdog.keep(pid)
-        self.housekeeper.add_helper(pid)
+        self.housekeeper.ledger.helper_pids.add(pid)
 
     def follow(self, options: RunOptions) -> None:
         """Apply options that a reload has read, as far as they are not in the specs."""
@@ -184,7 +184,7 @@ class Run:
 
     def before_kill(self) -> None:
         """A process is about to get SIGKILL."""
-        self.housekeeper.note_shared_memory()
+        self.housekeeper.ledger.note()
 
     def may_have_left(self, process: Process, session: int) -> None:
         """It has exited, and leftovers in its session are to be stopped."""

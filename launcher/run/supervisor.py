@@ -67,7 +67,7 @@ class Supervisor:
     @property
     def stop_signal(self) -> int | None:
         """The first signal that ended the run."""
-        return self._run.shutdown.stop_signal
+        return self._run.shutdown.machine.stop_signal
 
     def feed(self, event: Event) -> None:
         """Pass an event to the core from outside, in the thread of the reactor."""

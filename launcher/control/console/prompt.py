@@ -71,15 +71,15 @@ def make_application(
     layout = Layout(_rows(buffer, host, output, panel))
 
     def move_focus(application: Application[None]) -> None:
-        if host.is_picking() != layout.has_focus(panel):
-            layout.focus(panel if host.is_picking() else buffer)
+        if host.panel.is_open != layout.has_focus(panel):
+            layout.focus(panel if host.panel.is_open else buffer)
 
     return Application(
         layout=layout,
         before_render=move_focus,
         key_bindings=merge_key_bindings([_keys(host, buffer), search_keys(buffer)]),
         style=COLOURS if colour else PLAIN,
-        input=Keyboard(host.is_picking),
+        input=Keyboard(lambda: host.panel.is_open),
         output=output,
         erase_when_done=True,
         terminal_size_polling_interval=None,
@@ -91,7 +91,7 @@ def _rows(buffer: Buffer, host: ConsoleSession, output: FooterOutput, panel: Win
     sign = BeforeInput(SIGN, style="class:prompt")
     above = Condition(lambda: bool(host.above()))
     few = Condition(lambda: output.get_size().rows < SHORT_ROWS)
-    picking = Condition(host.is_picking)
+    picking = Condition(lambda: host.panel.is_open)
 
     def status() -> StyleAndTextTuples:
         return _below_each_other(host.status(output.get_size().columns, few=few()))
@@ -136,19 +136,19 @@ def _panel(host: ConsoleSession, output: FooterOutput) -> Window:
 
     def text() -> StyleAndTextTuples:
         size = output.get_size()
-        shown[:] = host.panel(size.columns, size.rows)
+        shown[:] = host.panel.lines(size.columns, size.rows)
         return _below_each_other(shown)
 
     def cursor() -> Point:
         # In the lines that are drawn: the terminal may have another size by now.
-        column, row = host.panel_cursor(shown)
+        column, row = host.panel.cursor(shown)
         return Point(column, row)
 
     return Window(
         FormattedTextControl(text, focusable=True, get_cursor_position=cursor),
         dont_extend_height=True,
         wrap_lines=False,
-        always_hide_cursor=~Condition(host.is_typing),
+        always_hide_cursor=~Condition(lambda: host.panel.has_cursor),
     )
 
 
@@ -191,7 +191,7 @@ def _keys(host: ConsoleSession, buffer: Buffer) -> KeyBindings:
     def insert(text: str) -> None:
         buffer.insert_text("".join(filter(str.isprintable, text.replace("\t", " "))))
 
-    picking = Condition(host.is_picking)
+    picking = Condition(lambda: host.panel.is_open)
     watching = Condition(host.is_watching) | picking
 
     @keys.add("c-c", eager=True)
@@ -213,7 +213,7 @@ def _keys(host: ConsoleSession, buffer: Buffer) -> KeyBindings:
 
     @keys.add("f2", filter=~is_searching)
     def _(event: KeyPressEvent) -> None:
-        host.pick()
+        host.panel.open()
 
     @keys.add("f3", filter=~is_searching & Condition(lambda: not buffer.text))
     def _(event: KeyPressEvent) -> None:

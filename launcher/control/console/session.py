@@ -78,7 +78,7 @@ class ConsoleSession:
         self._loop = asyncio.get_running_loop()
         self._terminal = Terminal(self._loop)
         self._display = Display(self._terminal, colour=colour)
-        self._panel = Panel(
+        self.panel = Panel(
             run, self._display, self._terminal, lambda: self._processes, self.entered
         )
         self._shell_verbs = ShellVerbs(run, self._display, self._terminal)
@@ -221,7 +221,7 @@ class ConsoleSession:
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
         """Lines of the status bar; one of them where there are `few` rows."""
         folder = _below_home(self._run.log_dir or "no log files")
-        hint = self._panel.hint(columns) or self._shell_verbs.hint
+        hint = self.panel.hint(columns) or self._shell_verbs.hint
         if self._watch is not None and self.is_watching():
             hint = self._watch.hint
         return status_lines(self._processes, folder, columns, hint=hint, few=few)
@@ -259,7 +259,7 @@ class ConsoleSession:
                 return
             call = read_call(line)
             if call.verb.name == "pick":
-                self.pick()
+                self.panel.open()
                 return
             await (self._follow(call) if follows(call) else self._ask(call))
         except UsageError as error:
@@ -283,7 +283,7 @@ class ConsoleSession:
         await self._refresh()
 
     async def _follow(self, call: Call) -> None:
-        self._panel.close()
+        self.panel.close()
         watch = self._watch = StreamView(self._run, call, self._display, self._terminal.size)
         try:
             await in_thread(lambda: watch.run(self._loop))
@@ -293,30 +293,14 @@ class ConsoleSession:
 
     def any_key(self, key: str, text: str) -> None:
         """Handle a key, given by name and text, while a stream or the panel is shown."""
-        if self._panel.is_open:
-            self._panel.press(key, text)
+        if self.panel.is_open:
+            self.panel.press(key, text)
         elif self._watch is not None:
             self._watch.press(key)
 
     def is_watching(self) -> bool:
         """Whether the next key goes to `any_key`."""
         return self._watch is not None and not self._watch.is_closed
-
-    def pick(self) -> None:
-        self._panel.open()
-
-    def is_picking(self) -> bool:
-        return self._panel.is_open
-
-    def is_typing(self) -> bool:
-        return self._panel.has_cursor
-
-    def panel(self, columns: int, rows: int) -> Sequence[Line]:
-        return self._panel.lines(columns, rows)
-
-    def panel_cursor(self, lines: Sequence[Line]) -> tuple[int, int]:
-        """(character, row) of the cursor in these lines."""
-        return self._panel.cursor(lines)
 
     def signalled(self, signum: int) -> None:
         """Send the signal to the launcher, which escalates at each further one.
@@ -325,8 +309,8 @@ class ConsoleSession:
         in `tail -f`.
         """
         self._lines.clear()
-        if signum == signal.SIGINT and self._panel.is_open:
-            self._panel.close()
+        if signum == signal.SIGINT and self.panel.is_open:
+            self.panel.close()
             return
         if signum == signal.SIGINT and self._watch is not None and self.is_watching():
             self._watch.close()

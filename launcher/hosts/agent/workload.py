@@ -20,7 +20,7 @@ from launcher.output.logs.run_directory import provide_log_root
 from launcher.posix.cleanup import RUN_ID_VARIABLE, subreaper
 from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.reactor import Reactor
-from launcher.posix.spawn import Child, spawn
+from launcher.posix.spawn import Child, StartSettings, start
 from launcher.run.ending.session_end import stop_session
 from launcher.run.logs.run_log import RunLog
 from launcher.run.machine import MachineCommand, MachineEvent, ReportExit, SignalSent
@@ -210,7 +210,7 @@ class Workload:
             self.reactor.call_later(MONITOR_AFTER_S, self._monitor)
         order = self._orders[process.process_id]
         env = {**found.env, RUN_ID_VARIABLE: self.run_id}
-        return spawn(process.spec, env=env, merge=order.merge, terminal_size=TERMINAL_SIZE)
+        return start(process.spec, StartSettings(env, order.merge, TERMINAL_SIZE))
 
     def _resolve(self, process: Process) -> Resolved:
         """OSError if the program is not here, or a file cannot be written."""
@@ -250,11 +250,11 @@ class Workload:
         if code:
             self._monitor()
             assert self._housekeeper is not None
-            self._housekeeper.died(code, process.begun_wall_s)
+            self._housekeeper.ledger.died(code, process.begun_wall_s)
 
     def before_kill(self) -> None:
         if self._housekeeper is not None:
-            self._housekeeper.note_shared_memory()
+            self._housekeeper.ledger.note()
 
     def may_have_left(self, process: Process, session: int) -> None:
         """Stop what a process that was stopped, or is restarted, left in its session."""

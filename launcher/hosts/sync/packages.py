@@ -205,7 +205,7 @@ def _is_near(folder: str, here: str, workspace: Workspace | None) -> bool:
 def _add_source(brought: Brought, name: str, folder: str) -> None:
     """A package as its setup.py would install it; one of CMake has to be built."""
     tree = brought.tree
-    found = overlay.of(name, folder, {})
+    found = overlay.of(name, folder, {}).contents
     if found.problem is not None:
         tree.left_out[folder] = f"{name}: setup.py could not be read: {found.problem}"
         return

@@ -25,7 +25,7 @@ class Shutdown:
 
     def __init__(self, run: Run) -> None:
         self._run = run
-        self._machine = rules.ShutdownMachine(
+        self.machine = rules.ShutdownMachine(
             run.all_processes.values(), exit_when_any_dies=run.options.exit_when_any_dies
         )
         self._processes = run.all_processes.values()
@@ -40,38 +40,24 @@ class Shutdown:
 
     @property
     def has_begun(self) -> bool:
-        return self._machine.is_stopping
-
-    @property
-    def stop_signal(self) -> int | None:
-        return self._machine.stop_signal
-
-    @property
-    def first_failure(self) -> str | None:
-        """The report on the first unexpected exit, or budget that was exceeded."""
-        return self._machine.first_failure
-
-    @property
-    def end_reason(self) -> str:
-        """What ended the run; empty if nothing was left to do."""
-        return self._machine.end_reason
+        return self.machine.is_stopping
 
     def causes(self) -> list[str]:
         """Why the exit code is not 0."""
-        causes = self._machine.causes(has_lost_output=self._log.has_lost_output)
+        causes = self.machine.causes(has_lost_output=self._log.has_lost_output)
         return [self._run.launched.not_begun] if self._is_early and not causes else causes
 
     def exit_code(self) -> ExitCode:
-        code = self._machine.exit_code(has_lost_output=self._log.has_lost_output)
+        code = self.machine.exit_code(has_lost_output=self._log.has_lost_output)
         if code is ExitCode.OK and self._is_early:
-            is_interrupt = self.stop_signal == signal.SIGINT
+            is_interrupt = self.machine.stop_signal == signal.SIGINT
             return ExitCode.INTERRUPTED if is_interrupt else ExitCode.TERMINATED
         return code
 
     @property
     def _is_early(self) -> bool:
         """Whether a signal has ended the run before it has begun."""
-        return not self._run.is_begun and self.stop_signal is not None
+        return not self._run.is_begun and self.machine.stop_signal is not None
 
     # ---- events
 
@@ -103,12 +89,12 @@ class Shutdown:
         self._handle(rules.Idle(self._core.expects_more, self._core.is_loading))
 
     def _handle(self, event: rules.ShutdownEvent) -> None:
-        for action in self._machine.handle(event, self._reactor.now()):
+        for action in self.machine.handle(event, self._reactor.now()):
             self._do(action)
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-        deadline = self._machine.deadline
+        deadline = self.machine.deadline
         if deadline is not None:
             self._timer = self._reactor.call_later(deadline - self._reactor.now(), self._tick)
 

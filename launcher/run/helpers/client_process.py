@@ -128,7 +128,7 @@ class ClientProcess:
         assert self._process is not None
         code = self._process.wait()
         if code:
-            self._run.housekeeper.died(code, self._started_s)
+            self._run.housekeeper.ledger.died(code, self._started_s)
         line = last_line(self._errors) if code > 0 else ""  # a signal comes from elsewhere
         reason = f": {line}" if line else ""
         self._release()
@@ -149,7 +149,7 @@ class ClientProcess:
         with contextlib.suppress(OSError):
             self._process.stdin.close()
         if wait_or_kill(self._process, self._goodbye_s) is None:
-            self._run.housekeeper.died(-signal.SIGKILL, self._started_s)
+            self._run.housekeeper.ledger.died(-signal.SIGKILL, self._started_s)
         self._release()
 
     def _release(self) -> None:

@@ -56,12 +56,12 @@ def conclude(
     is_script: bool,
 ) -> None:
     """Write the last lines of a run: what the screen lacks, the first failure, the summary."""
-    dropped_lines = screen.settle(is_interrupted=shutdown.stop_signal is not None)
+    dropped_lines = screen.settle(is_interrupted=shutdown.machine.stop_signal is not None)
     if dropped_lines:
         text = f"the terminal is slow: {dropped_lines} lines dropped"
         log.log("WARNING", "launch", text)
-    if shutdown.first_failure is not None:
-        log.log("ERROR", "launch", shutdown.first_failure)
+    if shutdown.machine.first_failure is not None:
+        log.log("ERROR", "launch", shutdown.machine.first_failure)
     for text in unshown(processes, has_logs=log.has_files):
         log.log("INFO", "launch", text)
     write(
@@ -70,7 +70,7 @@ def conclude(
         columns=screen.columns,
         code=code,
         causes=["exception in the launch file"] * has_exception + shutdown.causes(),
-        end_reason=shutdown.end_reason,
+        end_reason=shutdown.machine.end_reason,
         is_script=is_script,
     )
 

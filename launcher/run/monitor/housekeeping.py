@@ -36,7 +36,7 @@ class Housekeeper:
     """`processes` is the live collection of those of the run.
 
     `more()` are samples of processes elsewhere, by name; `on_samples(samples, processes)` is called
-    with all of a round, by name.
+    with all of a round, by name. `ledger` has the shared memory of the run.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Housekeeper:
         self._more = more
         self._on_samples = on_samples
         self._sampler: Sampler | None = None
-        self._ledger = Ledger(run_id)  # before the processes make anything
+        self.ledger = Ledger(run_id)  # before the processes make anything
         self._timer: Timer | None = None
         self._collecting: Timer | None = None
         self._sampled_s = -math.inf
@@ -69,23 +69,11 @@ class Housekeeper:
         """Seconds between samples, for the number of processes that are running now."""
         return max(PERIOD_S, math.ceil(len(self._living()) / PROCESSES_PER_S))
 
-    def note_shared_memory(self) -> None:
-        """Record the shared memory of processes right before a SIGKILL, to free it afterwards."""
-        self._ledger.note()
-
-    def add_helper(self, pid: int) -> None:
-        """Free the shared memory of this helper process, too."""
-        self._ledger.helper_pids.add(pid)
-
     def ended(self, process: Process) -> None:
         """Free what it has left of shared memory, if its end was a death."""
         code = None if process.last_end is None else process.last_end.outcome.returncode
         if code and process.host is None:
-            self.died(code, process.begun_wall_s)
-
-    def died(self, returncode: int, since_s: float) -> None:
-        """A process exited by a signal or with an error: free what it left of shared memory."""
-        self._ledger.died(returncode, since_s)
+            self.ledger.died(code, process.begun_wall_s)
 
     def sample_of(self, process: Process) -> Sample | None:
         """Its last sample; None if there is none yet, or if it is not running."""
@@ -98,16 +86,12 @@ class Housekeeper:
         for timer in (self._timer, self._collecting):
             if timer is not None:
                 timer.cancel()
-        self._ledger.collect()
+        self.ledger.collect()
         self._free(is_last=True)
-
-    def release(self) -> None:
-        """Free the shared memory that is left when the helpers have ended, too; after `close`."""
-        self._ledger.release()
 
     def _tick(self) -> None:
         begun_s = self._reactor.now()
-        self._ledger.keep_up(begun_s)
+        self.ledger.keep_up(begun_s)
         self._collect()
         self._log.keep_up()
         subreaper.adopted()  # reaps those that have exited
@@ -126,8 +110,8 @@ class Housekeeper:
         self._timer = self._reactor.call_later(0, lambda: self._continue(steps, begun_s))
 
     def _collect(self) -> None:
-        self._ledger.collect()
-        if self._ledger.is_reading:
+        self.ledger.collect()
+        if self.ledger.is_reading:
             self._collecting = self._reactor.call_later(COLLECT_S, self._collect)
 
     def _rest_after(self, begun_s: float) -> None:
@@ -166,7 +150,7 @@ class Housekeeper:
         return {process.child.pid: process for process in ours if process.child is not None}
 
     def _free(self, *, is_last: bool = False) -> None:
-        freed = self._ledger.free(is_last=is_last)
+        freed = self.ledger.free(is_last=is_last)
         if freed:
             text = f"freed {freed / 1e6:.1f} MB of shared memory of killed nodes"
             self._log.log("INFO", "launch", text)
@@ -205,4 +189,4 @@ class Housekeeping(Part):
         self.keeper.close()
 
     def close(self) -> None:
-        self.keeper.release()
+        self.keeper.ledger.release()  # the helpers have ended, too

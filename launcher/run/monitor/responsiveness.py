@@ -149,7 +149,7 @@ class Responsiveness(Part):
         except OSError as error:
             self._log.warn(f"it is not watched whether nodes respond: {error.strerror}")
             return None
-        self.run.housekeeper.add_helper(helper.pid)
+        self.run.housekeeper.ledger.helper_pids.add(helper.pid)
         return helper
 
     def _ended(self, domain: str, code: int, why: str) -> None:

@@ -82,7 +82,7 @@ def test_setup_py_is_run_without_setuptools(work: Path, text: str):
 
     own = finder.own_package("bot", os.environ)
 
-    assert own is not None and own.problem is None
+    assert own is not None and own.contents.problem is None
     assert own.share == str(work / "bot")
     assert own.installs(str(work / "bot/launch/a.launch.py"))
     assert os.access(f"{own.prefix}/lib/bot/talk", os.X_OK)

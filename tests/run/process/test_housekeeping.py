@@ -13,7 +13,7 @@ from launcher.base.model.spec import ProcessSpec
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
-from launcher.posix.spawn import spawn
+from launcher.posix.spawn import StartSettings, start
 from launcher.run.logs.run_log import RunLog
 from launcher.run.monitor import housekeeping as module
 from launcher.run.monitor.housekeeping import Housekeeper
@@ -32,7 +32,7 @@ def sleepers() -> Iterator[list[Process]]:
     for number in range(MANY):
         spec = ProcessSpec(name=f"sleep-{number}", label="sleep", argv=("sleep", "1000"), env={})
         process = Process(number, spec, number=number, prefix=b"")
-        process.child = spawn(spec, env=os.environ, merge=True, terminal_size=(80, 24))
+        process.child = start(spec, StartSettings(os.environ, merge=True))
         processes.append(process)
     yield processes
     for process in processes:

@@ -22,7 +22,7 @@ from launcher.output.stdout import StdoutWriter
 from launcher.posix import proc
 from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.posix.reactor import Reactor
-from launcher.posix.spawn import Child, spawn
+from launcher.posix.spawn import Child, StartSettings, start
 from launcher.run.ending.leftovers import Leftovers
 from launcher.run.machine import MachineCommand
 from launcher.run.process import Process
@@ -272,7 +272,7 @@ class Stage:
         self.driver, self.shutdown = self.run.driver, self.run.shutdown
 
     def spawn(self, process: Process) -> Child:
-        child = spawn(process.spec, env=process.spec.env, merge=True, terminal_size=(80, 24))
+        child = start(process.spec, StartSettings(process.spec.env, merge=True))
         child.__class__ = Unreachable
         return child
 

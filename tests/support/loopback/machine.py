@@ -15,7 +15,7 @@ from launcher.hosts.engine.replica import ReportingMachine
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.resolution import resolve
 from launcher.posix.reactor import Reactor
-from launcher.posix.spawn import Child, spawn
+from launcher.posix.spawn import Child, StartSettings, start
 from launcher.run.machine import MachineCommand, MachineEvent, SignalSent
 from launcher.run.process import Process
 from launcher.run.process_driver import ProcessDriver
@@ -128,7 +128,7 @@ class Machine:
 
     def spawn(self, process: Process) -> Child:
         merge = self._orders[process.process_id].merge
-        return spawn(process.spec, env=process.spec.env, merge=merge)
+        return start(process.spec, StartSettings(process.spec.env, merge))
 
     def idle(self) -> None:
         self.on_idle()

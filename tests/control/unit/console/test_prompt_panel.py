@@ -24,12 +24,12 @@ class GrowingOutput(DummyOutput):
 
 def test_the_cursor_is_in_the_lines_that_are_drawn():
     output = GrowingOutput()
-    host = SimpleNamespace(
-        panel=lambda columns, rows: [[("", "line")]] * rows,
-        panel_cursor=lambda lines: (0, len(lines) - 1),
-        is_typing=lambda: False,
+    panel = SimpleNamespace(
+        lines=lambda columns, rows: [[("", "line")]] * rows,
+        cursor=lambda lines: (0, len(lines) - 1),
+        has_cursor=False,
     )
     with create_app_session(output=output):
-        content = _panel(host, output).content.create_content(80, 24)
+        content = _panel(SimpleNamespace(panel=panel), output).content.create_content(80, 24)
 
     assert content.get_line(content.cursor_position.y)
