@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from launcher.control.client import Connection
 from tests.support.waiting import wait_until
 
@@ -142,7 +144,7 @@ class ControlledRun:
 
     def open_files(self) -> int:
         """How many descriptors the launcher holds."""
-        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
+        return psutil.Process(self.process.pid).num_fds()
 
 
 def sockets_below(folder: Path, run: str = "*") -> list[Path]:
@@ -155,9 +157,8 @@ def sockets_below(folder: Path, run: str = "*") -> list[Path]:
 
 
 def state_of(pid: int) -> str:
-    """`S`, `T` and so on; empty if it is gone."""
+    """`sleeping`, `stopped` and so on, as psutil has them; empty if it is gone."""
     try:
-        text = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
+        return psutil.Process(pid).status()
+    except psutil.NoSuchProcess:
         return ""
-    return text[text.rindex(")") + 2]

@@ -17,9 +17,9 @@ from launcher.hosts.engine.replica import Replica
 from launcher.hosts.engine.transport import SshTransport
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order
-from launcher.posix import proc
 from launcher.posix.reactor import Reactor
 from launcher.run.machine import Exited, MachineCommand, MachineEvent
+from tests.support.children import children_named
 from tests.support.command_transport import CommandTransport
 from tests.support.repository import REPOSITORY
 
@@ -110,8 +110,7 @@ class Recorder:
         """Kill what is between us and the agent; for a recorder with the words RELAYED."""
         process = self.link._process
         assert process is not None
-        cats = [pid for pid in proc.children(process.pid) if proc.command_name(pid) == "cat"]
-        for pid in (process.pid, *cats):
+        for pid in (process.pid, *children_named(process.pid, "cat")):
             os.kill(pid, signal.SIGKILL)
 
     # ---- what was recorded

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from launcher.run.monitor import shared_memory
 from tests.support.repository import REPOSITORY
 
@@ -117,10 +119,10 @@ def without_complaints(text: str) -> str:
 def shared_memory_of(pid: int) -> set[Path]:
     """The files of Fast DDS in /dev/shm that a process has in use, with their locks."""
     try:
-        maps = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
-    except (FileNotFoundError, ProcessLookupError, PermissionError):
+        maps = psutil.Process(pid).memory_maps()
+    except psutil.Error:
         return set()
-    mapped = {Path(name) for name in re.findall(r"/dev/shm/fast\w+", maps)}
+    mapped = {Path(one.path) for one in maps if one.path.startswith("/dev/shm/fast")}
     return {path.with_name(name) for path in mapped for name in _companions(path.name)}
 
 

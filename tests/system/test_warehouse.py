@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import pytest
 
-from launcher.posix import proc
 from tests.support.terminal import Terminal, marked_processes
 from tests.support.verbs import eventually, launcher
 from tests.system.conftest import MARK, World
@@ -36,8 +35,8 @@ def pid_of(world: World, node: str) -> int:
     """The process of a node."""
     found = [
         process.pid
-        for process in marked_processes(MARK, world.mark).values()
-        if f"__node:={node}" in proc.command_line(process.pid)
+        for command, process in marked_processes(MARK, world.mark).items()
+        if f"__node:={node}" in command.split()
     ]
     (pid,) = found
     return pid

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import sys
@@ -16,6 +15,7 @@ import pytest
 from launcher.bag import check
 from launcher.bag.reader import Bag
 from tests.support.benches import HEAD
+from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import launcher
@@ -178,32 +178,18 @@ def test_a_recorder_that_is_killed_is_started_again(tmp_path: Path, domain):
     run = Run(tmp_path, domain, "--record")
     with run.control:
         run.wait_until_recording()
-        pids = _children(run.control.process.pid, "launcher.bag.ros.flight")
-        assert len(pids) == 1
-        os.kill(pids[0], signal.SIGSTOP)
+        (recorder,) = children_with(run.control.process.pid, "launcher.bag.ros.flight")
+        recorder.suspend()
         with run.control.connect() as connection:
             connection.send("snapshot")
             connection.ask("ps")  # so the launcher has got the request
-            os.kill(pids[0], signal.SIGKILL)
+            recorder.kill()
             answer = connection.read(60)
         assert answer["error"]["message"] == "no snapshot: the flight recorder died"
         wait_until(lambda: "the flight recorder died (signal 9)" in run.screen, "a warning")
         run.wait_until_recording()
         assert run.verb("quit").code == 0
         assert run.control.process.wait(timeout=60) == 0
-
-
-def _children(parent: int, module: str) -> list[int]:
-    found = []
-    for path in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (path / "cmdline").read_bytes().split(b"\0")
-            parent_of = int((path / "stat").read_text().rpartition(")")[2].split()[1])
-        except OSError:
-            continue
-        if parent_of == parent and module.encode() in words:
-            found.append(int(path.name))
-    return found
 
 
 @pytest.mark.thorough

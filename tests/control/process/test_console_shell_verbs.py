@@ -8,8 +8,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.control.console.shell_verbs import GUARD
@@ -216,4 +216,4 @@ def test_a_verb_that_does_not_end_is_killed_when_the_console_is_gone():
         pid = first_line(guard)
         os.close(lifeline)
         assert guard.wait() == 128 + signal.SIGKILL
-        assert not Path(f"/proc/{pid}").exists()
+        assert not psutil.pid_exists(pid)

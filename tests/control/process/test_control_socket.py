@@ -14,6 +14,7 @@ import tempfile
 import threading
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.control.client import Connection, ControlError, RefusedError
@@ -268,7 +269,7 @@ def test_of_two_runs_one_has_to_be_picked(control_bench: ControlBench):
 def test_a_suspended_run_is_reported_as_not_answering(run: ControlledRun):
     path = run.socket
     run.process.send_signal(signal.SIGSTOP)
-    wait_until(lambda: state_of(run.process.pid) == "T", "it stands still")
+    wait_until(lambda: state_of(run.process.pid) == psutil.STATUS_STOPPED, "it stands still")
     with pytest.raises(ControlError, match="does not answer"):
         Connection(path, timeout_s=0.2)
     for words in (("ps",), ("quit",), ("ps", "--run", str(run.process.pid))):

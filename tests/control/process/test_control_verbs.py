@@ -7,6 +7,7 @@ import os
 import re
 import signal
 
+import psutil
 import pytest
 
 from launcher.control.client import RefusedError
@@ -199,10 +200,10 @@ def test_a_paused_process_is_suspended_and_resumes(control_bench: ControlBench):
     with control_bench.launch(SLEEPER) as run:
         pid = pid_of(run, "sleeper")
         assert run.ask_text("pause", "sleeper") == "sleeper-1 paused with SIGSTOP"
-        assert state_of(pid) == "T"
+        assert state_of(pid) == psutil.STATUS_STOPPED
         assert run.row("sleeper")["paused"]
         assert run.ask_text("resume", "sleeper") == "sleeper-1 resumed with SIGCONT"
-        assert state_of(pid) in ("S", "R")
+        assert state_of(pid) in (psutil.STATUS_SLEEPING, psutil.STATUS_RUNNING)
         assert not run.row("sleeper")["paused"]
         with pytest.raises(RefusedError, match="is not paused"):
             run.ask_text("resume", "sleeper")

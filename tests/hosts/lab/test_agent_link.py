@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.posix import proc
+from tests.support.children import children, children_with, is_alive
 from tests.support.hosts import Host, Lab
 from tests.support.hosts.run import Run, agents, is_clean, rest
 from tests.support.waiting import wait_until
@@ -100,14 +100,14 @@ def test_the_agent_is_killed(lab: Lab, bot: Host, tmp_path: Path):
 def test_the_launcher_is_killed(lab: Lab, bot: Host, tmp_path: Path, policy: str):
     with Run(lab, tmp_path, {bot: {"on_link_loss": policy}}, PLACE) as run:
         is_counting(run)
-        agent, (process,) = agents(bot)[0], proc.children(agents(bot)[0])[-1:]
+        agent, (process,) = agents(bot)[0], children(agents(bot)[0])[-1:]
         run.process.send_signal(signal.SIGKILL)
         run.process.wait()
         if policy == "keep":
             wait_until(lambda: len(rest(bot)) <= 3, "sshd lets go of the agent")
-            assert proc.is_alive(process)
+            assert is_alive(process)
             os.kill(agent, signal.SIGTERM)
-        wait_until(lambda: not proc.is_alive(process), "the process is stopped")
+        wait_until(lambda: not is_alive(process), "the process is stopped")
 
 
 def test_the_host_is_switched_off(lab: Lab, tmp_path: Path):
@@ -159,9 +159,9 @@ def test_the_link_is_down_for_longer_than_the_policy(lab: Lab, bot: Host, tmp_pa
     with Run(lab, tmp_path, {bot: {"on_link_loss": "stop-after=2"}}, PLACE) as run:
         is_counting(run)
         (agent,) = agents(bot)
-        (process,) = [pid for pid in proc.children(agent) if "-c" in proc.command_line(pid)]
+        process = children_with(agent, "-c")[0].pid
         bot.link_down()
-        wait_until(lambda: not proc.is_alive(process), "it is stopped on the host itself")
+        wait_until(lambda: not is_alive(process), "it is stopped on the host itself")
         run.wait_for("bot is unreachable")
         bot.link_up()
         number = run.wait_for("process was stopped")

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from launcher.posix import proc
+from tests.support.children import children_named
 from tests.support.hosts import Host, Lab
 from tests.support.sync_hosts import PLAIN_PYTHON, WORKSPACE, tiny_wheel
 from tests.support.verbs import Answer
@@ -256,7 +256,7 @@ def test_whatever_is_killed_the_old_release_stays(
 
 
 def _ssh(pid: int) -> int:
-    (found,) = (one for one in proc.children(pid) if proc.read(one, "comm").strip() == b"ssh")
+    (found,) = children_named(pid, "ssh")
     return found
 
 

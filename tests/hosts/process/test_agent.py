@@ -10,14 +10,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.file.model import Host, LinkPolicy
 from launcher.hosts.file.order import SentFile
-from launcher.posix import proc
 from launcher.run.machine import Exited, MachineCommand, ProcessState, SignalSent, SpawnError
+from tests.support.children import is_alive
 from tests.support.link_recorder import AGENT, RELAYED, Recorder, python
 from tests.support.waiting import wait_until
 
@@ -40,11 +41,11 @@ def recorder() -> Iterator[Recorder]:
 def agent_pid(recorder: Recorder) -> int:
     """The parent of the first process."""
     recorder.until(lambda: recorder.pid(1), "it runs")
-    return int(proc.status_field(recorder.pid(1), "PPid"))
+    return psutil.Process(recorder.pid(1)).ppid()
 
 
 def is_gone(pid: int) -> bool:
-    return not proc.is_alive(pid)
+    return not is_alive(pid)
 
 
 # ---- processes
@@ -219,10 +220,11 @@ def test_values_of_variables_show_up_nowhere(recorder: Recorder, capfd: pytest.C
     recorder.until(lambda: recorder.text(1) and len(recorder.events) >= 4, "one runs")
 
     agent = agent_pid(recorder)
-    lines = [" ".join(proc.command_line(pid)) for pid in (agent, *proc.children(agent))]
+    own = psutil.Process(agent)
+    lines = [" ".join(one.cmdline()) for one in (own, *own.children())]
     assert secret not in "".join(lines)
-    assert secret.encode() not in b"".join(proc.environment(agent))
-    assert secret in proc.variable(recorder.pid(1), "TOKEN")
+    assert secret not in "".join(own.environ().values())
+    assert psutil.Process(recorder.pid(1)).environ()["TOKEN"] == secret
     assert secret not in repr(recorder.events) + repr(recorder.warnings)
     recorder.finish()
     assert secret not in "".join(capfd.readouterr())
@@ -241,8 +243,9 @@ def test_a_slow_screen_makes_the_processes_wait(recorder: Recorder):
 
     def has_stopped() -> bool:
         nonlocal wrote
-        last, wrote = wrote, int(proc.status_field(recorder.pid(), "voluntary_ctxt_switches"))
-        return last == wrote and proc.state(recorder.pid()) == "S"
+        process = psutil.Process(recorder.pid())
+        last, wrote = wrote, process.num_ctx_switches().voluntary
+        return last == wrote and process.status() == psutil.STATUS_SLEEPING
 
     recorder.until(has_stopped, "it waits")
     assert not recorder.exits()

@@ -8,6 +8,7 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.support.benches import bench_with_sockets
@@ -325,7 +326,7 @@ def test_verbs_work_on_processes_of_other_hosts(bench: HostsBench):
         pid = run.row("bot1_cat")["pid"]
         assert run.ask_text("pause", "bot1_cat") == "bot1_cat-1 paused with SIGSTOP"
         # It is told when the host has sent the signal; the kernel carries it out a moment later.
-        wait_until(lambda: state_of(pid) == "T", "it stands still")
+        wait_until(lambda: state_of(pid) == psutil.STATUS_STOPPED, "it stands still")
         assert run.row("bot1_cat")["paused"]
         assert run.ask_text("resume", "bot1_cat") == "bot1_cat-1 resumed with SIGCONT"
         assert f"instead of {pid}" in run.ask_text("restart", "bot1_cat")

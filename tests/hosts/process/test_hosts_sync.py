@@ -10,12 +10,12 @@ import sys
 import threading
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.base.errors import LauncherError
 from launcher.hosts.sync.host_sync import SyncOutcome
 from launcher.hosts.sync.tree import TreeEntry
-from launcher.posix import proc
 from tests.support import ended_main_thread
 from tests.support.sync_hosts import Site, brought, fails
 from tests.support.waiting import wait_until
@@ -245,14 +245,10 @@ def _incoming(site: Site) -> list[str]:
 
 
 def _receiver(site: Site) -> int:
-    home = f"HOME={site.home}".encode()
-    found = [
-        pid
-        for pid in map(int, filter(str.isdigit, os.listdir("/proc")))
-        if home in proc.read(pid, "environ") and b"stdin.buffer" in proc.read(pid, "cmdline")
-    ]
-    (pid,) = found
-    return pid
+    processes = [one.info for one in psutil.process_iter(["cmdline", "environ", "pid"])]
+    receivers = [one for one in processes if "stdin.buffer" in " ".join(one["cmdline"] or ())]
+    (found,) = [one for one in receivers if (one["environ"] or {}).get("HOME") == str(site.home)]
+    return int(found["pid"])
 
 
 def test_what_is_left_of_an_unfinished_release_is_removed(site: Site):

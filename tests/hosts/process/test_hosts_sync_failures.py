@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from io import BufferedReader
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.base.errors import LauncherError
@@ -262,8 +263,8 @@ environment._run(["sh", "-c", f"echo $$ > {PATH!r}; sleep 600 | sleep 600"], "pi
 
 def _members(group: int) -> list[int]:
     found = []
-    for name in os.listdir("/proc"):
-        with contextlib.suppress(OSError, ValueError):
-            if os.getpgid(int(name)) == group:
-                found.append(int(name))
+    for pid in psutil.pids():
+        with contextlib.suppress(OSError):
+            if os.getpgid(pid) == group:
+                found.append(pid)
     return found

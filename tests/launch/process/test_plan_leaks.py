@@ -20,8 +20,9 @@ TIMEOUT_S = 300
 
 # Runs in a process of its own: the test runner's caches and threads are none of its business.
 SCRIPT = """
-import contextlib, gc, json, os, resource, sys, tempfile
+import contextlib, gc, json, os, sys, tempfile
 from pathlib import Path
+import psutil
 cases, rounds = Path(sys.argv[1]), int(sys.argv[2])
 from launcher.launch.plan.planner import make_plan
 from launcher.launch.plan import plan_json
@@ -29,16 +30,16 @@ from launcher.language.compat import TOP_NAMES
 
 def state():
     gc.collect()
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    own = psutil.Process()
     return {
-        "descriptors": sorted(os.listdir("/proc/self/fd")),
+        "descriptors": own.num_fds(),
         "temporary": sorted(n for n in os.listdir(tempfile.gettempdir()) if "launch_" in n),
         "environment": dict(os.environ),
         "modules": sorted(n for n in sys.modules if n.partition(".")[0] in TOP_NAMES),
         "meta_path": len(sys.meta_path),
         "folder": os.getcwd(),
-        "children": Path("/proc/self/task", str(os.getpid()), "children").read_text(),
-        "memory_kib": pages * resource.getpagesize() // 1024,
+        "children": [child.pid for child in own.children()],
+        "memory_kib": own.memory_info().rss // 1024,
     }
 
 states = []

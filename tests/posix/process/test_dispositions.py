@@ -15,6 +15,7 @@ import pytest
 
 from launcher.posix import dispositions, proc
 from tests.support.benches import Bench
+from tests.support.children import children_with
 from tests.support.hostile_parent import with_signals
 from tests.support.waiting import wait_until
 
@@ -92,7 +93,7 @@ def test_helpers_ignore_the_signals_that_end_a_run(bench: Bench):
 
 def _ignores(launcher: int, program: str) -> bool:
     """Whether this child ignores all of them."""
-    pids = [pid for pid in proc.children(launcher) if program in " ".join(proc.command_line(pid))]
+    pids = [child.pid for child in children_with(launcher, program)]
     ending = sum(1 << signum - 1 for signum in dispositions.ENDING)
     return any(int(proc.status_field(pid, "SigIgn"), 16) & ending == ending for pid in pids)
 

@@ -14,6 +14,7 @@ import pytest
 
 from launcher.posix import proc
 from launcher.posix.ports import participants_by_domain
+from tests.support.children import is_alive
 from tests.support.waiting import rest_of, wait_until
 
 SCRIPT = '"$@" & echo $!; wait $!; echo exit code $?'
@@ -44,7 +45,7 @@ def in_background(
             wait_until(lambda: handles_sigint(pid), "it handles SIGINT")
             yield shell, pid
         finally:
-            if proc.is_alive(pid):
+            if is_alive(pid):
                 os.kill(pid, signal.SIGKILL)
 
 

@@ -15,6 +15,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import psutil
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
@@ -25,6 +26,7 @@ from launcher.ros.discovery.reader import read_graph
 from launcher.ros.services import ServiceCaller
 from launcher.run.monitor.shared_memory import FOLDER, held
 from tests.support.benches import HEAD
+from tests.support.children import children_with, is_alive
 from tests.support.controlled_run import ControlledRun
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.waiting import wait_until
@@ -111,19 +113,11 @@ def monitor(domain: dict[str, str]) -> Iterator[Monitor]:
 def bridge_pid(run: ControlledRun) -> int:
     """The bridge among the children of the launcher."""
 
-    def find() -> list[int]:
-        children = Path(f"/proc/{run.process.pid}/task/{run.process.pid}/children").read_text()
-        return [pid for pid in map(int, children.split()) if _is_bridge(pid)]
+    def find() -> list[psutil.Process]:
+        return children_with(run.process.pid, "launcher.ros.helpers.bridge")
 
     wait_until(find, "a bridge is at work")
-    return find()[0]
-
-
-def _is_bridge(pid: int) -> bool:
-    try:
-        return b"launcher.ros.helpers.bridge" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return False
+    return find()[0].pid
 
 
 def answer_of_the_observer(env: Mapping[str, str], domain_id: int | None = None) -> str:
@@ -204,7 +198,7 @@ def test_the_bridge_does_not_affect_the_end_of_the_run(domain, tmp_path, monitor
         run.ask_text("send", "brief", text="go")
         monitor.wait("brief-1", STALE, "the run has ended")
         assert run.exit_code() == 1
-        assert not Path(f"/proc/{pid}").exists()
+        assert not psutil.pid_exists(pid)
         assert not list(Path(domain["XDG_RUNTIME_DIR"]).rglob("*.graph"))
         assert "leftover processes" not in run.screen
 
@@ -214,7 +208,7 @@ def test_a_killed_launcher_takes_the_bridge_with_it(run: ControlledRun, monitor:
     monitor.wait("left-1", OK, "running")
     pid = bridge_pid(run)
     run.process.kill()
-    wait_until(lambda: not _is_bridge(pid), "the bridge has ended")
+    wait_until(lambda: not is_alive(pid), "the bridge has ended")
 
 
 @pytest.mark.thorough

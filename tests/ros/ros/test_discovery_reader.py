@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-from pathlib import Path
 
+import psutil
 import pytest
 from std_msgs.msg import String
 
@@ -81,8 +81,8 @@ def test_more_endpoints_than_one_request_can_name(empty_domain):
 
 def threads_stand_still(pid: int) -> bool:
     """Whether each has noticed the SIGSTOP; one that has not may still answer."""
-    stats = [path.read_text() for path in Path(f"/proc/{pid}/task").glob("*/stat")]
-    return all(stat.rpartition(")")[2].split()[0] == "T" for stat in stats)
+    threads = [psutil.Process(thread.id) for thread in psutil.Process(pid).threads()]
+    return all(thread.status() == psutil.STATUS_STOPPED for thread in threads)
 
 
 def test_a_participant_that_cannot_answer_is_reported(tmp_path):

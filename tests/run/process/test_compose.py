@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.posix import proc
@@ -160,7 +161,7 @@ def test_a_signal_counts_whichever_thread_it_interrupts(bench: ControlBench):
         for name in ("careful-1", "threads-2"):
             run.wait_for(f"[{name}] [INFO]")
         pid = pid_of(run)
-        threads = [int(name) for name in os.listdir(f"/proc/{pid}/task") if int(name) != pid]
+        threads = [one.id for one in psutil.Process(pid).threads() if one.id != pid]
         tid = next(tid for tid in threads if not _blocks(pid, tid, signal.SIGINT))
         assert ctypes.CDLL(None).tgkill(pid, tid, signal.SIGINT) == 0
         assert run.exit_code() == 0

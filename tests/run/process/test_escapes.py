@@ -11,9 +11,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from launcher.posix import proc
 from launcher.posix.cleanup import cgroup
 from tests.support.benches import Bench
+from tests.support.children import children, is_alive
 from tests.support.waiting import wait_until
 
 PID_NAMESPACE = ("unshare", "--map-root-user", "--pid", "--fork", "--mount-proc")
@@ -159,7 +159,7 @@ def test_orphans_that_exit_are_reaped(bench: Bench):
     run = bench.start('sh("(setsid true &); echo ready; exec sleep 1001")')
     assert run.stdout is not None
     assert any(b"ready" in line for line in run.stdout)
-    wait_until(lambda: not any(proc.state(p) == "Z" for p in proc.children(run.pid)), "no zombie")
+    wait_until(lambda: all(map(is_alive, children(run.pid))), "no zombie")
     run.send_signal(signal.SIGINT)
     assert run.wait(60) == 0
 

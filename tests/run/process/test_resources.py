@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path
 
 import psutil
 import pytest
@@ -18,6 +17,7 @@ from launcher.hosts.engine.systemd.samples import Samples
 from launcher.posix import proc
 from launcher.run.monitor import resources
 from launcher.run.monitor.resources import NEW_USS_PER_ROUND, USS_AT_S, Sample, Sampler
+from tests.support.children import children
 from tests.support.waiting import wait_until
 
 MB = 1024**2
@@ -224,19 +224,8 @@ def test_a_pid_that_was_reused_is_another_process(start: Starter, monkeypatch: p
 def test_a_process_that_leads_no_session_has_no_sample(start: Starter):
     sampler, child = WholeRounds(), start(TREE)
     sample_until(sampler, child.pid, lambda s: s.processes == 2)
-    (grandchild,) = (
-        pid
-        for pid in map(int, filter(str.isdigit, os.listdir("/proc")))
-        if parent(pid) == child.pid
-    )
+    (grandchild,) = children(child.pid)
     assert sampler.sample([grandchild], time.monotonic()) == {}
-
-
-def parent(pid: int) -> int:
-    try:
-        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-    except (FileNotFoundError, ProcessLookupError):
-        return 0
 
 
 def test_the_most_expensive_value_is_read_in_few_samples(

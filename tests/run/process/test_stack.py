@@ -9,13 +9,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from launcher.control.client import RefusedError
-from launcher.posix import proc
 from launcher.run.stacks import py_spy
 from tests.support.benches import ControlBench
-from tests.support.controlled_run import TIMEOUT_S, ControlledRun
+from tests.support.controlled_run import TIMEOUT_S, ControlledRun, state_of
 from tests.support.waiting import wait_until
 
 TWO_THREADS = """
@@ -178,7 +178,7 @@ def test_without_py_spy_a_warm_program_tells_its_stacks(control_bench: ControlBe
         (dump,) = stacks(run, "arm", locals=True)
         assert (len(dump["threads"]), dump["problem"]) == (2, NO_LOCALS)
         os.kill(dump["pid"], signal.SIGSTOP)
-        wait_until(lambda: proc.is_suspended(dump["pid"]), "the stop")
+        wait_until(lambda: state_of(dump["pid"]) == psutil.STATUS_STOPPED, "the stop")
         (dump,) = stacks(run, "arm")
         assert (dump["problem"], dump["threads"][0]["frames"]) == ("py-spy is not installed", [])
         run.process.send_signal(signal.SIGINT)

@@ -172,7 +172,7 @@ def test_a_process_that_stopped_itself_hears_of_the_stop_and_so_does_its_child(b
 
 def _stopped(bench: Bench) -> int:
     processes = marked_processes(MARK, bench.mark).values()
-    return sum(state_of(process.pid) == "T" for process in processes)
+    return sum(state_of(process.pid) == psutil.STATUS_STOPPED for process in processes)
 
 
 def test_a_launcher_that_was_started_in_the_background_obeys_sigint(bench: Bench):

@@ -13,11 +13,11 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.base.model.record import replace
 from launcher.base.model.spec import Limits, ProcessSpec
-from launcher.posix import proc
 from launcher.posix.cleanup import subreaper
 from launcher.posix.limits import parse_refusal
 from launcher.posix.reactor import Reactor
@@ -25,6 +25,7 @@ from launcher.posix.spawn import Child, StartSettings
 from launcher.run.process import Process
 from launcher.run.warm import preparing_process, spawner
 from launcher.run.warm.spawner import WarmSpawner
+from tests.support.children import children, is_alive
 
 MANY = 500
 SETTLING = 50  # starts after which the memory of the preparing process stays the same
@@ -123,7 +124,11 @@ def bed(tmp_path: Path) -> Iterator[Bed]:
 
 
 def descriptors(pid: int) -> int:
-    return len(os.listdir(f"/proc/{pid}/fd"))
+    return psutil.Process(pid).num_fds()
+
+
+def uss_bytes(pid: int) -> int:
+    return psutil.Process(pid).memory_full_info().uss
 
 
 @pytest.mark.thorough
@@ -132,11 +137,11 @@ def test_many_starts_leak_nothing(bed: Bed):
     ours, theirs, memory = descriptors(os.getpid()), descriptors(bed.pid), 0
     for number in range(MANY):
         if number == SETTLING:
-            memory = proc.uss_bytes(bed.pid) or 0
+            memory = uss_bytes(bed.pid)
         bed.start("x = 1", "many")
         bed.run(lambda: "many" in bed.ended)
         assert bed.ended.pop("many") == 0
-    grown = (proc.uss_bytes(bed.pid) or 0) - memory
+    grown = uss_bytes(bed.pid) - memory
     assert memory > 0
     assert grown < 256 * 1024  # a page for every seventh start would be more
     assert (descriptors(os.getpid()), descriptors(bed.pid)) == (ours, theirs)
@@ -179,7 +184,7 @@ def test_a_preparing_process_that_hangs_is_replaced(bed: Bed, monkeypatch: pytes
     assert bed.warnings == [
         "the preparing process failed, nodes are started cold: it did not answer for 0.2 s"
     ]
-    assert not proc.is_alive(pid)
+    assert not is_alive(pid)
 
 
 def test_imports_that_fail_are_not_tried_again(bed: Bed, monkeypatch: pytest.MonkeyPatch):
@@ -213,7 +218,7 @@ def test_a_process_killed_in_the_middle_of_its_start_has_exited(bed: Bed):
 def test_a_start_that_is_withdrawn_never_begins(bed: Bed, is_prepared: bool):
     if is_prepared:
         bed.prepare()
-    before = set(proc.children(os.getpid()))
+    before = set(children(os.getpid()))
     process = bed.start(f"open({str(bed.folder / 'began')!r}, 'w')", "withdrawn")
     assert bed.spawner.withdraw(process)
     assert not bed.spawner.withdraw(process)
@@ -222,7 +227,7 @@ def test_a_start_that_is_withdrawn_never_begins(bed: Bed, is_prepared: bool):
     assert not (bed.folder / "began").exists()
     assert "withdrawn" not in (*bed.pids, *bed.cold)
     # It was reaped: what was forked for it ends when it sees that nobody waits.
-    bed.run(lambda: not set(proc.children(os.getpid())) - before - {bed.pid})
+    bed.run(lambda: not set(children(os.getpid())) - before - {bed.pid})
 
 
 def test_a_refused_limit_is_told_as_by_a_cold_start(bed: Bed):
@@ -261,7 +266,7 @@ def test_a_request_may_be_long(bed: Bed):
 def test_after_the_end_nothing_is_prepared(bed: Bed):
     pid = bed.prepare()
     bed.spawner.close()
-    assert not proc.is_alive(pid)
+    assert not is_alive(pid)
     process = bed.start("", "late")
     assert process.start_kind.startswith("cold")
     assert not bed.spawner.pids
@@ -272,11 +277,11 @@ def test_the_end_leaves_nothing_that_looks_for_imports(bed: Bed):
     for number in range(300):
         (bed.folder / f"module_{number}.py").write_text(imported)
     modules = "\n".join(f"import module_{number}" for number in range(300))
-    before = set(proc.children(os.getpid()))
+    before = set(children(os.getpid()))
     bed.start(modules, "large")
-    bed.run(lambda: proc.children(bed.pid))
+    bed.run(lambda: children(bed.pid))
     bed.spawner.close()
-    assert not set(proc.children(os.getpid())) - before
+    assert not set(children(os.getpid())) - before
 
 
 def test_it_finds_the_launcher_that_is_not_installed(tmp_path: Path):

@@ -11,7 +11,8 @@ import sys
 
 import pytest
 
-from tests.support.controlled_run import TIMEOUT_S, state_of
+from tests.support.children import is_alive
+from tests.support.controlled_run import TIMEOUT_S
 from tests.support.waiting import wait_until
 from tests.support.watching import Desk, pids, wait_for_watching, watchers
 
@@ -34,7 +35,7 @@ def test_a_killed_launcher_leaves_nothing(desk: Desk):
         run.process.send_signal(signal.SIGKILL)
         run.process.wait()
         wait_until(lambda: not desk.bench.survivors(), "the end of everything")
-        wait_until(lambda: state_of(watcher.pid) in ("", "Z"), "the end of the watcher")
+        wait_until(lambda: not is_alive(watcher.pid), "the end of the watcher")
 
 
 def test_a_folder_that_is_deleted_and_made_again(desk: Desk):

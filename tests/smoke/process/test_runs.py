@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.posix import proc
 from launcher.smoke.observe.leftovers import processes_of
 from tests.smoke.process.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
+from tests.support.children import is_alive
 from tests.support.hostile_parent import with_signals
 from tests.support.waiting import wait_until
 
@@ -225,7 +225,7 @@ def test_the_system_of_a_killed_run_is_stopped(bench: Bench):
     launcher = int(next(bench.evidence.glob("log/*-*")).name.rpartition("-")[2])
     run.kill()
     run.communicate(timeout=120)
-    wait_until(lambda: not proc.is_alive(launcher), "the launcher ends")
+    wait_until(lambda: not is_alive(launcher), "the launcher ends")
     wait_until(lambda: not processes_of(launcher), "everything of its run ends")
 
 

@@ -8,7 +8,7 @@ import subprocess
 import uuid
 from pathlib import Path
 
-from launcher.posix import proc
+from tests.support.children import children, is_alive
 from tests.support.hosts.network import Port
 from tests.support.hosts.requirements import program
 from tests.support.waiting import wait_until
@@ -51,14 +51,14 @@ class Boot:
         self._process = self._start(name, folder, port, is_host)
         self._wait_until_ready()
         outer = self._process.pid
-        self.pid = proc.children(outer)[0] if is_host else outer
-        self.pids = {outer, self.pid, *proc.children(self.pid)}
+        self.pid = children(outer)[0] if is_host else outer
+        self.pids = {outer, self.pid, *children(self.pid)}
 
     def end(self) -> None:
         """All processes end at once; no process of a host outlives the first one."""
         self._process.kill()
         self._process.wait()
-        wait_until(lambda: not proc.is_alive(self.pid), "the first process ends")
+        wait_until(lambda: not is_alive(self.pid), "the first process ends")
 
     def _start(self, name: str, folder: Path, port: Port, is_host: bool) -> subprocess.Popen[bytes]:
         kinds = ["--uts", "--ipc", "--mount", "--propagation", "private"]

@@ -8,7 +8,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from launcher.posix import proc
+import psutil
+
 from tests.support.hosts import leftovers
 from tests.support.hosts.cgroups import groups
 from tests.support.hosts.computer import Computer
@@ -65,7 +66,7 @@ def traces(lab: str) -> list[str]:
     found = Path("/proc/mounts").read_text(encoding="utf-8").split()
     found += [path.name for path in Path("/run/netns").iterdir()]
     found += [path.name for path in (*leftovers.STATE.iterdir(), *groups("lab-*"))]
-    found += [proc.read(pid, "cmdline").decode(errors="replace") for pid in proc.pids()]
+    found += [" ".join(one.info["cmdline"] or ()) for one in psutil.process_iter(["cmdline"])]
     return [text for text in found if lab in text]
 
 

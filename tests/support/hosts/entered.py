@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from launcher.posix import proc
+from tests.support.children import children
 from tests.support.waiting import wait_until
 
 
@@ -24,8 +24,8 @@ class Entered(subprocess.Popen):
         """Pid of the command itself, as the machine counts; 0 if it has ended."""
         if not self._is_forked:
             return self.pid
-        wait_until(lambda: proc.children(self.pid) or self.poll() is not None, "nsenter forks")
-        return next(iter(proc.children(self.pid)), 0)
+        wait_until(lambda: children(self.pid) or self.poll() is not None, "nsenter forks")
+        return next(iter(children(self.pid)), 0)
 
     def send_signal(self, sig: int) -> None:
         """Send the signal to the command itself."""

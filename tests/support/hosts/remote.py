@@ -10,7 +10,9 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from launcher.posix import proc
+import psutil
+
+from tests.support.children import children
 from tests.support.hosts.computer import Computer
 from tests.support.repository import REPOSITORY
 
@@ -28,12 +30,13 @@ class Remote(Computer):
 
         What runs in the sessions goes on, without a terminal or stdin.
         """
-        listeners = proc.children(self.pid)
+        listeners = children(self.pid)
         kill(pid for pid in self.sshd_pids() if pid not in listeners)
 
     def sshd_pids(self) -> list[int]:
-        pids = [process.pid for process in self.processes()]
-        return [pid for pid in pids if proc.read(pid, "comm").strip() == b"sshd"]
+        pids = {process.pid for process in self.processes()}
+        named = [one.info for one in psutil.process_iter(["name", "pid"])]
+        return [one["pid"] for one in named if one["name"] == "sshd" and one["pid"] in pids]
 
     def full_disk(self, path: Path | str) -> None:
         """Mount a file system without free space on the folder."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
-from contextlib import suppress
 from pathlib import Path
 
+from launcher.posix import proc
 from tests.support.hosts.cgroups import group_folders
 from tests.support.hosts.leftovers import processes_in
 from tests.support.hosts.network import Port
@@ -130,8 +129,6 @@ class Robot(Remote):
     def _find_systemd(self) -> int:
         """The pid of the container's first process."""
         for pid in processes_in(self.port.namespace):
-            with suppress(OSError):
-                status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
-                if re.search(r"^NSpid:.*\t1$", status, re.MULTILINE):
-                    return pid
+            if proc.status_field(pid, "NSpid").endswith("\t1"):
+                return pid
         return 0

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launcher.posix import proc
+from tests.support.children import children, children_named
 from tests.support.hosts.host import Host
 from tests.support.hosts.lab import Lab
 from tests.support.repository import REPOSITORY
@@ -128,16 +128,14 @@ class Run:
 
     def ssh_pids(self) -> list[int]:
         """The processes that lead to hosts."""
-        return [
-            pid for pid in proc.children(self.process.inside) if proc.command_name(pid) == "ssh"
-        ]
+        return children_named(self.process.inside, "ssh")
 
 
 def agents(host: Host) -> list[int]:
     """Pids of agents on a host, without the processes that hold their sessions."""
     words = ("-m", "launcher", "agent")
     found = {process.pid for process in host.processes() if process.words[1:] == words}
-    return [pid for pid in found if not found & set(proc.children(pid))]
+    return [pid for pid in found if not found & set(children(pid))]
 
 
 def rest(host: Host) -> list[tuple[str, ...]]:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
 
 from launcher.posix import proc
@@ -141,7 +142,7 @@ def test_the_end_is_told_and_nothing_is_left(start: Start, sleeper: Path):
         assert page.of("ended")[0]["how"] == "ended"
         assert [row["state"] for row in page.of("processes")[-1]["processes"]] == ["STOPPED"]
         assert run.exit_code() == 0
-    assert not Path(f"/proc/{server}").exists()
+    assert not psutil.pid_exists(server)
 
 
 def test_a_killed_launcher_is_told_and_the_server_ends(start: Start, sleeper: Path):
@@ -152,7 +153,7 @@ def test_a_killed_launcher_is_told_and_the_server_ends(start: Start, sleeper: Pa
         run.process.send_signal(signal.SIGKILL)
         wait_until(lambda: page.of("ended"), "the end")
         assert page.of("ended")[0]["how"] == "lost"
-    wait_until(lambda: not Path(f"/proc/{server}").exists(), "the end of the server")
+    wait_until(lambda: not psutil.pid_exists(server), "the end of the server")
 
 
 def test_a_killed_server_comes_back_with_the_same_link(start: Start, sleeper: Path):

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from launcher.posix import proc
+from tests.support.children import is_alive
 from tests.support.verbs import Answer
 from tests.support.waiting import wait_until
 from tests.support.workspaces import build, launcher
@@ -300,7 +300,7 @@ def test_leave():
 
 
 def left_alive(file: Path) -> list[int]:
-    return [pid for pid in map(int, file.read_text().split()) if proc.is_alive(pid)]
+    return [pid for pid in map(int, file.read_text().split()) if is_alive(pid)]
 
 
 @pytest.mark.thorough
