@@ -30,10 +30,14 @@ TYPES: dict[str, type[RunEvent]] = {}  # by the name of the event
 
 
 class RunEvent(Record):
-    """Base of all; `about` is what an entry belongs to: `process`, `run`, or `either`."""
+    """Base of all; `about` is what an entry belongs to: `process`, `run`, or `either`.
+
+    `words` is its text, with the names of fields in place of their values.
+    """
 
     event = ""
     about = "run"
+    words = ""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -43,7 +47,9 @@ class RunEvent(Record):
     @property
     def text(self) -> str:
         """The event in words, which follow the name of the process."""
-        return self.event
+        return self.words.format(
+            **{name: _shown(name, getattr(self, name)) for name in self._fields}
+        )
 
     @property
     def is_failure(self) -> bool:
@@ -124,12 +130,9 @@ class Waiting(RunEvent):
     """
 
     event, about = "waiting", "process"
+    words = "waits for {after}, at most {timeout_s}"
     after: Names
     timeout_s: Seconds
-
-    @property
-    def text(self) -> str:
-        return f"waits for {_listed(self.after)}, at most {_duration(self.timeout_s)}"
 
 
 class Released(RunEvent):
@@ -175,11 +178,8 @@ class Ready(RunEvent):
     """
 
     event, about = "ready", "process"
+    words = "ready after {ready_s}"
     ready_s: Seconds
-
-    @property
-    def text(self) -> str:
-        return f"ready after {_duration(self.ready_s)}"
 
 
 class Adopted(RunEvent):
@@ -207,11 +207,8 @@ class NotStarted(RunEvent):
     """
 
     event, about = "not started", "process"
+    words = "could not be started: {reason}"
     reason: str
-
-    @property
-    def text(self) -> str:
-        return f"could not be started: {self.reason}"
 
     @property
     def is_failure(self) -> bool:
@@ -222,10 +219,7 @@ class Withdrawn(RunEvent):
     """A start that was queued, or waited, was cancelled."""
 
     event, about = "withdrawn", "process"
-
-    @property
-    def text(self) -> str:
-        return "its start was cancelled"
+    words = "its start was cancelled"
 
 
 class Ended(RunEvent):
@@ -262,12 +256,9 @@ class MemberEnded(RunEvent):
     """
 
     event, about = "member ended", "process"
+    words = "{member} in it ended ({returncode})"
     member: str
     returncode: ReturnCode
-
-    @property
-    def text(self) -> str:
-        return f"{self.member} in it ended ({exit_text(self.returncode)})"
 
 
 # ---- signals and requests
@@ -281,12 +272,9 @@ class Signalled(RunEvent):
     """
 
     event, about = "signal", "process"
+    words = "got {signal}"
     pid: Pid | None
     signal: SignalNumber
-
-    @property
-    def text(self) -> str:
-        return f"got {signal_name(self.signal)}"
 
 
 class Stuck(RunEvent):
@@ -333,11 +321,8 @@ class NotResponding(RunEvent):
     """
 
     event, about = "not responding", "process"
+    words = "has not responded for {silent_s}"
     silent_s: Seconds
-
-    @property
-    def text(self) -> str:
-        return f"has not responded for {_duration(self.silent_s)}"
 
 
 class Responds(RunEvent):
@@ -347,11 +332,8 @@ class Responds(RunEvent):
     """
 
     event, about = "responds", "process"
+    words = "responds again, after {silent_s}"
     silent_s: Seconds
-
-    @property
-    def text(self) -> str:
-        return f"responds again, after {_duration(self.silent_s)}"
 
 
 class OverBudget(RunEvent):
@@ -361,11 +343,8 @@ class OverBudget(RunEvent):
     """
 
     event, about = "over budget", "process"
+    words = "uses more than its budget: {action}"
     action: str
-
-    @property
-    def text(self) -> str:
-        return f"uses more than its budget: {self.action}"
 
 
 class Sample(Record):
@@ -415,12 +394,9 @@ class FilesChanged(RunEvent):
     """
 
     event = "files changed"
+    words = "files changed: {files}; restarts: {processes}"
     files: Names
     processes: Names
-
-    @property
-    def text(self) -> str:
-        return f"files changed: {_listed(self.files)}; restarts: {_listed(self.processes)}"
 
 
 class Reloaded(RunEvent):
@@ -453,12 +429,9 @@ class SnapshotWritten(RunEvent):
     """
 
     event = "snapshot"
+    words = "snapshot {path} ({reason})"
     path: str
     reason: str
-
-    @property
-    def text(self) -> str:
-        return f"snapshot {self.path} ({self.reason})"
 
 
 class LinkChanged(RunEvent):
@@ -486,11 +459,8 @@ class Stopping(RunEvent):
     """
 
     event = "stopping"
+    words = "the run stops: {reason}"
     reason: str
-
-    @property
-    def text(self) -> str:
-        return f"the run stops: {self.reason}"
 
 
 class Finished(RunEvent):
@@ -501,12 +471,9 @@ class Finished(RunEvent):
     """
 
     event = "finished"
+    words = "the run has ended with exit code {exit_code}"
     exit_code: Count
     deaths: Count = 0
-
-    @property
-    def text(self) -> str:
-        return f"the run has ended with exit code {self.exit_code}"
 
 
 # ---- words
@@ -528,6 +495,16 @@ def exit_text(returncode: int) -> str:
 def known(pid: int) -> int | None:
     """The pid; None for one that is not known, which the engine has as -1."""
     return pid if pid > 0 else None
+
+
+def _shown(name: str, value: Any) -> object:
+    if isinstance(value, tuple):
+        return _listed(value)
+    if name == "returncode":
+        return exit_text(value)
+    if name == "signal":
+        return signal_name(value)
+    return _duration(value) if name.endswith("_s") else value
 
 
 def _listed(names: tuple[str, ...]) -> str:
