@@ -10,7 +10,7 @@ import re
 
 # Without a wheel, to be built from source: repository on GitHub, branch, and the package's folders
 # where it is not the whole repository, "." for the one of its name.
-_SOURCES = {
+SOURCES = {
     "ackermann_msgs": "ros-drivers/ackermann_msgs ros2",
     "action_tutorials_interfaces": "ros2/demos jazzy action_tutorials/action_tutorials_interfaces",
     "actuator_msgs": "rudislabs/actuator_msgs main",
@@ -157,10 +157,6 @@ HOST = "https://github.com"
 INSTRUCTIONS = "see docs/interfaces.md"
 
 
-def known_packages() -> list[str]:
-    return sorted(_SOURCES)
-
-
 def clone_commands(*packages: str) -> list[str]:
     """Commands for a workspace's folder that put the sources into `src`; none for others.
 
@@ -168,8 +164,8 @@ def clone_commands(*packages: str) -> list[str]:
     """
     folders_by_repository: dict[tuple[str, str], list[str]] = {}
     for package in packages:
-        if package in _SOURCES:
-            repository, branch, *given = _SOURCES[package].split()
+        if package in SOURCES:
+            repository, branch, *given = SOURCES[package].split()
             folders = [package if folder == "." else folder for folder in given]
             folders_by_repository.setdefault((repository, branch), []).extend(folders)
     commands = []
@@ -210,4 +206,4 @@ def is_cpp(package: str) -> bool:
 
 def needs_ros(package: str) -> bool:
     """Whether a package is known to come with ROS 2, and neither from PyPI nor from its sources."""
-    return package not in _SOURCES and _INSTALLED.fullmatch(package) is not None
+    return package not in SOURCES and _INSTALLED.fullmatch(package) is not None

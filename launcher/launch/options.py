@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-from launcher.base.command_line import (
-    Option,
-    Parsed,
-    option,
-)
+from launcher.base.by_name import lazy
+from launcher.base.command_line import Option, Parsed, option
 from launcher.base.errors import UsageError
 from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
@@ -21,46 +18,29 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def _later(parse: str, **more: Any) -> Callable[[str], Any]:
-    """A parser of `process_options`, which is imported only when one of its options is given."""
-
-    def read(word: str) -> Any:
-        from launcher.launch import process_options
-
-        return getattr(process_options, parse)(word, **more)
-
-    return read
+# Imported only when one of these options is given.
+_PARSERS = "launcher.launch.process_options"
 
 
 def _unlimited(name: str) -> int:
     return UNLIMITED  # other hosts may grant more than this machine
 
 
-def _format(word: str) -> str:
-    from launcher.output import line_format
-
-    return line_format.check(word)
-
-
-def settings_in(path: str) -> list[tuple[str, Any]]:
-    """(field of RunOptions, value) for each setting in a supervision file; LauncherError."""
-    from launcher.launch.supervise.file import read
-
-    return read(path)
-
+# (field of RunOptions, value) for each setting in a supervision file; LauncherError.
+settings_in = lazy("launcher.launch.supervise.file:read")
 
 LOG_LEVEL = option(
     "--log-level NAME[:LOGGER]=LEVEL,...",
     "log level of ROS processes, or of one logger in them: debug, info, warn, error or fatal; as "
     "in robot_1=debug,*=warn",
-    _later("parse_log_levels"),
+    lazy(f"{_PARSERS}:parse_log_levels"),
     name="settings",
 )
 PREFIX = option(
     "--prefix NAME=WORDS",
     "put words in front of the command of processes, as in 'robot_1=gdb -ex run --args python3' or "
     "'*=nice -n 5'; NAME may be a pattern (in `export` this option is about names of units)",
-    _later("parse_prefix"),
+    lazy(f"{_PARSERS}:parse_prefix"),
     default=(),
     repeat="all",
 )
@@ -83,25 +63,30 @@ RUN_OPTIONS = (
     option(
         "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
         "restart processes: never, on-failure or always; NAME may be a pattern",
-        _later("parse_restart"),
+        lazy(f"{_PARSERS}:parse_restart"),
     ),
     option(
         "--stop NAME=SIGNAL:S,...",
         "stop processes by these signals, with the seconds to wait after each, as in int:2,term:1; "
         "SIGKILL comes last",
-        _later("parse_stop"),
+        lazy(f"{_PARSERS}:parse_stop"),
     ),
-    option("--nice NAME=N", "niceness", _later("parse_nice"), name="limits"),
+    option(
+        "--nice NAME=N",
+        "niceness",
+        lazy(f"{_PARSERS}:parse_nice"),
+        name="limits",
+    ),
     option(
         "--cpus NAME=0-1",
         "processors to run on: numbers and ranges, separated by commas",
-        _later("parse_cpus", is_here=False),
+        lazy(f"{_PARSERS}:parse_cpus", is_here=False),
         name="limits",
     ),
     option(
         "--limit NAME:nofile=256,as=1G,core=0",
         "resource limits, with the names of `ulimit`",
-        _later("parse_limit", most_granted=_unlimited),
+        lazy(f"{_PARSERS}:parse_limit", most_granted=_unlimited),
         name="limits",
     ),
     PREFIX,
@@ -114,7 +99,7 @@ RUN_OPTIONS = (
         "--format FORMAT",
         "lines on the screen: default, compact, or a template with {message}, {severity}, {name}, "
         "{time}, {clock}, {process} and more",
-        _format,
+        lazy("launcher.output.line_format:check"),
     ),
     option("--no-log-files", "write no log files", name="log_files", value=False),
     *PART_OPTIONS,
@@ -213,7 +198,10 @@ def _value_of(words: Sequence[str]) -> str:
 
 def _refuse_what_is_not_here(parsed: Parsed) -> None:
     """UsageError for processors that this machine lacks, and limits that it does not grant."""
-    parsers = {"--cpus": _later("parse_cpus"), "--limit": _later("parse_limit")}
+    parsers = {
+        "--cpus": lazy(f"{_PARSERS}:parse_cpus"),
+        "--limit": lazy(f"{_PARSERS}:parse_limit"),
+    }
     for one, words, _ in parsed.given:
         if one in RUN_OPTIONS and one is not None:
             for flag in parsers.keys() & set(one.flags):

@@ -76,25 +76,17 @@ def execute(
     """
     for fd in inherited:
         os.set_inheritable(fd, True)
+    pid = None
     try:
-        pid = _execute(words, env, streams, cwd, inherited)
+        if cwd is None:
+            with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
+                pid = _by_posix_spawn(words, env, streams)
+        if pid is None:
+            pid = _by_subprocess(words, env, streams, cwd, inherited)
     except ValueError as error:  # a NUL in a word, a `=` in the name of a variable
         raise OSError(errno.EINVAL, str(error)) from error
     started.add(pid)
     return pid
-
-
-def _execute(
-    words: Sequence[str],
-    env: Mapping[str, str],
-    streams: tuple[int, int, int],
-    cwd: str | None,
-    inherited: Sequence[int],
-) -> int:
-    if cwd is None:
-        with contextlib.suppress(NotImplementedError):  # Python was built for an old C library
-            return _by_posix_spawn(words, env, streams)
-    return _by_subprocess(words, env, streams, cwd, inherited)
 
 
 def _by_posix_spawn(

@@ -35,6 +35,9 @@ from launcher.run.parts import COMPOSE, DISCOVERY, SKIP_HOST, planned_hosts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
+    from launcher.control.runs import ListedRun
     from launcher.launch.plan.place import PlanPlaces
     from launcher.launch.plan.planner import Plan
 
@@ -187,15 +190,7 @@ def _show_running(parsed: Parsed) -> int:
         for file in files_of_last_run("plan"):
             hint += f"\nthe plan of the last run: {file}"
         raise UsageError("the launch file is missing, and no run is active", hint=hint) from None
-    with run.connect() as connection:
-        reply = connection.ask("plan")
-    if parsed.json:
-        from launcher.base import strict_json
-
-        print_text(strict_json.dumps(reply.result, indent=1))
-    else:
-        print_text("\n".join(reply.text))
-    return ExitCode.OK
+    return _print_answer(run, parsed, "plan")
 
 
 def _show_diff(parsed: Parsed) -> int:
@@ -216,8 +211,12 @@ def _show_diff(parsed: Parsed) -> int:
             hint = "the launch file is compared with the arguments that the run has got"
             raise UsageError(f"--diff takes no arguments: {words}", hint=hint)
         which = request.path
-    with find_run(which, read_only=True).connect() as connection:
-        reply = connection.ask("reload", dry_run=True)
+    return _print_answer(find_run(which, read_only=True), parsed, "reload", dry_run=True)
+
+
+def _print_answer(run: ListedRun, parsed: Parsed, verb: str, **options: Any) -> int:
+    with run.connect() as connection:
+        reply = connection.ask(verb, **options)
     if parsed.json:
         from launcher.base import strict_json
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.base.package_origins import HOST, clone_commands, known_packages
+from launcher.base.package_origins import HOST, SOURCES, clone_commands
 
 IDENTITY = ["-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
 
@@ -68,4 +68,4 @@ def test_of_a_repository_with_other_packages_only_the_wanted_folders_are_there(e
 
 def test_unknown_packages_have_no_commands():
     assert clone_commands("my_msgs") == []
-    assert all(clone_commands(name) for name in known_packages())
+    assert all(clone_commands(name) for name in sorted(SOURCES))

@@ -8,10 +8,10 @@ from importlib import metadata
 import pytest
 
 from launcher.base.package_origins import (
+    SOURCES,
     clone_commands,
     has_wheel,
     is_of_launcher,
-    known_packages,
     needs_ros,
 )
 from launcher.packages.unknown import package_not_found
@@ -24,7 +24,7 @@ NAMES = [
 ]
 
 
-@pytest.mark.parametrize("name", [*NAMES, *known_packages()])
+@pytest.mark.parametrize("name", [*NAMES, *sorted(SOURCES)])
 def test_a_package_has_one_origin(name: str):
     assert sum(is_origin(name) for is_origin in ORIGINS) == 1
 

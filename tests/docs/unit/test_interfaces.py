@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from launcher.base.package_origins import INSTRUCTIONS, clone_commands, known_packages
+from launcher.base.package_origins import INSTRUCTIONS, SOURCES, clone_commands
 from tests.support.repository import REPOSITORY
 
 FILE = REPOSITORY / INSTRUCTIONS.removeprefix("see ")
@@ -16,7 +16,7 @@ ROW = re.compile(r"^\| `(\w+)` \| \[(\S+)\]\((\S+)\), `(\S+)` \| ([^|]+) \|", re
 
 def test_the_table_has_every_package_with_its_repository_and_folder():
     rows = {name: (url, branch, folders) for name, _, url, branch, folders in ROW.findall(PAGE)}
-    assert sorted(rows) == known_packages()
+    assert sorted(rows) == sorted(SOURCES)
     for name, (url, branch, folders) in rows.items():
         clone, *checkout = clone_commands(name)
         assert f" --branch {branch} " in clone
