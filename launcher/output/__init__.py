@@ -11,7 +11,7 @@ Doors:
 
 * `lines`: splits output into whole lines, and removes control characters before they are shown.
 * `filters`: which lines of a process are shown; log files and memory get all. A process without a
-  filter costs one comparison per block. `cpu_limit` ends searches by regular expressions of users.
+  filter costs one comparison per block. Searches by expressions of users have a limit of CPU time.
 * `line_format`: `compact`, or a user's template; `tracebacks`: kept together, and shortened where
   a stop was ordinary; `escapes`: control characters removed for terminals.
 * `stdout`: writes our standard output without blocking, with prefixes and colours. `backlog`: at

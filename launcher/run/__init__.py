@@ -13,7 +13,7 @@ Pure state machines decide, with time as an argument, and drivers act:
 
 Folders:
 
-* `starts/`: new processes, stages that hold a start back, and the spawner. `requests/`: requests of
+* `starts/`: stages that hold a start back. `requests/`: requests of
   users for processes, in which order they are carried out. `ending/`: the end of a run, exit codes,
   leftovers; `launcher.posix.cleanup` has the watchdog. `reload/`: what a new evaluation changes.
   `debug/`: a process under debugpy.

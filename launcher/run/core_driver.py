@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.base.model import events
 from launcher.run.machine import MachineCommand
-from launcher.run.process import Process
+from launcher.run.process import Process, adapted
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ class CoreDriver:
         for effect in effects:
             match effect:
                 case events.StartProcess(process_id=process_id):
-                    self._run.starts.start(effect)
+                    self._start(effect)
                     if process_id in self._processes:  # else: its host is skipped
                         starting.append(self._processes[process_id])
                 case events.CallLater(timer_id=timer_id):
@@ -220,6 +220,23 @@ class CoreDriver:
                 case _ if effect.process_id in self._processes:  # else: stopped before its start
                     self._control(self._processes[effect.process_id], effect)
         self._timers.add(timers.values(), starting)
+
+    def _start(self, effect: events.StartProcess) -> None:
+        """Start a new process, unless a part refuses it."""
+        run = self._run
+        number = len(self._processes)
+        spec = adapted(effect.spec, run.options)
+        if any(part.refuses(spec) for part in run.parts):
+            self.not_started(effect.process_id, errno.ECANCELED)
+            return
+        prefix = run.screen.prefix(spec, number)
+        process = Process(effect.process_id, spec, number=number, prefix=prefix)
+        self._processes[effect.process_id] = process
+        for part in run.parts:
+            part.adding(process)
+        run.driver.advance(process, MachineCommand.START)
+        for part in run.parts:
+            part.added(process)
 
     def _control(self, process: Process, effect: events.Effect) -> None:
         match effect:

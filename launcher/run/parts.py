@@ -117,7 +117,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.compose.members:ComposedMembers",
+        "launcher.run.compose.output:ComposedMembers",
         When.FIRST,
         lambda run: run.options.compose,
         options=(COMPOSE,),
@@ -230,7 +230,7 @@ ROWS = (
                 "launch file when that does",
             ),
         ),
-        check="launcher.run.watch.option:check",
+        check="launcher.run.watch:check",
         verbs=(
             Verb(
                 "watch [on|off] [NAME ...]",

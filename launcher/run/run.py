@@ -10,12 +10,13 @@ from launcher.base.model.record import Record
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.cleanup.watchdog_client import WatchdogClient
+from launcher.posix.spawn import StartSettings, start, terminal_size_beside
 from launcher.run.core_driver import CoreDriver
 from launcher.run.logs.run_log import RunLog
 from launcher.run.output.reader import OutputReader
+from launcher.run.process import child_environment
 from launcher.run.process_driver import ProcessDriver
 from launcher.run.run_parts import RunParts
-from launcher.run.starts.starts import Spawner, Starts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from launcher.language.session import LoggingSession
     from launcher.output.stdout import StdoutWriter
     from launcher.posix.reactor import Reactor
+    from launcher.posix.spawn import Child
     from launcher.run.core_driver import Core
     from launcher.run.ending.shutdown import Shutdown
     from launcher.run.machine import ReportExit
@@ -97,7 +99,6 @@ class Run:
             reactor, screen, self.directory, self.all_processes.values(), self.core_driver
         )
         self.spawner = Spawner(self)
-        self.starts = Starts(self)
         self.parts = RunParts(self)
         self.parts.make_first()  # which may supply the driver, and do not have it yet
         drivers = (part.driver() for part in self.parts)
@@ -200,3 +201,31 @@ class Run:
         """The state of a process may have changed."""
         for part in self.parts:
             part.changed()
+
+
+class Spawner:
+    """One for a run: executes the program of a process, if that is on this machine."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+
+    def spawn(self, process: Process) -> Child:
+        """Start its program; OSError."""
+        self._run.watchdog.ensure()
+        spec = process.take_spec()
+        return start(spec, self.settings_of(process, spec))
+
+    def settings_of(self, process: Process, spec: ProcessSpec) -> StartSettings:
+        """How a process is started that runs `spec`."""
+        env = child_environment(
+            spec,
+            run_id_entry=(RUN_ID_VARIABLE, self._run.id),
+            log_dir=self._run.log_dir,
+            colour=self._run.screen.colour,
+        )
+        size = terminal_size_beside(len(process.name) + 3) if spec.emulate_tty else None
+        return StartSettings(env, merge=self.merges(process), terminal_size=size)
+
+    def merges(self, process: Process) -> bool:
+        """Whether its two streams are one."""
+        return process.streams_can_merge and not self._run.core_driver.watches(process)

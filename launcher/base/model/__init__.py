@@ -7,6 +7,6 @@
 * `events`: effects of the interpreter, and events that a driver reports.
 * `run_events`: a type for each kind of entry of the event log: its fields, its words, and the text
   of docs/events.md. `event_entries` reads and shows entries.
-* `lifecycle`, `log_levels`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
+* `lifecycle`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
   `parameter_text`: what rcl reads in parameter files.
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+from collections.abc import Iterable, Sequence
 
 from launcher.base.model.record import Record, replace
 from launcher.base.model.spec import ProcessSpec, RestartPolicy, StopPolicy
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.base.model.spec import Limits
+
+_LOG_LEVEL = "--log-level"  # of a ROS process
 
 
 class RunOptions(Record):
@@ -95,10 +98,8 @@ class RunOptions(Record):
             if matches(pattern, spec):
                 spec = replace(spec, limits=limits.over(spec.limits) if spec.limits else limits)
         if self.log_levels and spec.ros is not None:
-            from launcher.base.model.log_levels import with_levels
-
             given = [one for one in self.log_levels if matches(one[0], spec)]
-            spec = with_levels(spec, given, names_of(spec))
+            spec = _with_levels(spec, given, names_of(spec))
         return self.with_prefix(spec) if self.prefix else spec
 
     def with_prefix(self, spec: ProcessSpec) -> ProcessSpec:
@@ -126,3 +127,40 @@ def names_of(spec: ProcessSpec) -> list[str]:
     if spec.ros is not None and spec.ros.node_name is not None:
         names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
     return names
+
+
+def _with_levels(
+    spec: ProcessSpec, given: Iterable[tuple[str, tuple[str, str]]], names: Iterable[str]
+) -> ProcessSpec:
+    """The process with what (pattern, (logger or nothing, level)) set, all of which match it.
+
+    A level of the process replaces all that its launch file sets, that of a logger those of this
+    logger. One of its names counts before a pattern, and that before `*`; else the last.
+    """
+    ranked = sorted(given, key=lambda one: 2 if one[0] in names else int(one[0] != "*"))
+    levels = dict(setting for _, setting in ranked)
+    if not levels:
+        return spec
+    values = [f"{logger}:={level}" if logger else level for logger, level in levels.items()]
+    words = [word for value in values for word in (_LOG_LEVEL, value)]
+    # Behind `--ros-args` once more, since a `--` may have ended the words of ROS.
+    return replace(spec, argv=(*_without(spec.argv, levels), "--ros-args", *words))
+
+
+def _without(argv: Sequence[str], levels: Iterable[str]) -> list[str]:
+    """The words without the levels that are replaced."""
+    kept: list[str] = []
+    is_ros = is_value = False
+    for word in argv:
+        if is_value:
+            is_value = False
+            logger = word.rpartition(":=")[0]
+            if "" in levels or logger in levels:
+                kept.pop()
+                continue
+        elif word in ("--ros-args", "--"):
+            is_ros = word == "--ros-args"
+        else:
+            is_value = is_ros and word == _LOG_LEVEL
+        kept.append(word)
+    return kept

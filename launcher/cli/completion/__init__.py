@@ -39,9 +39,9 @@ def main(words: Sequence[str]) -> int:
     if not parsed.words:
         sys.stdout.write(script(parsed.shell))
         return ExitCode.OK
-    from launcher.cli.completion import answers
+    from launcher.cli.completion.grammar import answer
 
-    sys.stdout.write(answers.answer(parsed.shell, parsed.words))
+    sys.stdout.write(answer(parsed.shell, parsed.words))
     return ExitCode.OK
 
 

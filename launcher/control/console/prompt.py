@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.buffer import Buffer
@@ -12,7 +15,7 @@ from prompt_toolkit.completion import Completer
 from prompt_toolkit.data_structures import Point
 from prompt_toolkit.filters import Condition, has_completions, is_searching
 from prompt_toolkit.formatted_text import ANSI, AnyFormattedText, StyleAndTextTuples
-from prompt_toolkit.history import History
+from prompt_toolkit.history import History, InMemoryHistory
 from prompt_toolkit.input.posix_utils import PosixStdinReader
 from prompt_toolkit.input.vt100 import Vt100Input
 from prompt_toolkit.key_binding import KeyBindings, KeyPress, KeyPressEvent, merge_key_bindings
@@ -32,6 +35,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.control.console.session import ConsoleSession
 
+
+MAX_LINES = 1000
 MAX_CANDIDATE_ROWS = 4
 FOUND, NOT_FOUND = "search: ", "no line has: "
 ALL = 1_000_000  # more than the history has lines
@@ -315,3 +320,42 @@ def search_keys(buffer: Buffer) -> KeyBindings:
     for key in ("escape", "left", "right", "end", "c-e", "tab", "home", "c-a"):
         keys.add(key, filter=is_searching, eager=key == "escape")(accept)
     return keys
+
+
+def history_path(env: Mapping[str, str]) -> Path:
+    """`$XDG_STATE_HOME/ros-launcher/history`, by default below ~/.local/state."""
+    root = env.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
+    return Path(root) / "ros-launcher" / "history"
+
+
+def open_history(path: Path) -> History:
+    """The history in this file, shortened if need be; in memory if it cannot be written."""
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), "r+") as file:
+            lines = list(filter(None, file.read().split("\n")))
+            if len(lines) > 2 * MAX_LINES:
+                file.seek(0)
+                file.truncate()
+                file.writelines(f"{line}\n" for line in lines[-MAX_LINES:])
+    except (OSError, UnicodeDecodeError):
+        return InMemoryHistory()
+    return _LinesInFile(path, lines[-MAX_LINES:])
+
+
+class _LinesInFile(History):
+    """One entry per line; several consoles append to the same file."""
+
+    def __init__(self, path: Path, lines: list[str]) -> None:
+        super().__init__()
+        self._path = path
+        self._lines = lines
+
+    def load_history_strings(self) -> Iterable[str]:
+        """Newest first."""
+        return reversed(self._lines)
+
+    def store_string(self, string: str) -> None:
+        """Append a line; a full disk is ignored."""
+        with contextlib.suppress(OSError), self._path.open("a", encoding="utf-8") as file:
+            file.write(string + "\n")

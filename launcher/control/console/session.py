@@ -23,9 +23,8 @@ from launcher.control.console.completion import WordCompleter
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
 from launcher.control.console.format import killed_text
-from launcher.control.console.history import history_path, open_history
 from launcher.control.console.panel import Panel
-from launcher.control.console.prompt import make_application
+from launcher.control.console.prompt import history_path, make_application, open_history
 from launcher.control.console.requests import (
     CLEAR,
     answer,

@@ -10,8 +10,8 @@ from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.order_words import FILES, folder_there, text_there, words_there
 from launcher.hosts.file.references import Word
-from launcher.launch.plan.changed_variables import changed_variables
 from launcher.launch.plan.command_line import shell_word
+from launcher.launch.plan.plan_json import changed_variables
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

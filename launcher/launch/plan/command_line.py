@@ -14,7 +14,7 @@ from typing import Any
 
 from launcher.base.model.parameter_text import file_text
 from launcher.base.model.spec import ProcessSpec
-from launcher.launch.plan.changed_variables import changed_variables
+from launcher.launch.plan.plan_json import changed_variables
 
 _PRIVATE = 0o700
 _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\x1b": r"\e", "\\": r"\\", "'": r"\'"}

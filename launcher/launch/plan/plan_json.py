@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from launcher.language.substitution import plain_text
-from launcher.launch.plan.changed_variables import changed_variables
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -149,3 +148,15 @@ def _error(error: PlanError) -> dict[str, Any]:
         "stage": error.stage,
         "phase": error.phase,
     }
+
+
+def changed_variables(env: Mapping[str, str], before: Mapping[str, str]) -> dict[str, str]:
+    """The variables that are new or different, apart from what the launcher itself has added."""
+    changed = {name: value for name, value in env.items() if before.get(name) != value}
+    path = changed.get("AMENT_PREFIX_PATH")
+    if path is not None:
+        from launcher.packages.overlay import without_overlays  # few launch files change it
+
+        if without_overlays(path) == before.get("AMENT_PREFIX_PATH", ""):
+            del changed["AMENT_PREFIX_PATH"]
+    return changed

@@ -6,8 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base.model.supervision import GRAPH_KINDS, Fact
-from launcher.output.cpu_limit import TooSlowError
-from launcher.output.filters import Pattern
+from launcher.output.filters import Pattern, TooSlowError
 from launcher.posix.reactor import Reactor
 from launcher.run.process import Process
 

@@ -13,8 +13,8 @@ from launcher.posix import proc
 from launcher.run.part import Part
 from launcher.run.process import Process
 from launcher.run.stacks import answers, py_spy
-from launcher.run.stacks.command import Completed, ShortCommand
 from launcher.run.stacks.dump import Dump, command_of, document, lines, of_kernel
+from launcher.run.stacks.py_spy import Completed, ShortCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Starts of processes: `starts` adds new ones and executes programs; stages are between the two.
+"""Starts of processes: stages between `core_driver`, which adds new ones, and `run.Spawner`.
 
 `pacing` holds starts back until their turn, `launcher.run.ready.gate` until other processes are
 ready, and `warm` offers them to `launcher.run.warm`. A process that a stage holds back is STARTING.

@@ -5,9 +5,9 @@ what it does not take is spawned cold. In the launcher: `eligibility` says why a
 `preparing_process` is this side of the preparing process, `request` one start with its
 descriptors.
 
-In the preparing process: `preparing` is its script, `service` its loop; `scan` finds what to
-import, `preparation` imports it and finds what is no good for a fork. `forking` makes a process;
-`child`, `title` and `program` make of it what an executed one would be. `stack_answer` reports what
+In the preparing process: `preparing` is its script, `service` its loop; `preparation` finds
+what to import, imports it and finds what is no good for a fork. `forking` makes a process;
+`child` and `program` make of it what an executed one would be. `stack_answer` reports what
 its threads are doing, where py-spy cannot.
 
 A request goes through a Unix socket with SCM_RIGHTS (`wire`): standard streams and a `status`

@@ -21,8 +21,7 @@ from launcher.base.text import typed_error
 from launcher.run.warm import wire
 from launcher.run.warm.child import become
 from launcher.run.warm.forking import Forker
-from launcher.run.warm.preparation import Preparation
-from launcher.run.warm.scan import Scan
+from launcher.run.warm.preparation import Preparation, Scan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

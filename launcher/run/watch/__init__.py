@@ -3,3 +3,16 @@
 `programs` finds the files, `folders` waits for changes and for their end, `checks` compares and
 compiles, `watched` says what a change means. The supervisor's side is `watching`.
 """
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.base.model.options import RunOptions
+
+
+def check(options: RunOptions) -> None:
+    """UsageError without the library that watches files."""
+    from launcher.packages.extras import require
+
+    require("watch", "watchfiles", "watching files")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange, seconds_text
-from launcher.output.cpu_limit import CpuLimit, TooSlowError
+from launcher.output.filters import CpuLimit, TooSlowError
 from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
 from launcher.smoke.observe.facts import Facts

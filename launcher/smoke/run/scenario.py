@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from launcher.base.errors import LauncherError
-from launcher.output.cpu_limit import TooSlowError
+from launcher.output.filters import TooSlowError
 from launcher.smoke.expect.expectation import READY, Decision, Expectation, Verdict
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, Step, StepCommand

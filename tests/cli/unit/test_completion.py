@@ -10,7 +10,7 @@ import pytest
 
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
 from launcher.cli.completion import sources
-from launcher.cli.completion.answers import split
+from launcher.cli.completion.grammar import split
 from launcher.cli.dispatch import main
 
 LAUNCH_FILE = """

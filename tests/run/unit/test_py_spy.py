@@ -10,8 +10,8 @@ import pytest
 
 from launcher.posix import proc
 from launcher.run.stacks import py_spy
-from launcher.run.stacks.command import Completed
 from launcher.run.stacks.dump import document, lines
+from launcher.run.stacks.py_spy import Completed
 
 FRAME = {"name": "spin", "filename": "/opt/arm.py", "line": 7, "locals": None}
 

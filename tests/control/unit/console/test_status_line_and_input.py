@@ -27,7 +27,7 @@ from launcher.control.console.bar import (
 from launcher.control.console.completion import WordCompleter
 from launcher.control.console.feed import split
 from launcher.control.console.format import duration, memory
-from launcher.control.console.history import MAX_LINES, history_path, open_history
+from launcher.control.console.prompt import MAX_LINES, history_path, open_history
 from launcher.control.console.requests import (
     SHELL_VERBS,
     answer,
