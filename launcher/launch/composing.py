@@ -58,7 +58,7 @@ def _absorbed(found: Composition) -> frozenset[str]:
 
 def composition_of(plan: Plan, options: RunOptions) -> tuple[Sequence[str], frozenset[str]]:
     """What a run of the plan would say about it, and the processes that are `absorbed`."""
-    from launcher.launch.plan.process_names import process_names
+    from launcher.launch.plan.certainty import process_names
 
     later = {
         number

@@ -2,6 +2,5 @@
 
 `planner` drives the interpreter in virtual time: it executes no process. `plan_tree` and
 `plan_json` show what it found, with `entities`, `hosts` and `start_rules`; `certainty` says how
-sure an entry is, `process_names` and `command_line` how processes are named and shown; `tree`
-draws trees.
+sure an entry and the name of a process is, `command_line` how it is shown; `tree` draws trees.
 """

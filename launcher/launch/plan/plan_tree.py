@@ -21,7 +21,7 @@ from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction
 from launcher.language.description import LaunchDescription
-from launcher.launch.plan.certainty import is_own_function
+from launcher.launch.plan.certainty import is_own_function, process_names
 from launcher.launch.plan.command_line import ParameterFileWriter, command_line
 from launcher.launch.plan.entities import (
     condition_text,
@@ -32,7 +32,6 @@ from launcher.launch.plan.entities import (
     place,
     short_path,
 )
-from launcher.launch.plan.process_names import process_names
 from launcher.launch.plan.start_rules import start_lines
 from launcher.launch.plan.tree import Branch
 

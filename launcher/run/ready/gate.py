@@ -28,8 +28,6 @@ MAX_NAMES = 3  # of processes in such a line
 
 
 class ReadyGate(StartStage):
-    """Holds back the first start of processes until those that they wait for are ready."""
-
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self._reactor = run.reactor
