@@ -18,8 +18,8 @@ all of a file and finds what is damaged or was left by a killed recorder, `mcap_
 whole; `check` is made of both.
 
 What is known of a bag: `info`, with `statistics` (rates, gaps) and calls of services; `selection`
-of topics; `definitions` are types as other recorders write them, `agreement` what of a topic has
-one type; `words` are numbers as rosbag2 prints them.
+of topics; `agreement` is what of a topic has one type, also as other recorders write it; `words`
+are numbers as rosbag2 prints them.
 
 Folders: `converting/` (`convert` writes what `merged` gives of several bags, `table` CSV and JSON
 lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with `traits`:

@@ -7,12 +7,21 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
-from launcher.bag.definitions import normalized
 from launcher.bag.metadata import FILE
-from launcher.bag.model import ROS2_MSG, ChannelTopic, Definition, Topic
+from launcher.bag.model import CDR, ROS2_MSG, ChannelTopic, Definition, Topic
 from launcher.base.text import count
 
 _COMMENT = re.compile(r"#.*")
+_SEPARATOR = "=" * 80
+_SECTION = re.compile(rf"^{_SEPARATOR}\n", re.MULTILINE)
+_EVENT = re.compile(r"(\w+)/srv/(\w+)_Event")
+_TWO_PARTS = re.compile(r"(\w+)/(\w+)")
+_PARTS = re.compile(r"^---[ \t]*\r?\n?", re.MULTILINE)  # between request and response
+_NEEDED = {  # by each event, and not in the text of a .srv
+    "service_msgs/ServiceEventInfo": "uint8 event_type\nbuiltin_interfaces/Time stamp\n"
+    "char[16] client_gid\nint64 sequence_number\n",
+    "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
+}
 
 
 class LeftOut(NamedTuple):
@@ -99,3 +108,41 @@ def _sections(text: str) -> list[list[str]]:
     """The words of the type, and those of the types that it needs, in any order."""
     first, *others = re.split(r"^=+$", text.replace("/msg/", "/"), flags=re.MULTILINE)
     return [_COMMENT.sub("", first).split(), *sorted(_COMMENT.sub("", o).split() for o in others)]
+
+
+def normalized(topic: Topic) -> Topic:
+    """Its type as today's rosbag2 writes it, which early and other recorders write in other ways.
+
+    With the name in three parts, and events of services with their own definition.
+    The first distributions have `std_msgs/String`. rosbag2 gives events the text of the .srv.
+    """
+    if topic.serialization != CDR:
+        return topic
+    if two := _TWO_PARTS.fullmatch(topic.type):
+        return replace(topic, type=f"{two[1]}/msg/{two[2]}")
+    event = _EVENT.fullmatch(topic.type)
+    if event is None or topic.definition is None:
+        return topic
+    text = _of_events(f"{event[1]}/{event[2]}", topic.definition.text)
+    return topic if text is None else replace(topic, definition=Definition(text=text))
+
+
+def _of_events(service: str, text: str) -> str | None:
+    """The definition of a service's events; None if the text is not that of its .srv."""
+    first, *others = _SECTION.split(text)
+    if not first.strip() and others:
+        head, _, first = others.pop(0).partition("\n")
+        if not head.startswith("SRV:"):
+            return None
+    parts = _PARTS.split(first)
+    if len(parts) != 2 or any(not one.startswith("MSG:") for one in others):
+        return None
+    event = (
+        "service_msgs/ServiceEventInfo info\n"
+        f"{service}_Request[<=1] request\n{service}_Response[<=1] response\n"
+    )
+    known = {one.partition("\n")[0].removeprefix("MSG:").strip() for one in others}
+    added = {name: one for name, one in _NEEDED.items() if name not in known}
+    own = {f"{service}_Request": parts[0], f"{service}_Response": parts[1]}
+    sections = [f"MSG: {name}\n{one}" for name, one in {**added, **own}.items()]
+    return f"\n{_SEPARATOR}\n".join([event, *sections, *others])

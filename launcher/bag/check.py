@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from launcher.bag import compression, mcap_repair, metadata
@@ -11,7 +12,7 @@ from launcher.bag.agreement import Agreement, contradiction
 from launcher.bag.mcap_file import parts_of
 from launcher.bag.mcap_scan import McapFault, scan
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import BagError, ChannelTopic, Extent, Span, Topic
+from launcher.bag.model import BagError, ChannelTopic, Extent, Span, Topic, summed
 from launcher.bag.reader import check_storage, open_storage, storage_files
 
 MCAP, COMPRESSED = ".mcap", ".zstd"
@@ -83,14 +84,7 @@ class BagReport:
 
     @property
     def extent(self) -> Extent:
-        return _sum(file.extent for file in self.files)
-
-
-def _sum(extents: Iterable[Extent]) -> Extent:
-    whole = Extent()
-    for extent in extents:
-        whole.merge(extent)
-    return whole
+        return summed(file.extent for file in self.files)
 
 
 def check(path: str) -> BagReport:
@@ -120,12 +114,10 @@ def _check_file(path: str, agreement: Agreement) -> FileReport:
         file = open_storage(path)
     except BagError as error:
         return FileReport(path, [], Extent(), [McapFault(0, error.message)])
-    try:
+    with contextlib.closing(file):
         faults = [McapFault(0, file.unfinished, lost=False)] if file.unfinished else []
         topics, conflicts = _agreed(file.parts, agreement)
         return FileReport(path, topics, file.extent, faults, file.notes, conflicts)
-    finally:
-        file.close()
 
 
 def _agreed(parts: list[ChannelTopic], agreement: Agreement) -> tuple[list[Topic], list[str]]:
@@ -149,7 +141,7 @@ def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
         yield f"{metadata.FILE} lists {name}, which is missing"
     for name in sorted(there - listed):
         yield f"{metadata.FILE} does not list {name}"
-    counted = _sum(file.extent for file in files).total
+    counted = summed(file.extent for file in files).total
     if listed == there and told.extent.total != counted:
         yield f"{metadata.FILE} counts {told.extent.total} messages, the files have {counted}"
     for file in files:
@@ -243,10 +235,7 @@ def _mode(report: BagReport, old: Metadata | None) -> str:
     if old is not None:
         return old.compression_mode
     for file in report.files:
-        opened = open_storage(file.path)
-        try:
+        with contextlib.closing(open_storage(file.path)) as opened:
             for message in opened.messages(None, Span()):
                 return "message" if compression.is_compressed(message.data) else ""
-        finally:
-            opened.close()
     return ""

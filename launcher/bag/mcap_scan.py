@@ -138,7 +138,8 @@ class _DataReader:
         self._found = found
         self._was_finished = was_finished
         self._is_gapless = True  # no record was skipped, so that the checksum counts
-        self._chunks = frozenset(one.chunk_start_offset for one in _chunks_of(summary))
+        chunks = [] if summary is None else summary.chunk_indexes
+        self._chunks = frozenset(one.chunk_start_offset for one in chunks)
         starts = sorted(_starts(stream, summary))
         self._source = RecordSource(stream)
         self._starts = [one for one in starts if one < self._source.size]
@@ -334,10 +335,6 @@ class _DataReader:
         if footer.summary_start:
             check_footer(self._stream, place.offset, footer)
         return footer
-
-
-def _chunks_of(summary: Summary | None) -> list[ChunkIndex]:
-    return [] if summary is None else summary.chunk_indexes
 
 
 def _starts(stream: IO[bytes], summary: Summary | None) -> Iterator[int]:

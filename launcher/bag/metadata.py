@@ -156,10 +156,7 @@ def information(metadata: Metadata) -> dict[str, Any]:
 
 def to_yaml(metadata: Metadata, *, root: bool = True) -> str:
     document = information(metadata)
-    return _dump({_ROOT: document} if root else document)
-
-
-def _dump(document: Any) -> str:
+    document = {_ROOT: document} if root else document
     return str(yaml.dump(document, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=1000))
 
 

@@ -120,6 +120,13 @@ class Extent:
             self.counts[topic] = self.counts.get(topic, 0) + count
 
 
+def summed(extents: Iterable[Extent]) -> Extent:
+    whole = Extent()
+    for extent in extents:
+        whole.merge(extent)
+    return whole
+
+
 class Span(NamedTuple):
     """Times of messages from `start_ns` on and before `end_ns`; None is open."""
 

@@ -14,9 +14,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from launcher.bag import compression, metadata
-from launcher.bag.agreement import Agreement, contradiction
-from launcher.bag.definitions import normalized
-from launcher.bag.model import BagError, Extent, Message, Span, Topic, merged, never
+from launcher.bag.agreement import Agreement, contradiction, normalized
+from launcher.bag.model import BagError, Extent, Message, Span, Topic, merged, never, summed
 from launcher.base import text_file
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class Bag:
         self._agreement = Agreement()
         self._known: dict[str, tuple[list[Topic], Extent]] = {}
         self.topics = self._topics()
-        self.extent = self._extent()
+        self.extent = summed(self.summary_of(path)[1] for path in self.files)
 
     def _find_files(self) -> list[str]:
         if not os.path.isdir(self.path):
@@ -124,12 +123,6 @@ class Bag:
                 )
         return [normalized(topic) for topic in found.values()]
 
-    def _extent(self) -> Extent:
-        whole = Extent()
-        for path in self.files:
-            whole.merge(self.summary_of(path)[1])
-        return whole
-
     def summary_of(self, path: str) -> tuple[list[Topic], Extent]:
         """The topics and the extent of one of the files."""
         if path not in self._known:
@@ -154,11 +147,9 @@ class Bag:
             file = open_storage(path)
         except OSError as error:
             raise BagError(f"cannot read {path}: {error.strerror or error}") from None
-        try:
+        with contextlib.closing(file):
             file.leave_out(self._agreement.take(file.parts).keys)
             yield file
-        finally:
-            file.close()
 
     def messages(
         self,

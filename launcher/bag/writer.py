@@ -6,7 +6,7 @@ import contextlib
 import io
 import os
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mcap.writer import CompressionType, IndexType, Writer
@@ -14,7 +14,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.mcap_repair import LIBRARY, PROFILE
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import ROS2_MSG, BagError, Definition, Extent, Message, Qos, Topic
+from launcher.bag.model import ROS2_MSG, BagError, Definition, Extent, Message, Qos, Topic, summed
 
 CHUNK_BYTES = 1024 * 1024
 _METADATA_NAME = "rosbag2"
@@ -148,16 +148,13 @@ class BagWriter:
             path = compression.compress_file(path, self._storage.format)
         self._files.append(File(path=os.path.basename(path), extent=file.extent))
 
-    def _metadata(self, files: Iterable[File]) -> Metadata:
-        whole, files = Extent(), list(files)
-        for file in files:
-            whole.merge(file.extent)
+    def _metadata(self, files: Sequence[File]) -> Metadata:
         compressed = self._storage.mode != "none"
         return Metadata(
             storage="mcap",
             topics=list(self._topics.values()),
             files=files,
-            extent=whole,
+            extent=summed(file.extent for file in files),
             compression_format=self._storage.format if compressed else "",
             compression_mode=self._storage.mode if compressed else "",
             ros_distro=self._ros_distro,
@@ -178,7 +175,8 @@ class BagWriter:
         """
         self._file.abandon()
         names = [file.path for file in self._files]
-        if (begun := os.path.basename(self._file.path)) not in names and self._is_there(begun):
+        begun = os.path.basename(self._file.path)
+        if begun not in names and os.path.exists(self._file.path):
             names.append(begun)
         number = 1
         while True:
@@ -189,9 +187,6 @@ class BagWriter:
                 if not self._make_room(names, number):
                     raise
             number *= 2  # each time, the file is read
-
-    def _is_there(self, name: str) -> bool:
-        return os.path.exists(os.path.join(self.folder, name))
 
     def _finish_rescued(self, names: Sequence[str]) -> None:
         """Write the end of the last file, and `metadata.yaml`. OSError."""

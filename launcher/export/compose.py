@@ -59,7 +59,7 @@ class Compose:
             "env_file": [f"{process.host_name}.env"] if process.private else None,
             "working_dir": process.cwd,
             "tty": process.tty or None,
-            "volumes": [_mount(name) for name in process.files],
+            "volumes": [f"./files/{name}:{FOLDER_IN_IMAGE}/{name}:ro" for name in process.files],
             "cpuset": cpu_list(process.limits.cpus) if process.limits.cpus is not None else None,
             "ulimits": _ulimits(process),
             "restart": _restart(process),
@@ -72,10 +72,6 @@ class Compose:
 def _literal(text: str) -> str:
     """Compose replaces variables; `$$` is a dollar."""
     return text.replace("$", "$$")
-
-
-def _mount(name: str) -> str:
-    return f"./files/{name}:{FOLDER_IN_IMAGE}/{name}:ro"
 
 
 def _ulimits(process: ExportedProcess) -> dict[str, dict[str, int]]:

@@ -42,7 +42,7 @@ def _variables(
 
 def gaps(processes: Sequence[ExportedProcess], discovery: Discovery) -> Iterator[Unsupported]:
     """What the variables cannot do."""
-    where = _place(discovery)
+    where = discovery.where.rpartition("/")[2] or "--discovery"
     if discovery.mode is DiscoveryMode.SERVER:
         text = "no discovery server is started, and no node is told of one"
         yield Unsupported(what=f"{_WHAT} server", place=where, text=text)
@@ -63,7 +63,3 @@ def _is_number(address: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _place(discovery: Discovery) -> str:
-    return discovery.where.rpartition("/")[2] or "--discovery"

@@ -17,7 +17,7 @@ from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.graph import Direction
 from launcher.ros.topics.fitted import OVERLAP_S, Numbers, fitting, is_equal
-from launcher.ros.topics.raw import RawMessage
+from launcher.ros.topics.raw import RawMessage, subscribed
 
 Client = Hashable
 
@@ -130,9 +130,7 @@ class TopicFeeds:
     def _begin(self, name: str, topic: _TopicFeed, sinks: tuple[_Sink, ...]) -> _Feed:
         feed = _Feed(sinks=sinks)
         try:
-            feed.subscription = self._observer.node.create_subscription(
-                topic.kind, name, _ignore, topic.profile, raw=True
-            )
+            feed.subscription = subscribed(self._observer.node, topic.kind, name, topic.profile)
         except RuntimeError as error:  # of rclpy: this process has the topic with another type
             raise VerbError(f"cannot subscribe: {reason(error)}") from None
         self._receiver.add(feed.subscription, feed.deliver)
@@ -146,7 +144,3 @@ class TopicFeeds:
 def reason(error: Exception) -> str:
     """The text of an error of rclpy in one line, without a place in its sources."""
     return str(error).partition("\n")[0].partition(", at /")[0] or type(error).__name__
-
-
-def _ignore(message: Any) -> None:
-    """A callback that no executor ever calls: the receiver takes the messages."""

@@ -89,7 +89,9 @@ def look(
     topics = {}
     for name, types in observer.topic_types().items():
         is_certain = name == _ALWAYS or not (name in own or ghosts)
-        if choice.has(name) and (is_certain or _nodes(observer, name) - ghosts):
+        if choice.has(name) and (
+            is_certain or {one.node for one in observer.endpoints(name)} - ghosts
+        ):
             topics[name] = tuple(types)
     providers: dict[str, list[str]] = {}
     services: dict[str, str] = {}
@@ -103,10 +105,6 @@ def look(
         services=dict(sorted(services.items())),
         connections=_connections(observer, topics, providers, ghosts) if with_connections else None,
     )
-
-
-def _nodes(observer: Observer, topic: str) -> set[str]:
-    return {endpoint.node for endpoint in observer.endpoints(topic)}
 
 
 def _connections(

@@ -15,12 +15,10 @@ from launcher.bag.model import BagError, Message, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.selection import Selection
 
-ALIGNMENTS = ("start", "none")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CompareOptions:
-    """`fields` None: contents are not compared. `align` is one of `ALIGNMENTS`."""
+    """`fields` None: contents are not compared. `align` is `start` or `none`."""
 
     selection: Selection
     tolerances: Tolerances

@@ -21,7 +21,6 @@ from launcher.bag.writer import BagWriter, McapOutput, Storage
 from launcher.base.text import count
 
 STDOUT = "-"
-KINDS = ("csv", "jsonl", "mcap")
 _KIND_OF = {".csv": "csv", ".jsonl": "jsonl", ".ndjson": "jsonl", ".json": "jsonl"}
 _ALL = Selection(all_topics=True, all_services=True, hidden=True)
 

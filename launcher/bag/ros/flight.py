@@ -103,7 +103,7 @@ class FlightRecorder:
         )
         sink = self._ring if self._files is None else _Both(self._ring, self._files)
         options = RecorderOptions(selection=selection, remember_s=settings.keep_s + REMEMBER_S)
-        self._recorder = Recorder(observer, options, sink, self._note)
+        self._recorder = Recorder(observer, options, sink, lambda text: say(note=text))
         self._requests: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._due: _Due | None = None
         self._last_automatic_s = -APART_S
@@ -228,9 +228,6 @@ class FlightRecorder:
         self._recorder.close()
         if self._files is not None and (error := self._files.finish()) is not None:
             say(note=f"not everything was written: {error.strerror}")
-
-    def _note(self, text: str) -> None:
-        say(note=text)
 
 
 def _story(entry: Entry) -> str:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from launcher.bag.model import Extent, Message, Span
+from launcher.bag.model import Extent, Message, Span, summed
 from launcher.bag.reader import Bag
 from launcher.bag.ros.keys import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
@@ -113,9 +113,7 @@ class _Player:
         self._publishers = publishers
         self._status = status
         self._count = 0
-        whole = Extent()
-        for bag in bags:
-            whole.merge(bag.extent)
+        whole = summed(bag.extent for bag in bags)
         self._first_ns = whole.start_ns + round(options.start_offset * 1e9)
         self._end_ns = self._last(whole)
         self._source = self._read_from(self._first_ns)

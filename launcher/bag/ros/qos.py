@@ -123,7 +123,8 @@ def to_play(offered: Sequence[Qos]) -> QoSProfile:
     if not offered:
         return changed(None, {})
     first = offered[0]
-    if all(_alike(one, first) for one in offered[1:]):
+    compared = (*_POLICIES, *TIMES)
+    if all(one.get(name) == first.get(name) for one in offered for name in compared):
         return changed(None, {k: v for k, v in first.items() if k != "history" and _is_known(k, v)})
     reliable = any(one.get("reliability") == "reliable" for one in offered)
     latched = all(one.get("durability") == "transient_local" for one in offered)
@@ -142,7 +143,3 @@ def _is_known(policy: str, value: Any) -> bool:
     except (AttributeError, KeyError, TypeError, ValueError):
         return False
     return True
-
-
-def _alike(one: Qos, other: Qos) -> bool:
-    return all(one.get(name) == other.get(name) for name in (*_POLICIES, *TIMES))

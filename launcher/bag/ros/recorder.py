@@ -25,7 +25,7 @@ from launcher.ros.messages.schema import rihs_hash, schema_text
 from launcher.ros.snapshot.graph import Direction, Endpoint, EndpointInfo
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
-from launcher.ros.topics.raw import RawMessage, RawTaker
+from launcher.ros.topics.raw import RawMessage, RawTaker, subscribed
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -98,7 +98,7 @@ class Recorder:
         self._clock: Any = None
         if options.use_sim_time:
             kind = with_library(load_message("rosgraph_msgs/msg/Clock"))
-            self._clock = self._subscribe("/clock", kind, qos.listening([])[0])
+            self._clock = subscribed(observer.node, kind, "/clock", qos.listening([])[0])
 
     @property
     def count(self) -> int:
@@ -191,11 +191,8 @@ class Recorder:
             profile, _ = qos.listening(publishers)
             return bag_qos.changed(profile, override) if override else profile
 
-        create = functools.partial(self._subscribe, name, kind)
+        create = functools.partial(subscribed, self._observer.node, kind, name)
         return Fitted(self._observer.node, self._taker, create, fitting)
-
-    def _subscribe(self, name: str, kind: Any, profile: Any) -> Any:
-        return self._observer.node.create_subscription(kind, name, _ignore, profile, raw=True)
 
     def _refit(self, recorded: Recorded) -> None:
         infos = self._observer.infos(recorded.topic.name, Direction.PUBLISHER)
@@ -258,7 +255,3 @@ class Recorder:
 
 def _gid(dotted: str) -> bytes:
     return bytes.fromhex(dotted.replace(".", ""))
-
-
-def _ignore(message: Any) -> None:
-    """A callback that no executor ever calls."""

@@ -133,7 +133,8 @@ class GraphWatcher:
 
     def take(self) -> ProbeSnapshot:
         """The graph now, without the nodes of our own tools."""
-        names = [name for name in self._observer.node_names() if not _is_ours(name)]
+        listed = self._observer.node_names()
+        names = [name for name in listed if not name.rpartition("/")[2].startswith(OURS)]
         known = set(names)
         found = [e for e in self._observer.all_endpoints() if e.node in known]
         nodes = tuple(self._observer.living(names, found))
@@ -210,7 +211,3 @@ def _pids(
         if pid is not None:
             found[endpoint.node] = pid
     return found
-
-
-def _is_ours(node: str) -> bool:
-    return node.rpartition("/")[2].startswith(OURS)

@@ -22,7 +22,7 @@ from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
 from launcher.ros.topics.history import TopicHistory
-from launcher.ros.topics.raw import RawMessage, RawTaker
+from launcher.ros.topics.raw import RawMessage, RawTaker, subscribed
 from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import warn
 
@@ -113,9 +113,7 @@ class Listener:
 
         def create(fitting: Any) -> Any:
             topic.history = _history(fitting)
-            return self._observer.node.create_subscription(
-                kind, target.name, _ignore, fitting, raw=True
-            )
+            return subscribed(self._observer.node, kind, target.name, fitting)
 
         topic = _TopicSubscription(
             target=target,
@@ -236,7 +234,3 @@ def _nothing_received(topic: str, publishers: int, found: list[Mismatch], reason
     names = ", ".join(publisher.shown_node for publisher in silent)
     source = f" from {names}" if len(silent) < publishers else ""
     return f"nothing will be received on {topic}{source}:\n{reasons}"
-
-
-def _ignore(message: Any) -> None:
-    """A callback that no executor ever calls: messages are taken by `Listener.take`."""

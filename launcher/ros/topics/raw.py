@@ -30,6 +30,11 @@ class RawMessage(NamedTuple):
     received_ns: int
 
 
+def subscribed(node: Any, kind: Any, topic: str, profile: Any) -> Any:
+    """A subscription whose messages are taken: no executor ever calls its callback."""
+    return node.create_subscription(kind, topic, lambda message: None, profile, raw=True)
+
+
 class _Allocator(ctypes.Structure):
     _fields_ = [
         ("allocate", c_void_p),
@@ -106,7 +111,6 @@ def _libraries() -> tuple[Any, Any]:
 
 
 def _loaded(name: str) -> str:
-
     with open("/proc/self/maps", encoding="utf-8", errors="surrogateescape") as maps:
         for line in maps:
             if line.rstrip().endswith(f"/{name}"):

@@ -21,10 +21,6 @@ _SIZE = 4096
 _HINT = "no network interface takes multicast: ip route, ip link"
 
 
-def _ttl(word: str) -> int:
-    return count(word, 1, _MAX_TTL)
-
-
 def _send_packet(ttl: int | None) -> None:
     """VerbError if no interface takes it."""
     with _errors("sent to"), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -84,7 +80,12 @@ COMMAND = Command(
         Command(
             "multicast send",
             "send one packet",
-            options=(option("--ttl N", "let it pass N - 1 routers", _ttl), DEBUG),
+            options=(
+                option(
+                    "--ttl N", "let it pass N - 1 routers", lambda word: count(word, 1, _MAX_TTL)
+                ),
+                DEBUG,
+            ),
             run=_send,
         ),
         Command(

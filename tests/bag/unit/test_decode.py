@@ -11,8 +11,8 @@ pytest.importorskip("rclpy")
 
 from rclpy.serialization import serialize_message
 
+from launcher.bag.agreement import normalized
 from launcher.bag.decode import decoder, plain
-from launcher.bag.definitions import normalized
 from launcher.bag.model import Definition, Topic
 from launcher.ros.messages.interfaces import all_interfaces, class_of, definition_path
 from launcher.ros.messages.schema import schema_text
