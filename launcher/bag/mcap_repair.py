@@ -192,17 +192,13 @@ def _copy(stream: IO[bytes], found: McapScan, target: str) -> None:
             sink.write(stream.read(HEAD.size + place.length))
         for attachment in found.attachments:
             new.attachments.append(dataclasses.replace(attachment, offset=sink.offset))
-            _copy_bytes(stream, attachment.offset, attachment.length, sink)
+            stream.seek(attachment.offset)
+            for piece in pieces(stream, attachment.length):
+                sink.write(piece)
         new.end, new.crc = sink.offset, sink.crc
         file.write(summary_of(new))
         file.flush()
         os.fsync(file.fileno())
-
-
-def _copy_bytes(stream: IO[bytes], offset: int, length: int, sink: _ChecksummedFile) -> None:
-    stream.seek(offset)
-    for piece in pieces(stream, length):
-        sink.write(piece)
 
 
 def _copy_chunk(stream: IO[bytes], index: ChunkIndex, sink: _ChecksummedFile) -> ChunkIndex:

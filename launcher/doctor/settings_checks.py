@@ -36,16 +36,11 @@ Mistake = tuple[Level, str, str]  # with what to do
 
 def check_settings(facts: SettingsFacts) -> list[Finding]:
     """One finding for each mistake, or one that there is none."""
-    found = [*_refused(facts), *_choices(facts), *_files(facts), *_security(facts)]
+    refused = [] if facts.refusal is None else [(Level.PROBLEM, *facts.refusal)]
+    found = [*refused, *_choices(facts), *_files(facts), *_security(facts)]
     if not found:
         return [Finding("environment", Level.OK, "no variable of ROS is wrong")]
     return [Finding("environment", level, text, advice) for level, text, advice in found]
-
-
-def _refused(facts: SettingsFacts) -> Iterator[Mistake]:
-    if facts.refusal is not None:
-        text, hint = facts.refusal
-        yield Level.PROBLEM, text, hint
 
 
 def _choices(facts: SettingsFacts) -> Iterator[Mistake]:

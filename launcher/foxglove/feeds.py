@@ -125,7 +125,8 @@ class TopicFeeds:
             feed.sinks = tuple(sink for sink in feed.sinks if sink in topic.sinks.values())
             if time.monotonic() >= until_s or not feed.sinks:
                 topic.before.remove((feed, until_s))
-                self._end(feed)
+                self._receiver.remove(feed.subscription)
+                self._observer.node.destroy_subscription(feed.subscription)
 
     def _begin(self, name: str, topic: _TopicFeed, sinks: tuple[_Sink, ...]) -> _Feed:
         feed = _Feed(sinks=sinks)
@@ -135,10 +136,6 @@ class TopicFeeds:
             raise VerbError(f"cannot subscribe: {reason(error)}") from None
         self._receiver.add(feed.subscription, feed.deliver)
         return feed
-
-    def _end(self, feed: _Feed) -> None:
-        self._receiver.remove(feed.subscription)
-        self._observer.node.destroy_subscription(feed.subscription)
 
 
 def reason(error: Exception) -> str:

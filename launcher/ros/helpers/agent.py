@@ -231,11 +231,6 @@ def reason(error: BaseException) -> str:
     return text if cause is None else f"{text}: {reason(cause)}"
 
 
-def _write_line(answer: Answer) -> None:
-    sys.stdout.write(strict_json.packed(answer) + "\n")
-    sys.stdout.flush()
-
-
 def _decoded(value: dict[str, Any]) -> Any:
     # As the message has it: a list of single bytes.
     return [bytes([one]) for one in value["bytes"]] if value.keys() == {"bytes"} else value
@@ -251,7 +246,7 @@ def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # we end with our input
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    agent = AgentNode(_write_line)
+    agent = AgentNode(lambda answer: print(strict_json.packed(answer), flush=True))
     executor = SingleThreadedExecutor()  # made before the input, which may have ended already
     executor.add_node(agent)
     threading.Thread(target=_read_requests, args=(agent,), daemon=True).start()

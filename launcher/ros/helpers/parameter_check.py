@@ -124,11 +124,6 @@ def file_parameters(path: str, node: str) -> Iterator[tuple[str, int]]:
                 yield name, key.start_mark.line + 1
 
 
-def _shown(path: str) -> str:
-    here = f"{os.getcwd()}/"
-    return path.removeprefix(here)
-
-
 class ParameterComparison:
     """Asks the nodes one after the other, repeatedly; `warn` is called with each result."""
 
@@ -228,7 +223,8 @@ class ParameterComparison:
         declared = sorted(node.declared or ())
         unset = [name for name in declared if name not in {one.name for one in node.settings}]
         for setting in missing:
-            what = f"parameter '{setting.name}' was set in {_shown(setting.where)}"
+            where = setting.where.removeprefix(f"{os.getcwd()}/")
+            what = f"parameter '{setting.name}' was set in {where}"
             hint = did_you_mean(setting.name, unset) or did_you_mean(setting.name, declared)
             text = f"{str(node.name).lstrip('/')}: {what} but the node does not declare it"
             self._warn(f"{text}; {hint}" if hint else text)
@@ -249,7 +245,10 @@ def main() -> None:
         return  # without rclpy there is nothing to ask with
     over = threading.Event()
     threading.Thread(target=_await_end_of_input, args=(over,), daemon=True).start()
-    comparison = ParameterComparison([NodeToCheck(**node) for node in request["nodes"]], _print)
+    nodes = [NodeToCheck(**node) for node in request["nodes"]]
+    comparison = ParameterComparison(
+        nodes, lambda text: print(strict_json.packed(text), flush=True)
+    )
     with Observer() as observer, ServiceCaller(observer, answer_s=ANSWER_S) as caller:
         comparison.run(caller, over.is_set)
 
@@ -257,11 +256,6 @@ def main() -> None:
 def _await_end_of_input(over: threading.Event) -> None:
     sys.stdin.read()
     over.set()
-
-
-def _print(text: str) -> None:
-    sys.stdout.write(strict_json.packed(text) + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import sys
 from typing import TYPE_CHECKING, Any
 
 from launcher.base import strict_json
@@ -56,12 +55,9 @@ class FactWatcher:
         self._version: object = None
         self._last_view = GraphView(())
         if is_plain():
-            self._open_follower()
-
-    def _open_follower(self) -> None:
-        follower = DiscoveryFollower(environment_domain(), remote=not localhost_only())
-        with contextlib.suppress(OSError):  # no network: then rclpy reads the graph
-            self._follower = self._stack.enter_context(follower)
+            follower = DiscoveryFollower(environment_domain(), remote=not localhost_only())
+            with contextlib.suppress(OSError):  # no network: then rclpy reads the graph
+                self._follower = stack.enter_context(follower)
 
     def run(self) -> None:
         while True:
@@ -120,8 +116,7 @@ class FactWatcher:
         if seen.holds:
             self._forget(number)
         line = {"watch": number, "holds": seen.holds, "text": seen.text}
-        sys.stdout.write(strict_json.packed(line) + "\n")
-        sys.stdout.flush()
+        print(strict_json.packed(line), flush=True)
 
     def _view(self) -> GraphView:
         if self._follower is not None:

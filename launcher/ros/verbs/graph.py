@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 def _graph(options: Parsed) -> int:
     from launcher.ros.draw.filter import Filter, Mode
+    from launcher.ros.snapshot import diff
 
     chosen = Filter(
         mode=Mode(options.mode),
@@ -38,7 +39,7 @@ def _graph(options: Parsed) -> int:
         hidden=options.hidden,
     )
     chosen.check()  # before any waiting
-    before = _saved(options)
+    before = None if options.diff is None else diff.load(options.diff)
     if options.watch:
         with settled_observer(options) as observer:
             return _watch(observer, chosen, options)
@@ -48,12 +49,6 @@ def _graph(options: Parsed) -> int:
         return _diff(chosen.apply(before), snapshot, options)
     _show(snapshot, chosen, options, found.domain_id)
     return ExitCode.OK
-
-
-def _saved(options: Parsed) -> TopicGraph | None:
-    from launcher.ros.snapshot import diff
-
-    return None if options.diff is None else diff.load(options.diff)
 
 
 def _show(snapshot: TopicGraph, chosen: Filter, options: Parsed, domain_id: int) -> None:
