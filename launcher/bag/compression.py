@@ -8,10 +8,11 @@ import tempfile
 from collections.abc import Callable, Iterator
 from typing import IO
 
-from launcher.bag.model import BagError
+from launcher.bag.model import BagError, one_line
 
 FORMATS = ("zstd",)
 MODES = ("none", "file", "message")
+PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
 _PIECE = 1 << 20
 # Pieces up to this size, or up to so many times their compressed size, are believed to be so large.
 _USUAL_BYTES, _USUAL_RATIO = 128 * _PIECE, 1000
@@ -83,7 +84,7 @@ def message_decompressor() -> Callable[[bytes], bytes]:
                 return exactly(data, size, "zstd")
             return _read(_zstd_pieces(data), _most_of(data))  # the size is not in the frame
         except (zstandard.ZstdError, ValueError) as error:
-            raise ValueError(f"a compressed message is damaged: {_words(error)}") from None
+            raise ValueError(f"a compressed message is damaged: {one_line(error)}") from None
 
     return decompress
 
@@ -103,7 +104,7 @@ def exactly(data: bytes, size: int, format_name: str) -> bytes:
         try:
             found = _read(_PIECES[format_name](data), size)
         except (RuntimeError, EOFError, MemoryError) as error:  # of lz4
-            raise ValueError(_words(error)) from None
+            raise ValueError(one_line(error)) from None
     if len(found) != size:
         raise ValueError(f"it has {len(found)} bytes, and says {size}")
     return found
@@ -132,7 +133,7 @@ def _zstd_pieces(data: bytes) -> Iterator[bytes]:
             while piece := stream.read(_PIECE):
                 yield piece
     except zstandard.ZstdError as error:
-        raise ValueError(_words(error)) from None
+        raise ValueError(one_line(error)) from None
 
 
 def _lz4_pieces(data: bytes) -> Iterator[bytes]:
@@ -150,7 +151,3 @@ def _lz4_pieces(data: bytes) -> Iterator[bytes]:
 
 
 _PIECES = {"zstd": _zstd_pieces, "lz4": _lz4_pieces}
-
-
-def _words(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import IO, Any
+from typing import Any
 
 from launcher.bag import metadata, words
 from launcher.bag.converting.merged import Complete, Merged
@@ -154,31 +154,20 @@ def _file(output: Output, merged: Merged) -> Iterator[Write]:
 
 @contextmanager
 def _table(output: Output, readable: Readable) -> Iterator[Write]:
+    kind = Csv if output.kind == "csv" else JsonLines
     if output.path == STDOUT:
-        yield _writer_of(output, readable, sys.stdout).write
+        yield kind(readable, sys.stdout, output.fields).write
         return
     with open(output.path, "x", encoding="utf-8", newline="") as stream:
         try:
-            yield _writer_of(output, readable, stream).write
+            yield kind(readable, stream, output.fields).write
             stream.flush()
             os.fsync(stream.fileno())
         except BaseException:
             os.unlink(output.path)
-            _close(stream)
+            with suppress(OSError):  # of writing what is still in the buffer
+                stream.close()
             raise
-
-
-def _close(stream: IO[str]) -> None:
-    """Without the error of writing what is still in the buffer."""
-    try:
-        stream.close()
-    except OSError:
-        return
-
-
-def _writer_of(output: Output, readable: Readable, stream: Any) -> Csv | JsonLines:
-    kind = Csv if output.kind == "csv" else JsonLines
-    return kind(readable, stream, output.fields)
 
 
 def _ros_distro(merged: Merged) -> str:

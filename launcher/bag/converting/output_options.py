@@ -93,7 +93,7 @@ _KEYS: Mapping[str, Callable[[object], Any]] = {
     "exclude_topic_types": _texts,
     "compression_mode": _word("", *compression.MODES),
     "compression_format": _word("", *compression.FORMATS),
-    "storage_preset_profile": _word("", "none", "fastwrite", "zstd_fast", "zstd_small"),
+    "storage_preset_profile": _word("", *compression.PRESETS),
     "max_bagfile_size": _number,
     "max_bagfile_duration": _number,
     "start_time_ns": _number,
@@ -166,7 +166,9 @@ def _output(place: _BagOptions, entry: object) -> Output:
         start=Moment(start, from_start=False) if start else None,
         end=Moment(end, from_start=False) if end else None,
         storage=Storage(
-            chunk_compression=_chunks(values.get("storage_preset_profile", "")),
+            chunk_compression=compression.PRESETS[
+                values.get("storage_preset_profile") or "zstd_fast"
+            ],
             mode=values.get("compression_mode") or "none",
             format=values.get("compression_format") or compression.FORMATS[0],
             max_bytes=values.get("max_bagfile_size", 0),
@@ -186,10 +188,6 @@ def _value(place: _BagOptions, key: str, value: object) -> Any:
         return _KEYS[key](value)
     except ValueError as error:
         raise place.wrong(f"{key}: '{value}' {error}") from None
-
-
-def _chunks(profile: str) -> str:
-    return "none" if profile in ("none", "fastwrite") else "zstd"
 
 
 def _selection(values: Mapping[str, Any]) -> Selection:

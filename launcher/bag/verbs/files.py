@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from launcher.bag.compression import FORMATS, MODES
+from launcher.bag.compression import FORMATS, MODES, PRESETS
 from launcher.base.command_line import Parsed, count, option, seconds
 
 if TYPE_CHECKING:
     from launcher.bag.writer import Storage
 
 MAX = 2**63 - 1
-PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
 
 
 def byte_count(word: str) -> int:

@@ -117,21 +117,11 @@ def ros_type(type_name: str, channel: str = TOPIC) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EndpointInfo:
+class EndpointInfo(Endpoint):
     """An endpoint as DDS names it: `topic` and `type` mangled; `node` is empty if unknown."""
 
-    topic: str
-    type: str
-    node: str
-    direction: str
-    reliability: str
-    durability: str
-    liveliness: str = "AUTOMATIC"
-    deadline_ns: int = INFINITE_NS
-    lease_ns: int = INFINITE_NS
     lifespan_ns: int = INFINITE_NS
     type_hash: str = "INVALID"
-    gid: str = ""
 
     @property
     def node_name(self) -> str:
