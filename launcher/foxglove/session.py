@@ -68,26 +68,25 @@ class ClientSession:
             await asyncio.gather(writer, *self._tasks, return_exceptions=True)
 
     async def _write(self) -> None:
-        """Send what waits; if that is not possible, the client is given up, and sees it."""
+        """Send what waits, and wait wherever the client does not read: the outbox drops data.
+
+        If that is not possible, the client is given up, and sees it.
+        """
         try:
-            await self._write_forever()
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                sent = 0
+                while (message := self._outbox.take()) is not None:
+                    await self._socket.send(message)
+                    sent += 1
+                    if sent % _TURN == 0:
+                        await asyncio.sleep(0)
         except ConnectionClosed:
             pass
         except Exception as error:
             warn(f"client {self.number} is disconnected: {typed_error(error)}")
             self.abort()
-
-    async def _write_forever(self) -> None:
-        """Wait wherever the client does not read; the outbox drops data meanwhile."""
-        while True:
-            await self._wake.wait()
-            self._wake.clear()
-            sent = 0
-            while (message := self._outbox.take()) is not None:
-                await self._socket.send(message)
-                sent += 1
-                if sent % _TURN == 0:
-                    await asyncio.sleep(0)
 
     def send(self, message: str | bytes) -> None:
         if self._outbox.put(message):

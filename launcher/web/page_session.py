@@ -145,16 +145,13 @@ class PageSession:
 
     async def _send(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has been closed
-            await self._send_forever()
-
-    async def _send_forever(self) -> None:
-        while True:
-            text = await self._outbox.get()
-            await self._socket.send_text(text)
-            if self._outbox.skipped_lines:
-                skipped, self._outbox.skipped_lines = self._outbox.skipped_lines, 0
-                note = f"{skipped:,} lines were not sent: this page reads too slowly"
-                await self._socket.send_text(encode({"event": "slow", "text": note}))
+            while True:
+                text = await self._outbox.get()
+                await self._socket.send_text(text)
+                if self._outbox.skipped_lines:
+                    skipped, self._outbox.skipped_lines = self._outbox.skipped_lines, 0
+                    note = f"{skipped:,} lines were not sent: this page reads too slowly"
+                    await self._socket.send_text(encode({"event": "slow", "text": note}))
 
     def _put(self, message: Message) -> None:
         self._outbox.put(message.get("event", "answer"), encode(message))

@@ -27,16 +27,11 @@ _MARKS = {"msg": "get_fields_and_field_types", "srv": "Request", "action": "Goal
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
 
 
-def prefixes() -> list[Path]:
-    """Where packages are installed; the first one wins."""
-    words = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    return [Path(word) for word in dict.fromkeys([*filter(None, words), sys.prefix])]
-
-
 def interface_packages() -> dict[str, Path]:
-    """Package with interfaces -> its prefix, sorted."""
+    """Package with interfaces -> its prefix, of several the first one; sorted."""
+    words = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     found: dict[str, Path] = {}
-    for prefix in prefixes():
+    for prefix in map(Path, dict.fromkeys([*filter(None, words), sys.prefix])):
         if (prefix / _INDEX).is_dir():
             for entry in (prefix / _INDEX).iterdir():
                 found.setdefault(entry.name, prefix)
