@@ -26,7 +26,7 @@ from launcher.launch.verbs import plan
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.options import RunOptions
-    from launcher.export.model import ExportedFiles, ExportedSystem, Unsupported
+    from launcher.export.model import ExportedSystem, Unsupported
     from launcher.export.system import HostOf
     from launcher.hosts.file.model import HostsFile
     from launcher.launch.plan.planner import Plan
@@ -84,20 +84,31 @@ The same launch file gives the same files. Functions and commands of the launch 
 
 def main(words: Sequence[str]) -> int:
     """Export the launch file that `words` name; the exit code."""
+    from launcher.export.engines import ExportSettings, export
+    from launcher.export.folder import Folder
+
     parsed = COMMAND.parse(words)
     _check_prefix(parsed.prefix)
     request = LaunchRequest.of(parsed)
     options = with_settings_beside(run_options(parsed), request.path)
     system = _system(parsed, request, options)
-    output = _output(parsed, system)
+    settings = ExportSettings(
+        user=parsed.user,
+        python=parsed.python,
+        image=parsed.image,
+        shared_memory=parsed.shared_memory,
+    )
+    output = export(parsed.engine, system, settings)
     for gap in output.gaps:
         print(f"{'note' if gap.is_note else 'not exported'}: {gap.line}", file=sys.stderr)
     lost = [gap for gap in output.gaps if not gap.is_note]
     if lost and parsed.strict:
         raise _strict(lost)
-    folder = parsed.out or parsed.engine
-    _write(folder, output)
-    print(f"{count(len(system.processes), 'process')} exported to {folder}, see README.md there")
+    folder = Folder(parsed.out or parsed.engine)
+    folder.check(output.files)
+    folder.write(output.files)
+    exported = count(len(system.processes), "process")
+    print(f"{exported} exported to {folder.path}, see README.md there")
     return ExitCode.OK
 
 
@@ -178,26 +189,6 @@ def _placement(file: HostsFile | None) -> HostOf:
     from launcher.hosts.file.placement import Placement
 
     return Placement(file).host_of
-
-
-def _output(parsed: Parsed, system: ExportedSystem) -> ExportedFiles:
-    from launcher.export.engines import ExportSettings, export
-
-    settings = ExportSettings(
-        user=parsed.user,
-        python=parsed.python,
-        image=parsed.image,
-        shared_memory=parsed.shared_memory,
-    )
-    return export(parsed.engine, system, settings)
-
-
-def _write(path: str, output: ExportedFiles) -> None:
-    from launcher.export.folder import Folder
-
-    folder = Folder(path)
-    folder.check(output.files)
-    folder.write(output.files)
 
 
 def _command_line(parsed: Parsed, request: LaunchRequest) -> str:
