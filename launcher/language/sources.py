@@ -148,23 +148,28 @@ class LaunchDescriptionSource:
         return self.__expanded_location is not None
 
 
-@public("launch.launch_description_sources.python_launch_description_source")
-class PythonLaunchDescriptionSource(LaunchDescriptionSource):
-    """A Python launch file."""
+class _FileSource(LaunchDescriptionSource):
+    """Base of sources of a certain kind of launch file."""
+
+    _kind = ""
 
     def __init__(self, launch_file_path: Any) -> None:
-        super().__init__(None, launch_file_path, "interpreted python launch file")
+        super().__init__(None, launch_file_path, f"interpreted {self._kind}launch file")
+
+
+@public("launch.launch_description_sources.python_launch_description_source")
+class PythonLaunchDescriptionSource(_FileSource):
+    """A Python launch file."""
+
+    _kind = "python "
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         return get_launch_description_from_python_launch_file(location)
 
 
 @public("launch.launch_description_sources.any_launch_description_source")
-class AnyLaunchDescriptionSource(LaunchDescriptionSource):
+class AnyLaunchDescriptionSource(_FileSource):
     """A launch file of any kind."""
-
-    def __init__(self, launch_file_path: Any) -> None:
-        super().__init__(None, launch_file_path, "interpreted launch file")
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         return get_launch_description_from_any_launch_file(location)
@@ -189,11 +194,10 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
 
 
 @public("launch_xml.launch_description_sources.xml_launch_description_source")
-class XMLLaunchDescriptionSource(LaunchDescriptionSource):
+class XMLLaunchDescriptionSource(_FileSource):
     """An XML launch file."""
 
-    def __init__(self, launch_file_path: Any) -> None:
-        super().__init__(None, launch_file_path, "interpreted XML launch file")
+    _kind = "XML "
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         parser = frontend_registry.parser_class("xml")
@@ -201,11 +205,10 @@ class XMLLaunchDescriptionSource(LaunchDescriptionSource):
 
 
 @public("launch_yaml.launch_description_sources.yaml_launch_description_source")
-class YAMLLaunchDescriptionSource(LaunchDescriptionSource):
+class YAMLLaunchDescriptionSource(_FileSource):
     """A YAML launch file."""
 
-    def __init__(self, launch_file_path: Any) -> None:
-        super().__init__(None, launch_file_path, "interpreted YAML launch file")
+    _kind = "YAML "
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         parser = frontend_registry.parser_class("yaml")

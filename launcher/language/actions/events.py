@@ -152,9 +152,8 @@ def _makes_actions(function: Any) -> bool:
     return any(isinstance(one, type) and issubclass(one, Action) for one in named)
 
 
-@public("launch.actions.register_event_handler")
-class RegisterEventHandler(Action):
-    """Registers an event handler."""
+class _OfHandler(Action):
+    """Base of actions on an event handler."""
 
     event_handler: BaseEventHandler = read_only()
 
@@ -162,16 +161,21 @@ class RegisterEventHandler(Action):
         super().__init__(**kwargs)
         self.__event_handler = event_handler
 
+
+@public("launch.actions.register_event_handler")
+class RegisterEventHandler(_OfHandler):
+    """Registers an event handler."""
+
     def execute(self, context: LaunchContext) -> None:
         ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
-        self.__event_handler._origin = self._origin
-        context.register_event_handler(self.__event_handler)
+        self.event_handler._origin = self._origin
+        context.register_event_handler(self.event_handler)
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
         """The entities of the handler."""
-        handler = self.__event_handler
+        handler = self.event_handler
         if not (hasattr(handler, "describe") and hasattr(handler, "matches")):
             # Imported only for an error.
             from launcher.language.diagnostics.bad_entries import not_a_handler
@@ -189,17 +193,11 @@ class RegisterEventHandler(Action):
 
 
 @public("launch.actions.unregister_event_handler")
-class UnregisterEventHandler(Action):
+class UnregisterEventHandler(_OfHandler):
     """Unregisters an event handler; ValueError if it is not registered."""
 
-    event_handler: BaseEventHandler = read_only()
-
-    def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.__event_handler = event_handler
-
     def execute(self, context: LaunchContext) -> None:
-        context.unregister_event_handler(self.__event_handler)
+        context.unregister_event_handler(self.event_handler)
 
 
 @public("launch.actions.log")

@@ -311,9 +311,24 @@ class TargetedHandler(EventHandler):
         return self._callback(event, context)
 
 
+def _of_description(name: str, doc: str) -> property:
+    """A property of the command: `final_NAME` once there is one, else `NAME`."""
+
+    def get(action: ExecuteLocal) -> Any:
+        final = getattr(action.process_description, f"final_{name}")
+        return getattr(action.process_description, name) if final is None else final
+
+    return property(get, doc=doc)
+
+
 @public("launch.actions.execute_process")
 class ExecuteProcess(ExecuteLocal):
     """Starts a process from the words of its command line."""
+
+    name = _of_description("name", "The label with its number once visited, else what was given.")
+    cmd = _of_description("cmd", "The final words once visited, else what was given.")
+    cwd = _of_description("cwd", "The final folder once visited, else what was given.")
+    env = _of_description("env", "The final environment once visited, else what was given.")
 
     def __init__(
         self,
@@ -345,34 +360,6 @@ class ExecuteProcess(ExecuteLocal):
     @classmethod
     def _parse_cmdline(cls, cmd: str, parser: Any) -> Any:
         return frontend_registry.parse_with("ExecuteProcess.cmdline", cls, cmd, parser)
-
-    @property
-    def name(self) -> Any:
-        """The label with its number once visited, else what was given."""
-        if self.process_description.final_name is not None:
-            return self.process_description.final_name
-        return self.process_description.name
-
-    @property
-    def cmd(self) -> Any:
-        """The final words once visited, else what was given."""
-        if self.process_description.final_cmd is not None:
-            return self.process_description.final_cmd
-        return self.process_description.cmd
-
-    @property
-    def cwd(self) -> Any:
-        """The final folder once visited, else what was given."""
-        if self.process_description.final_cwd is not None:
-            return self.process_description.final_cwd
-        return self.process_description.cwd
-
-    @property
-    def env(self) -> Any:
-        """The final environment once visited, else what was given."""
-        if self.process_description.final_env is not None:
-            return self.process_description.final_env
-        return self.process_description.env
 
     @property
     def additional_env(self) -> Any:

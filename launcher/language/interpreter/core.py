@@ -102,7 +102,9 @@ class Interpreter:
         )
         context._remember_environment(self.environment)
         context.register_event_handler(OnIncludeLaunchDescription())
-        context.register_event_handler(OnShutdown(on_shutdown=self._on_shutdown))
+        context.register_event_handler(
+            OnShutdown(on_shutdown=lambda event, _: self.decide_shutdown(event))
+        )
         return context
 
     @property
@@ -399,9 +401,6 @@ class Interpreter:
     def _begin_shutdown(self, event: launch_events.Shutdown) -> None:
         if not self.context.is_shutdown:
             self.context.emit_event_sync(event)
-
-    def _on_shutdown(self, event: Any, context: LaunchContext) -> None:
-        self.decide_shutdown(event)
 
     def decide_shutdown(self, event: Any) -> None:
         """Request the shutdown; the last handler, so that those of the launch file have run."""

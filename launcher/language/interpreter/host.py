@@ -74,7 +74,7 @@ class RunHost:
     def __init__(self, context: LaunchContext, answer: Answer | None = None) -> None:
         self._context = context
         self._answer = answer
-        self._processes_numbered = 0
+        self.numbered = 0  # the number of the last process
         self._next_id = 0
         self._loop: Any = None
         self.effects: list[model.Effect] = []
@@ -118,8 +118,8 @@ class RunHost:
         self.steps.append(step)
 
     def next_process_number(self) -> int:
-        self._processes_numbered += 1
-        return self._processes_numbered
+        self.numbered += 1
+        return self.numbered
 
     def spawn(self, action: ExecuteLocal) -> None:
         """Start the process after the current event."""
@@ -228,7 +228,7 @@ class RunHost:
         self._depth -= 1
 
     def skipped(self, action: Any) -> None:
-        if self._processes_numbered == 0 and len(self.skipped_actions) < _MAX_SKIPPED:
+        if self.numbered == 0 and len(self.skipped_actions) < _MAX_SKIPPED:
             from launcher.language.interpreter.empty_run import may_start, values_of
 
             if may_start(action):
@@ -305,15 +305,6 @@ class RunHost:
     def succeed(self, other: RunHost) -> None:
         """Let no new id be one of the other host."""
         self._next_id = other._next_id
-
-    @property
-    def numbered(self) -> int:
-        """The number of the last process."""
-        return self._processes_numbered
-
-    @numbered.setter
-    def numbered(self, number: int) -> None:
-        self._processes_numbered = number
 
     def drop_files(self, paths: Iterable[str]) -> None:
         """Delete these of the generated files."""

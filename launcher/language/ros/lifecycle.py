@@ -63,33 +63,18 @@ class StateTransition(Event):
     msg: Any = read_only(
         "The message of the node, with the fields of lifecycle_msgs/msg/TransitionEvent."
     )
+    timestamp: int = read_only()
+    transition: str = read_only("The label of the transition.")
+    start_state: str = read_only("The state that was left.")
+    goal_state: str = read_only("The state that was entered.")
 
     def __init__(self, *, action: LifecycleNode, msg: Any) -> None:
         self.__action = action
         self.__msg = msg
-        self.__timestamp = msg.timestamp
-        self.__transition = msg.transition.label
-        self.__start_state = msg.start_state.label
-        self.__goal_state = msg.goal_state.label
-
-    @property
-    def timestamp(self) -> int:
-        return int(self.__timestamp)
-
-    @property
-    def transition(self) -> str:
-        """The label of the transition."""
-        return str(self.__transition)
-
-    @property
-    def start_state(self) -> str:
-        """The state that was left."""
-        return str(self.__start_state)
-
-    @property
-    def goal_state(self) -> str:
-        """The state that was entered."""
-        return str(self.__goal_state)
+        self.__timestamp = int(msg.timestamp)
+        self.__transition = str(msg.transition.label)
+        self.__start_state = str(msg.start_state.label)
+        self.__goal_state = str(msg.goal_state.label)
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:

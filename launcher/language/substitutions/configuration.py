@@ -89,16 +89,20 @@ class LocalSubstitution(Substitution):
 _KEYED = r"(?P<name>\w+)\['(?P<key>\w+)'\]"
 
 
-@public("launch.substitutions.environment_variable")
-class EnvironmentVariable(Substitution):
-    """The value of an environment variable, in the scope of the visit."""
+class NamedValue(Substitution):
+    """Base of substitutions of the value that a name has, or of a default."""
 
     name: list[Substitution] = read_only()
-    default_value: list[Substitution] | None = read_only("Used if the variable is not set.")
+    default_value: list[Substitution] | None = read_only("Used if there is no such value.")
 
     def __init__(self, name: Any, *, default_value: Any = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default_value = optional_substitutions(default_value)
+
+
+@public("launch.substitutions.environment_variable")
+class EnvironmentVariable(NamedValue):
+    """The value of an environment variable, in the scope of the visit."""
 
     def describe(self) -> str:
         """Like `EnvVar('HOME')`."""

@@ -10,9 +10,9 @@ from launcher.language.substitution import (
     Substitution,
     describe_substitutions,
     normalize_to_list_of_substitutions,
-    optional_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.configuration import NamedValue
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -51,15 +51,8 @@ class AnonName(Substitution):
 
 
 @public("launch.substitutions.for_loop_var")
-class ForEachVar(Substitution):
+class ForEachVar(NamedValue):
     """The value of a field in the current iteration of a ForEach."""
-
-    name: list[Substitution] = read_only()
-    default_value: list[Substitution] | None = read_only("Used if the field set has no such field.")
-
-    def __init__(self, name: Any, *, default_value: Any = None) -> None:
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__default_value = optional_substitutions(default_value)
 
     @classmethod
     def get_local_arg_name(cls, name: str) -> str:
