@@ -6,12 +6,15 @@ Every test belongs to one tier: `unit`, `basic`, `thorough` or `browser` (see CO
 from __future__ import annotations
 
 import errno
+import functools
 import gc
 import os
 import signal
 import socket
+import sys
 import tempfile
 from collections.abc import Generator, Iterator
+from importlib import metadata
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -59,6 +62,23 @@ settings.register_profile("repeat", max_examples=10, derandomize=True, deadline=
 settings.register_profile(
     "search", max_examples=100, derandomize="CI" in os.environ, deadline=None, print_blob=True
 )
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`make test` runs both parts at the same time: each worker collects its own part only."""
+    choices = ("unit", "others")
+    parser.addoption("--part", choices=choices, help="only tests in folders `unit`, or all others")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    is_file = collection_path.suffix == ".py"
+    return True if is_file and not _is_of_the_part(collection_path, config) else None
+
+
+def _is_of_the_part(path: Path, config: pytest.Config) -> bool:
+    part = config.getoption("--part")
+    in_checkout = path.relative_to(config.rootpath).as_posix()
+    return part is None or (UNIT in in_checkout) == (part == "unit")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -115,7 +135,11 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
+def pytest_collection_modifyitems(
+    items: list[pytest.Item], config: pytest.Config
+) -> Iterator[None]:
+    # Files that are named on the command line are not left out before.
+    items[:] = [item for item in items if _is_of_the_part(item.path, config)]
     for item in items:
         tiers = [mark.name for mark in item.iter_markers() if mark.name in TIERS]
         if not tiers:
@@ -191,6 +215,16 @@ def _environment_of_the_worker() -> Iterator[None]:
             path = Path(folder, name.lower())
             path.mkdir(mode=0o700)
             patch.setenv(name, str(path))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _entry_points_are_read_once() -> Iterator[None]:
+    """A file in no format is given to the parsers of all distributions: finding them reads each."""
+    entry_points = metadata.entry_points
+    read = functools.cache(lambda path, **selection: entry_points(**selection))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(metadata, "entry_points", lambda **words: read(tuple(sys.path), **words))
         yield
 
 

@@ -40,8 +40,9 @@ def generate_launch_description():
 
 
 @pytest.fixture
-def exported(tmp_path: Path) -> Export:
+def exported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Export:
     """Exports the actions of a launch file `demo.launch.py`."""
+    monkeypatch.chdir(tmp_path)  # packages are looked for below the working directory
 
     def export(
         actions: str,
