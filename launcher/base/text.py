@@ -40,6 +40,13 @@ def one_of(words: Iterable[str]) -> str:
     return f"{', '.join(before)} or {last}" if before else last
 
 
+def several(names: Iterable[str], most: int = 4) -> str:
+    """`a, b and 3 more`."""
+    known = list(names)
+    more = len(known) - most
+    return ", ".join(known[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def shown_path(path: str) -> str:
     """The path without `..` and `.`, for users; unchanged where links make that another file."""
     normal = os.path.normpath(path)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange, seconds_text
+from launcher.base.text import several
 from launcher.output.filters import CpuLimit, TooSlowError
 from launcher.smoke.expect.evaluator import EVALUATOR, NotYetError, TooExpensiveError
 from launcher.smoke.expect.expectation import START, Decision, Expectation, Verdict
@@ -157,13 +158,6 @@ def judged(expectation: Expectation, contents: Sequence[Any]) -> list[tuple[bool
 def condition_text(expectation: Expectation) -> str:
     texts = [expectation.get(name).text for name in ("where", "fields") if expectation.get(name)]
     return f" with {' and '.join(texts)}" if texts else ""
-
-
-def several(names: Iterable[str], most: int = 4) -> str:
-    """`a, b and 3 more`."""
-    known = list(names)
-    shown = ", ".join(known[:most])
-    return shown if len(known) <= most else f"{shown} and {len(known) - most} more"
 
 
 def listed(names: Iterable[str]) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from launcher.base.text import count
+from launcher.base.text import count, several
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.judges import explain
-from launcher.smoke.judges.common import met, several, violated
+from launcher.smoke.judges.common import met, violated
 from launcher.smoke.observe.facts import Facts
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.base.model.run_events import Ended, Ready, RunEvent, Started, exit_text
+from launcher.base.text import several
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (
     Window,
     listed,
-    several,
     times_text,
     with_window,
 )

@@ -7,8 +7,9 @@ from typing import Any
 
 from launcher.base.document.quantities import INFINITY, seconds_text
 from launcher.base.model.run_events import Ended, Signalled, exit_text
+from launcher.base.text import several
 from launcher.smoke.expect.expectation import STOP, Decision, Expectation, Verdict
-from launcher.smoke.judges.common import listed, met, several, violated
+from launcher.smoke.judges.common import listed, met, violated
 from launcher.smoke.observe.facts import Facts, ProcessEvent
 
 _HARD = {int(signal.SIGTERM): "SIGTERM", int(signal.SIGKILL): "SIGKILL"}

@@ -52,20 +52,11 @@ def after_text(times_s: Sequence[float]) -> str:
     return f"seen after {' and '.join(texts)} s"
 
 
-class Runs(Sequence[ObservedRun]):
+class Runs(tuple[ObservedRun, ...]):
     """The runs, and the names of each kind that they have in common."""
 
-    def __init__(self, runs: Iterable[ObservedRun]) -> None:
-        self._runs = tuple(runs)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._runs[index]
-
-    def __len__(self) -> int:
-        return len(self._runs)
-
     def _names(self, of: Callable[[ObservedRun], Iterable[str]]) -> Names:
-        return Names([of(run) for run in self._runs], [run.pids for run in self._runs])
+        return Names([of(run) for run in self], [run.pids for run in self])
 
     @functools.cached_property
     def labels(self) -> Names:

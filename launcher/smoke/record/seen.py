@@ -41,7 +41,7 @@ class ObservedRun:
 
     def as_judged(self) -> Facts:
         """The facts for a judge, to whom `ready` is when everything was there."""
-        return _with_ready(self.facts, self.begin_s)
+        return replace(self.facts, steps={**self.facts.steps, READY: self.begin_s})
 
     @functools.cached_property
     def graphs(self) -> tuple[GraphSeen, ...]:
@@ -162,10 +162,6 @@ class ObservedRun:
         messages = self.facts.received(topic)
         times = (m.at_s if m.sent_s is None else m.sent_s for m in messages)
         return sorted(at_s for at_s in times if self.begin_s <= at_s <= self.facts.stop_s)
-
-
-def _with_ready(facts: Facts, at_s: float) -> Facts:
-    return replace(facts, steps={**facts.steps, READY: at_s})
 
 
 def _counts(graph: GraphSeen, topic: str) -> tuple[int, int]:

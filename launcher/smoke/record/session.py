@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import faulthandler
 import os
 import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, cast
 
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.text import count
@@ -22,9 +20,8 @@ from launcher.smoke.record.seen import ObservedRun
 from launcher.smoke.record.watch import RecordedRunner, script_of
 from launcher.smoke.reports import artifacts, text_report
 from launcher.smoke.reports.result import SmokeResult
-from launcher.smoke.run.progress import PipeSafeStdout, SmokeProgress
 from launcher.smoke.run.runner import code_of, terminable
-from launcher.smoke.run.session import HARD_ROOM_S
+from launcher.smoke.run.session import HARD_ROOM_S, ReportingSession
 
 FOR_S = 15.0  # so that a topic with a message in two seconds has a rate
 READY_WITHIN_S = 60.0
@@ -62,13 +59,11 @@ def _exists(path: Path) -> LauncherError:
     return UsageError(f"--record {path}: the file exists", hint="--force replaces it")
 
 
-class RecordSession:
+class RecordSession(ReportingSession):
     def __init__(self, recording: RecordingOptions, *, colour: bool) -> None:
+        super().__init__(colour=colour)
         self._recording = recording
-        self._colour = colour
         self._forecast: Forecast | None = None
-        self._stdout = PipeSafeStdout(sys.stdout)
-        self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
 
     def run(self) -> ExitCode:
         """The exit code; the file is written only if all runs were healthy."""
@@ -103,21 +98,11 @@ class RecordSession:
 
     def _watch(self, folder: Path) -> tuple[SmokeResult, ObservedRun]:
         recording, for_s = self._recording, self._recording.head.for_s
-        progress = SmokeProgress(folder, cast("IO[str]", self._stdout), colour=self._colour)
-        faulthandler.dump_traceback_later(
-            2 * for_s + recording.ready_within_s + HARD_ROOM_S, exit=True
-        )
-        try:
-            watch = RecordedRunner(
-                script_of(for_s, recording.ready_within_s),
-                recording.words,
-                folder,
-                progress,
-            )
+        limit_s = 2 * for_s + recording.ready_within_s + HARD_ROOM_S
+        with self._progress(folder, limit_s) as progress:
+            script = script_of(for_s, recording.ready_within_s)
+            watch = RecordedRunner(script, recording.words, folder, progress)
             result = watch.run()
-        finally:
-            faulthandler.cancel_dump_traceback_later()
-            progress.close()
         self._forecast = self._forecast or watch.forecast
         return result, ObservedRun(result.facts, for_s, watch.states)
 

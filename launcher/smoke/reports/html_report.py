@@ -48,7 +48,7 @@ def write(path: Path, results: Sequence[SmokeResult], target: str, words: Sequen
     tree: Tree | None = planned(_OUTLINE, words) if words else None
     most = page_lines.MAX_LINES // len(results), page_lines.MAX_CHARACTERS // len(results)
     runs = [
-        FrozenRun(label=_label(number, one), messages=messages(one, target, tree, most))
+        FrozenRun(label=f"run {number}: {_word(one)}", messages=messages(one, target, tree, most))
         for number, one in enumerate(results, 1)
     ]
     failed = [number for number, one in enumerate(results) if one.exit_code]
@@ -102,10 +102,6 @@ def messages(
         {"event": "expectations", "items": _expectations(result)},
     ]
     return [one for one in found if one is not None]
-
-
-def _label(number: int, result: SmokeResult) -> str:
-    return f"run {number}: {_word(result)}"
 
 
 def _word(result: SmokeResult) -> str:

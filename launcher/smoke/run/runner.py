@@ -12,13 +12,13 @@ from types import FrameType
 
 from launcher.base.document.quantities import INFINITY, seconds_text
 from launcher.base.errors import ExitCode, LauncherError
+from launcher.base.text import several
 from launcher.posix.dispositions import Handled
 from launcher.smoke.expect.evaluator import EVALUATOR
 from launcher.smoke.expect.expectation import READY, Decision, Expectation, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.expect.script import MIN_RUN_S, OF_EVERY_RUN, Script
 from launcher.smoke.judges import judge
-from launcher.smoke.judges.common import several
 from launcher.smoke.judges.run import forced_stop
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.preflight.forecast import Forecast

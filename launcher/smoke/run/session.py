@@ -75,14 +75,33 @@ def _remove_recording(folder: Path) -> None:
         shutil.rmtree(folder / name, ignore_errors=True)
 
 
-class Session:
-    def __init__(self, script: Script, options: Options, *, colour: bool) -> None:
-        self._script = script
-        self._options = options
+class ReportingSession:
+    """Base of smoke commands: what they print, and the progress of each run."""
+
+    def __init__(self, *, colour: bool) -> None:
         self._colour = colour
-        self._unwritten = False
         self._stdout = PipeSafeStdout(sys.stdout)
         self._console = text_report.console_for(cast("IO[str]", self._stdout), colour=colour)
+
+    @contextlib.contextmanager
+    def _progress(self, folder: Path, limit_s: float) -> Iterator[SmokeProgress]:
+        """The progress of a run that takes at most so long."""
+        progress = SmokeProgress(folder, cast("IO[str]", self._stdout), colour=self._colour)
+        # The last resort for a command that hangs; the launcher then stops by itself.
+        faulthandler.dump_traceback_later(min(limit_s, MAX_LIMIT_S), exit=True)
+        try:
+            yield progress
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+            progress.close()
+
+
+class Session(ReportingSession):
+    def __init__(self, script: Script, options: Options, *, colour: bool) -> None:
+        super().__init__(colour=colour)
+        self._script = script
+        self._options = options
+        self._unwritten = False
 
     @property
     def _is_of_use(self) -> bool:
@@ -155,11 +174,8 @@ class Session:
         for name in artifacts.MADE:
             (folder / name).unlink(missing_ok=True)  # of a run before
         _remove_recording(folder)
-        progress = SmokeProgress(folder, cast("IO[str]", self._stdout), colour=self._colour)
         limit_s = self._script.run_time_s() + self._script.ready_limit_s() + HARD_ROOM_S
-        # The last resort for a command that hangs; the launcher then stops by itself.
-        faulthandler.dump_traceback_later(min(limit_s, MAX_LIMIT_S), exit=True)
-        try:
+        with self._progress(folder, limit_s) as progress:
             runner = Runner(
                 self._script,
                 self._options.words,
@@ -170,9 +186,6 @@ class Session:
                 judge=self._judge if self._is_of_use else None,
             )
             result = runner.run()
-        finally:
-            faulthandler.cancel_dump_traceback_later()
-            progress.close()
         if progress.trouble is not None:
             self._unwritten = True
         with self._writing(f"the evidence in {folder}"):

@@ -110,10 +110,7 @@ class System(Waits):
             }
             self._memory = SharedMemory(self.domain_id)
             stack.callback(self._memory.free_ports)  # before the lease ends
-            if self._wants_probe:
-                self._start_probe(stack)
-            if self._records:
-                self._start_recording(stack)
+            self._start_observers(stack)
             self.recorder.begin()
             # The system is not disturbed while it is judged.
             words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
@@ -138,25 +135,25 @@ class System(Waits):
             self._launcher.stop(STOP_S)
             raise
 
-    def _start_probe(self, stack: contextlib.ExitStack) -> None:
+    def _start_observers(self, stack: contextlib.ExitStack) -> None:
         environment = {**self.environment, **network.of_probe(self.words, self.environment)}
-        probe = ProbeClient(environment, self.recorder, self.folder / "probe.log", self._on_graph)
-        stack.callback(probe.close)
-        try:
-            probe.wait_until_ready()
-            self.probe = probe
-        except ProbeError as error:
-            self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
-
-    def _start_recording(self, stack: contextlib.ExitStack) -> None:
-        environment = {**self.environment, **network.of_probe(self.words, self.environment)}
-        recording = Recording(self._records, environment, self.folder)
-        stack.callback(recording.close)
-        try:
-            recording.wait_until_ready()
-            self._recording = recording
-        except RecordingError as error:
-            self.recorder.add_trouble(str(error))
+        if self._wants_probe:
+            log = self.folder / "probe.log"
+            probe = ProbeClient(environment, self.recorder, log, self._on_graph)
+            stack.callback(probe.close)
+            try:
+                probe.wait_until_ready()
+                self.probe = probe
+            except ProbeError as error:
+                self.recorder.add_trouble(f"{error.message}: {error.hint or 'no output'}")
+        if self._records:
+            recording = Recording(self._records, environment, self.folder)
+            stack.callback(recording.close)
+            try:
+                recording.wait_until_ready()
+                self._recording = recording
+            except RecordingError as error:
+                self.recorder.add_trouble(str(error))
 
     def _finish_recording(self, grace_s: float) -> None:
         """Before the system is stopped: what is alike is how it runs."""

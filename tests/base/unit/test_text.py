@@ -87,3 +87,8 @@ def test_colours_survive_where_other_controls_are_dropped():
 )
 def test_the_text_of_an_exception_is_never_empty(error: Exception, plain: str, typed: str):
     assert (text.error_text(error), text.typed_error(error)) == (plain, typed)
+
+
+def test_several_names_are_shortened_only_if_there_are_more():
+    assert text.several(["a", "b"], most=2) == "a, b"
+    assert text.several(["a", "b", "c"], most=2) == "a, b and 1 more"
