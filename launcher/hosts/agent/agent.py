@@ -176,12 +176,10 @@ class Agent:
     def _linger(self, now: float) -> None:
         if self._workload is not None and not self._workload.is_idle:
             self._idle_since_s = now
-        elif now - self._idle_since_s > self._linger_s:
+            return
+        linger_s = LINGER_KEEPING_S if self._stop_after_s is None else LINGER_S
+        if now - self._idle_since_s > linger_s:
             self._end("no launcher has come back")
-
-    @property
-    def _linger_s(self) -> float:
-        return LINGER_KEEPING_S if self._stop_after_s is None else LINGER_S
 
     def _signalled(self, signum: int) -> None:
         self._end(f"the agent was stopped by {signal.Signals(signum).name}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Sequence
 
+from launcher.base.document.fields import near
 from launcher.base.errors import UsageError
 from launcher.base.model.record import replace
-from launcher.base.text import suggest
 from launcher.hosts.file.model import DiscoveryMode, HostsFile
 
 
@@ -41,7 +41,5 @@ def changed(file: HostsFile, mode: str | None, skip_hosts: Sequence[str]) -> Hos
 
 
 def _no_host(pattern: str, file: HostsFile) -> UsageError:
-    similar = suggest(pattern, file.hosts)
-    known = f"known: {', '.join(file.hosts)}" if file.hosts else None
-    hint = f"did you mean '{similar}'?" if similar else known
-    return UsageError(f"--skip-host: no host '{pattern}' in {file.path}", hint=hint)
+    message = f"--skip-host: no host '{pattern}' in {file.path}"
+    return UsageError(message, hint=near(pattern, file.hosts))

@@ -106,8 +106,9 @@ def remote_path(value: object) -> str:
 
 
 def _setup(value: object) -> tuple[str, ...]:
-    given = value if isinstance(value, list) else [value]
-    return tuple(nested(_setup_file, one, *_index(value, n)) for n, one in enumerate(given))
+    if isinstance(value, list):
+        return tuple(nested(_setup_file, one, number) for number, one in enumerate(value))
+    return (_setup_file(value),)
 
 
 def _setup_file(value: object) -> str:
@@ -117,10 +118,6 @@ def _setup_file(value: object) -> str:
         message = f"'{path}' needs {suffix}, and a POSIX shell reads it"
         raise FieldError(message, hint=f"use {stem}{dot}sh")
     return path
-
-
-def _index(value: object, number: int) -> tuple[int, ...]:
-    return (number,) if isinstance(value, list) else ()
 
 
 _STOP_AFTER = re.compile(r"(?:stop-after *= *)?(.+)")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
 from launcher.base.model.spec import ProcessSpec, RosIdentity
-from launcher.base.text import suggest
+from launcher.base.text import did_you_mean, several
 from launcher.hosts.file.model import LOCAL, Host, HostsFile, Rule
 from launcher.hosts.file.pattern import PatternKind, ProcessPattern, Rank, node_name
 
@@ -163,9 +163,8 @@ def _may_match(pattern: ProcessPattern, spec: ProcessSpec) -> bool:
 
 
 def _switched_off(rule: Rule, off: Sequence[ProcessSpec]) -> str:
-    found = list(dict.fromkeys(f"{_shown(spec)} at {spec.place}" for spec in off))
-    more = f" and {len(found) - _MAX_LISTED} more" if len(found) > _MAX_LISTED else ""
-    names = ", ".join(found[:_MAX_LISTED]) + more
+    found = dict.fromkeys(f"{_shown(spec)} at {spec.place}" for spec in off)
+    names = several(found, _MAX_LISTED)
     return f"{rule.where}: '{rule.pattern}' matches only what a condition keeps away: {names}"
 
 
@@ -194,10 +193,8 @@ def _hint(pattern: ProcessPattern, specs: Sequence[ProcessSpec]) -> str | None:
     known = _known(pattern.kind, specs)
     if pattern.kind is PatternKind.WORD and f"/{pattern.body}" in _namespaces(specs):
         return f"'/{pattern.body}' is a namespace: write '/{pattern.body}/**'"
-    similar = suggest(pattern.text, known)
-    if similar is not None:
-        return f"did you mean '{similar}'?"
-    return f"known: {', '.join(known[:12])}{' ...' * (len(known) > 12)}" if known else None
+    listed = f"known: {', '.join(known[:12])}{' ...' * (len(known) > 12)}" if known else None
+    return did_you_mean(pattern.text, known) or listed
 
 
 def _known(kind: PatternKind, specs: Sequence[ProcessSpec]) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from launcher.base.document.fields import Field
 from launcher.hosts.file.discovery_field import DISCOVERY
 from launcher.hosts.file.fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
 
@@ -27,7 +26,11 @@ def json_schema() -> dict[str, Any]:
                     "anyOf": [{"type": "string", "minLength": 1}, {"$ref": "#/$defs/host"}]
                 },
             },
-            "defaults": {"description": "for all hosts", **_nullable(_entries(NOT_DEFAULT))},
+            "defaults": {
+                "description": "for all hosts",
+                **_entries(NOT_DEFAULT),
+                "type": ["object", "null"],
+            },
             "place": {
                 "description": "pattern of processes to the name of a host, or to `local`",
                 "type": ["object", "null"],
@@ -37,7 +40,9 @@ def json_schema() -> dict[str, Any]:
         },
         "$defs": {
             "host": {**_entries(()), "required": ["address"]},
-            **{field.name: _described(field) for field in HOST_FIELDS},
+            **{
+                field.name: {**field.type.schema, "description": field.doc} for field in HOST_FIELDS
+            },
         },
     }
 
@@ -50,11 +55,3 @@ def _entries(without: Iterable[str]) -> dict[str, Any]:
         "properties": {field.name: {"$ref": f"#/$defs/{field.name}"} for field in fields},
         "not": {"type": "object", "required": ["python", "venv"]},
     }
-
-
-def _described(field: Field) -> dict[str, Any]:
-    return {**field.type.schema, "description": field.doc}
-
-
-def _nullable(schema: dict[str, Any]) -> dict[str, Any]:
-    return {**schema, "type": ["object", "null"]}

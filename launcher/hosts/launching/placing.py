@@ -80,7 +80,9 @@ def _placing(
         except LauncherError as error:
             placed.append(HERE)
             if all(error.render() != known.render() for known in errors):
-                errors += [] if findings.errors and error.where in _places(file) else [error]
+                # Conflicts of rules are told once for all processes.
+                is_told = error.where in {rule.where for rule in file.rules}
+                errors += [] if findings.errors and is_told else [error]
     told = (*file.warnings, *findings.warnings)
     return Placing(
         placed=tuple(placed),
@@ -98,8 +100,3 @@ def _components(loads: Iterable[LoadRequest]) -> tuple[Component, ...]:
         )
         for load in loads
     )
-
-
-def _places(file: HostsFile) -> set[str]:
-    """Conflicts of rules are told once for all processes."""
-    return {rule.where for rule in file.rules}

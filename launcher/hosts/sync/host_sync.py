@@ -8,7 +8,7 @@ import hashlib
 import os
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from launcher.base.errors import LauncherError
@@ -203,8 +203,9 @@ class HostSync:
         missing = self._ask("wheels", names=list(files))["missing"]
         for name in missing:
             path = os.path.join(self._options.wheelhouse or "", name)
-            request = {"do": "content", "wheel": name, "hash": wheels.digest_of(path)}
-            self._send_content({**request, "path": path}, path)
+            digest = wheels.digest_of(path)
+            request = {"do": "content", "wheel": name, "hash": digest, "path": path}
+            self._session.send_content(request, blocks_of(path), self._count)
         self._say(f"{len(missing)} of {len(files)} wheels sent")
         self._say("makes the environment, which may take a minute")
 
@@ -229,9 +230,6 @@ class HostSync:
             self._session.send_content(request, entry.blocks(), self._count)
         self._ask("sent")
         return len(answer["missing"])
-
-    def _send_content(self, request: Mapping[str, Any], path: str) -> None:
-        self._session.send_content(dict(request), blocks_of(path), self._count)
 
     def _count(self, size: int) -> None:
         self._sent_bytes += size

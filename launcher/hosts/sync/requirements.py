@@ -10,6 +10,7 @@ from typing import Any
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
+from launcher.base.text import several
 from launcher.packages import sources
 
 _CHECKOUT = os.path.join("requirements", "run.txt")
@@ -158,6 +159,4 @@ def _has_launcher(distribution: Any) -> bool:
 
 def names(found: Sequence[Pin]) -> str:
     """`numpy==2.4.6, rich==15.0.0 and 3 more`."""
-    shown = [f"{pin.name}=={pin.version}" for pin in found[:4]]
-    more = f" and {len(found) - 4} more" if len(found) > 4 else ""
-    return f"{', '.join(shown)}{more}"
+    return several(f"{pin.name}=={pin.version}" for pin in found)

@@ -14,15 +14,13 @@ from launcher.base import text_file
 from launcher.base.model.parameter_sections import PARAMETERS, Section, sections
 from launcher.base.model.ros_arguments import PARAMETER_FILE, full_node_name, ros_options
 from launcher.base.model.spec import ProcessSpec
-from launcher.base.text import shown_path, suggest
+from launcher.base.text import several, shown_path, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.diagnostics.origin import FileLine
-
-_MAX_SHOWN = 4  # keys and nodes
 
 
 class ParameterFiles:
@@ -165,7 +163,7 @@ class _File:
         name, key = node.rpartition("/")[2], self._meant(node)
         what = f"the parameter file {shown_path(self.path)}"
         if self.is_flat:
-            text = f"{what} has no '{PARAMETERS}:', so that {_some(self.nodes)} cannot read it"
+            text = f"{what} has no '{PARAMETERS}:', so that {several(self.nodes)} cannot read it"
             return f"{text}; hint: write '{node}:' and '{PARAMETERS}:' above its names"
         known = sorted(self._selectors, key=lambda one: one != key)
         hint = f"write '{node}:'"
@@ -175,9 +173,5 @@ class _File:
             hint += f", or '/**/{name}:' for any namespace"
         else:
             hint += f" instead of '{key}:'"
-        return f"{what} has nothing for {_some(self.nodes)}: it is for {_some(known)}; hint: {hint}"
-
-
-def _some(names: list[str]) -> str:
-    more = len(names) - _MAX_SHOWN
-    return ", ".join(names[:_MAX_SHOWN]) + (f" and {more} more" if more > 0 else "")
+        nodes = several(self.nodes)
+        return f"{what} has nothing for {nodes}: it is for {several(known)}; hint: {hint}"

@@ -7,6 +7,7 @@ import re
 from importlib import metadata
 
 from launcher.base.errors import LauncherError
+from launcher.base.text import several
 from launcher.packages.extras import DISTRIBUTION, install_command
 
 _EXTRA = re.compile(r"""extra\s*==\s*['"]build['"]""")
@@ -17,9 +18,8 @@ def require() -> None:
     lacking = missing()
     if not lacking:
         return
-    shown = ", ".join(lacking[:3]) + (f" and {len(lacking) - 3} more" if len(lacking) > 3 else "")
     raise LauncherError(
-        f"building needs packages that are not installed: {shown}",
+        f"building needs packages that are not installed: {several(lacking, 3)}",
         hint=f"install them once: {install_command('build')}",
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import functools
 import os
 import sys
 import time
@@ -25,7 +26,7 @@ def held(place: Place, say: Callable[[str], None] | None = None) -> Iterator[int
     path = os.path.join(place.build, _NAME)
     file = _opened(path)
     try:
-        _take(file, say or _print)
+        _take(file, say or functools.partial(print, file=sys.stderr))
         _sign(file, path)
         yield file
         os.ftruncate(file, 0)
@@ -62,7 +63,3 @@ def _take(file: int, say: Callable[[str], None]) -> None:
     holder = os.pread(file, 200, 0).decode(errors="replace") or "another process"
     say(f"waiting for {holder}, which builds or tests in this workspace")
     fcntl.flock(file, fcntl.LOCK_EX)
-
-
-def _print(text: str) -> None:
-    print(text, file=sys.stderr)

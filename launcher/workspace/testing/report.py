@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import signal
 import sys
 from collections.abc import Mapping, Sequence
 
 from launcher.base.errors import ExitCode
+from launcher.base.model.events import signal_name
 from launcher.base.program import program
 from launcher.base.text import drop_controls, escape
 from launcher.workspace.building.sources.source_text import shown
@@ -107,7 +107,7 @@ def problem_of(outcome: JobOutcome, found: Results) -> str:
     if outcome.is_interrupted:
         return "interrupted"
     if code is not None and code < 0:
-        return f"killed by {_signal_name(-code)}"
+        return f"killed by {signal_name(-code)}"
     if found.failed:
         return f"{found.failed} failed"
     if found.problem:
@@ -146,9 +146,3 @@ def _print_output(job: Job) -> None:
             lines = [f"... all of it: {shown(job.log)}", *lines[-_LAST_LINES:]]
         print(f"--- {job.package}")
         print(drop_controls("\n".join(lines)))
-
-
-def _signal_name(number: int) -> str:
-    with contextlib.suppress(ValueError):
-        return signal.Signals(number).name
-    return f"signal {number}"

@@ -12,7 +12,7 @@ from functools import cache
 from importlib import metadata
 
 from launcher.base.package_origins import is_of_launcher
-from launcher.base.text import did_you_mean, one_of
+from launcher.base.text import did_you_mean, one_of, several
 from launcher.workspace.building.checks import origins
 from launcher.workspace.building.checks.cmake import CMakeCheck
 from launcher.workspace.building.checks.interface_index import InterfaceIndex
@@ -204,7 +204,7 @@ def check_overlay(package: Package, environment: Environment) -> Iterator[Source
     if changed:
         yield package.manifest.source.warning(
             f"{package.name} hides the installed package, which has other fields in "
-            f"{_some(changed)}: {_some(users)} would read wrong data",
+            f"{several(changed, _SHOWN)}: {several(users, _SHOWN)} would read wrong data",
             package.manifest.name_line,
             at=package.name,
             hint="keep the installed fields, and put others into a package of another name",
@@ -229,8 +229,3 @@ def _fields(path: str) -> list[list[str]] | None:
     except (OSError, UnicodeDecodeError):
         return None
     return [line.split() for line in _COMMENT.sub("", text).splitlines() if line.strip()]
-
-
-def _some(names: list[str]) -> str:
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(names[:_SHOWN]) + more

@@ -37,8 +37,8 @@ class SetupFile:
             ) from None
         except ValueError as error:  # a null byte
             raise self.source.error(str(error)) from None
-        nodes = ast.walk(self._tree)
-        stored = [one.id for one in nodes if isinstance(one, ast.Name) and _is_store(one)]
+        names = [one for one in ast.walk(self._tree) if isinstance(one, ast.Name)]
+        stored = [one.id for one in names if isinstance(one.ctx, ast.Store)]
         self._names = {name: text for name, text in self._assignments() if stored.count(name) == 1}
 
     @cached_property
@@ -139,10 +139,6 @@ class SetupFile:
             match node:
                 case ast.Assign(targets=[ast.Name(id=name)], value=ast.Constant(value=str(text))):
                     yield name, text
-
-
-def _is_store(name: ast.Name) -> bool:
-    return isinstance(name.ctx, ast.Store)
 
 
 def _joined(parts: list[str | None]) -> str | None:
