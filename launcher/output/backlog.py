@@ -10,6 +10,8 @@ import signal
 import termios
 import time
 
+from launcher.posix import proc
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.output.stdout import StdoutWriter
@@ -82,12 +84,8 @@ def is_writable(fd: int, timeout_s: float) -> bool:
 
 def written_by(pid: int) -> int:
     """Bytes that a process has written; 0 if that is unknown."""
-    try:
-        with open(f"/proc/{pid}/io", encoding="ascii") as file:
-            counters = dict(line.split(": ") for line in file)
-        return int(counters["wchar"])
-    except (OSError, KeyError, ValueError):
-        return 0
+    counters = dict(line.split(b": ") for line in proc.read(pid, "io").splitlines())
+    return int(counters.get(b"wchar", 0))
 
 
 def _pipe_bytes(fd: int) -> int:

@@ -72,6 +72,12 @@ def pids() -> list[int]:
         return []
 
 
+def mapped(pid: int) -> set[str]:
+    """Paths of the files that it has mapped; behind that of a removed one is ` (deleted)`."""
+    lines = (line.split(None, 5) for line in read_memory(pid, "maps").splitlines())
+    return {os.fsdecode(words[5]) for words in lines if len(words) == 6}
+
+
 def uss_bytes(pid: int) -> int | None:
     """The memory that would be free if the process exited; None if it cannot be read."""
     lines = [line.split() for line in read_memory(pid, "smaps_rollup").splitlines()]

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 from ctypes import POINTER, byref, c_bool, c_char_p, c_int64, c_size_t, c_uint8, c_uint64, c_void_p
 from typing import Any, NamedTuple
+
+from launcher.posix import proc
 
 _INITIAL_BYTES = 64 * 1024
 _TAKE_FAILED = 401  # RCL_RET_SUBSCRIPTION_TAKE_FAILED: there is no message
@@ -111,8 +114,7 @@ def _libraries() -> tuple[Any, Any]:
 
 
 def _loaded(name: str) -> str:
-    with open("/proc/self/maps", encoding="utf-8", errors="surrogateescape") as maps:
-        for line in maps:
-            if line.rstrip().endswith(f"/{name}"):
-                return line.split(maxsplit=5)[5].rstrip()
+    for path in proc.mapped(os.getpid()):
+        if path.endswith(f"/{name}"):
+            return path
     raise RuntimeError(f"rclpy has not loaded {name}")

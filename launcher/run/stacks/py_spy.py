@@ -58,7 +58,7 @@ def is_interpreter(pid: int) -> bool:
 
 def is_python(pid: int) -> bool:
     """Whether it is a Python interpreter, or has one in it."""
-    return is_interpreter(pid) or b"/libpython" in proc.read_memory(pid, "maps")
+    return is_interpreter(pid) or any("/libpython" in path for path in proc.mapped(pid))
 
 
 def words(program: str, pid: int, *, native: bool = False, with_locals: bool = False) -> list[str]:

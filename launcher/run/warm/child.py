@@ -177,8 +177,7 @@ def set_title(words: Sequence[str], environment: Mapping[str, str]) -> None:
     """The command line and environment in /proc."""
     line = b"".join(os.fsencode(word) + b"\0" for word in words)
     variables = b"".join(os.fsencode(f"{k}={v}") + b"\0" for k, v in environment.items())
-    with open("/proc/self/stat", "rb") as file:
-        fields = [*map(_number, file.read().rpartition(b")")[2].split())]
+    fields = [*map(_number, proc.stat_fields(os.getpid()))]
     if not _map(fields, line, variables):
         _overwrite(fields[_ARG_START], fields[_ARG_END], line)
 

@@ -12,6 +12,8 @@ import os
 import sys
 import warnings
 
+from launcher.posix import proc
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -103,9 +105,7 @@ class Tracing:
 
 def loaded() -> Tracing | None:
     """The library, if it is loaded."""
-    with open("/proc/self/maps", encoding="utf-8", errors="surrogateescape") as lines:
-        paths = {line.split(None, 5)[-1].strip() for line in lines if "/liblttng-ust" in line}
-    for path in sorted(paths):
+    for path in sorted(path for path in proc.mapped(os.getpid()) if "/liblttng-ust" in path):
         try:
             return Tracing(path)
         except (OSError, AttributeError):

@@ -16,6 +16,7 @@ import signal
 import sys
 
 from launcher.base import strict_json
+from launcher.posix import proc
 from launcher.run.warm import forking
 from launcher.run.warm.forking import Forker
 
@@ -123,7 +124,7 @@ class Preparation:
         Some libraries end their threads before a fork and start them when they are needed next.
         """
         self.tracing = self.tracing or forking.loaded()
-        return _threads_after_fork(self.tracing) == len(_threads())
+        return _threads_after_fork(self.tracing) == len(proc.threads(os.getpid()))
 
 
 class _State:
@@ -133,7 +134,7 @@ class _State:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(OSError, ValueError, AttributeError):
                 stream.flush()
-        self.threads = _threads()
+        self.threads = proc.threads(os.getpid())
         self._facts = (
             os.fstat(output).st_size,
             os.listdir("/proc/self/fd"),
@@ -145,22 +146,13 @@ class _State:
             list(map(id, sys.path_hooks)),
             [id(sys.stdin), id(sys.stdout), id(sys.stderr)],
             [id(sys.excepthook), id(sys.unraisablehook), id(sys.displayhook)],
-            _children(),
+            proc.children(os.getpid()),
         )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _State) and self._facts == other._facts
 
     __hash__ = None  # type: ignore[assignment]
-
-
-def _threads() -> list[str]:
-    return os.listdir("/proc/self/task")
-
-
-def _children() -> str:
-    with open("/proc/thread-self/children", encoding="ascii") as file:
-        return file.read()
 
 
 def _threads_after_fork(library: forking.Tracing | None) -> int:
@@ -170,7 +162,7 @@ def _threads_after_fork(library: forking.Tracing | None) -> int:
     pid = forker.fork_child()
     if pid == 0:
         forker.restore_threads()
-        os.write(ours, b"%d" % len(_threads()))
+        os.write(ours, b"%d" % len(proc.threads(os.getpid())))
         os._exit(0)
     os.close(ours)
     os.waitpid(pid, 0)

@@ -18,6 +18,7 @@ import sys
 
 from launcher.base import strict_json
 from launcher.base.text import typed_error
+from launcher.posix import proc
 from launcher.run.warm import wire
 from launcher.run.warm.child import become
 from launcher.run.warm.forking import Forker
@@ -149,12 +150,9 @@ def _modules() -> Iterator[str]:
 
 
 def _libraries() -> Iterator[str]:
-    with open("/proc/self/maps", encoding="utf-8", errors="surrogateescape") as lines:
-        for line in lines:
-            words = line.split(None, 5)
-            path = words[5].rstrip("\n") if len(words) == 6 else ""
-            if path.startswith("/") and not path.startswith(("/dev/", "/memfd:")):
-                yield path
+    for path in proc.mapped(os.getpid()):
+        if path.startswith("/") and not path.startswith(("/dev/", "/memfd:")):
+            yield path
 
 
 def _folders() -> Iterator[str]:

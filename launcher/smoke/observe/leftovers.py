@@ -16,7 +16,7 @@ from launcher.posix.ports import multicast_port
 SHARED_MEMORY = Path("/dev/shm")
 SETTLE_S = 3.0  # the launcher's watchdog may still be at work
 POLL_S = 0.05
-_MAPPED = re.compile(rb" /dev/shm/([^\n(]+)")
+_FOLDER = f"{SHARED_MEMORY}/"
 _PORT = re.compile(r"port(\d+)")
 
 
@@ -95,7 +95,8 @@ class SharedMemory:
         return names & {name for pid in proc.pids() for name in self._mapped(pid)}
 
     def _mapped(self, pid: int) -> set[str]:
-        return {os.fsdecode(name) for name in _MAPPED.findall(proc.read_memory(pid, "maps"))}
+        paths = proc.mapped(pid)
+        return {path[len(_FOLDER) :] for path in paths if path.startswith(_FOLDER)}
 
     def _is_private(self, name: str) -> bool:
         """DDS ports outside of the leased domain are shared between domains."""

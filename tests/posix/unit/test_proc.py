@@ -59,6 +59,17 @@ def test_a_command_line_survives_bytes_that_are_not_utf_8(folder: Path):
     assert proc.command_line(PID) == []
 
 
+def test_the_paths_of_mapped_files_may_have_blanks(folder: Path):
+    (folder / "maps").write_text(
+        "7f00-7f01 r--p 00000000 fd:00 17     /opt/my libraries/a.so\n"
+        "7f01-7f02 r-xp 00001000 fd:00 17     /opt/my libraries/a.so\n"
+        "7f02-7f03 rw-p 00000000 00:00 0 \n"
+        "7f03-7f04 rw-s 00000000 00:1a 5      /dev/shm/b (deleted)\n"
+    )
+    assert proc.mapped(PID) == {"/opt/my libraries/a.so", "/dev/shm/b (deleted)"}
+    assert proc.mapped(1) == set()
+
+
 def test_the_sockets_of_both_tables_are_read(folder: Path):
     net = folder.parent / "net"
     net.mkdir()
