@@ -44,7 +44,7 @@ class Needs(Record):
 class CheckedHost(Record):
     """A host, or this machine (`host` None), and what it has told.
 
-    `reached_s` is how long the login took. `facts` are those of `probe.facts`; None with an
+    `reached_s` is how long the login took. `facts` are those of `probe.facts`; none with an
     `error`.
     """
 
@@ -54,14 +54,13 @@ class CheckedHost(Record):
     needs: Needs = Needs()
     user: str = ""
     reached_s: float | None = None
-    facts: Mapping[str, Any] | None = None
+    facts: Mapping[str, Any] = {}
     clock: Clock | None = None
     error: HostError | None = None
 
     @property
     def settings(self) -> Mapping[str, str]:
-        settings: Mapping[str, str] = {} if self.facts is None else self.facts["settings"]
-        return {name: value for name, value in settings.items() if value}
+        return {name: value for name, value in self.facts.get("settings", {}).items() if value}
 
 
 class Arrival(Record):
@@ -81,7 +80,7 @@ class Survey(Record):
     @property
     def reached(self) -> Sequence[CheckedHost]:
         """Those that have answered, this machine first."""
-        return [one for one in self.members.values() if one.facts is not None]
+        return [one for one in self.members.values() if one.facts]
 
     @property
     def hosts(self) -> Iterable[CheckedHost]:

@@ -50,7 +50,7 @@ def sync_command(member: CheckedHost) -> str:
 
 def engine_of(member: CheckedHost) -> HostEngine:
     """The engine that a run would use."""
-    assert member.host is not None and member.facts is not None
+    assert member.host is not None
     if member.host.engine is not HostEngine.AUTO:
         return member.host.engine
     has_systemd = member.facts["systemd"] and member.facts["manager"]
@@ -58,7 +58,6 @@ def engine_of(member: CheckedHost) -> HostEngine:
 
 
 def _engine(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     if engine_of(member) is not HostEngine.SYSTEMD:
         return
     if not member.facts["systemd"]:
@@ -86,7 +85,6 @@ def _engine(member: CheckedHost) -> Iterator[HostFinding]:
 
 
 def _python(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     version = tuple(member.facts["python"])
     if version[:2] < MIN_PYTHON:
         found, least = ".".join(map(str, version)), ".".join(map(str, MIN_PYTHON))
@@ -99,14 +97,12 @@ def _python(member: CheckedHost) -> Iterator[HostFinding]:
 
 
 def _launcher(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     if member.facts["version"] is None:
         text = f"{member.facts['executable']} has no launcher"
         yield problem("launcher", member, text, f"{sync_command(member)} installs it")
 
 
 def _packages(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     missing = member.facts["missing"]
     gone = missing["packages"]
     if member.facts["unchecked"] and member.needs.count:
@@ -147,7 +143,6 @@ def duration(seconds: float) -> str:
 
 
 def _folders(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     for folder in member.facts["folders"]:
         path = folder["path"]
         if "error" in folder:
@@ -169,7 +164,6 @@ def _folders(member: CheckedHost) -> Iterator[HostFinding]:
 
 
 def _sessions(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     found = member.facts["max_sessions"]
     if found < MIN_SESSIONS:
         text = f"sshd allows {count(found, 'session')} on a connection (MaxSessions)"
@@ -178,7 +172,6 @@ def _sessions(member: CheckedHost) -> Iterator[HostFinding]:
 
 
 def _ports(member: CheckedHost) -> Iterator[HostFinding]:
-    assert member.facts is not None
     for kind, error in member.facts["port_errors"].items():
         if kind == "unicast":
             text = f"no UDP port of the domain is free for a node: {error}"

@@ -32,7 +32,6 @@ def domain_of(member: CheckedHost) -> str:
 
 
 def middleware_of(member: CheckedHost) -> str:
-    assert member.facts is not None
     installed = member.facts["middlewares"]
     usual = DEFAULT_MIDDLEWARE if DEFAULT_MIDDLEWARE in installed or not installed else installed[0]
     return member.settings.get("RMW_IMPLEMENTATION", usual)
@@ -40,7 +39,6 @@ def middleware_of(member: CheckedHost) -> str:
 
 def distro_of(member: CheckedHost) -> str | None:
     """The ROS distribution; None if there is no ROS."""
-    assert member.facts is not None
     version = member.facts["rclpy"]
     if version is None:
         return member.settings.get("ROS_DISTRO")
@@ -52,9 +50,9 @@ def distro_of(member: CheckedHost) -> str | None:
 
 def _versions(survey: Survey) -> Iterator[HostFinding]:
     """The agent must speak the protocol of the launcher here."""
-    ours = survey.members[LOCAL].facts or {}
+    ours = survey.members[LOCAL].facts
     for member in survey.reached:
-        facts = member.facts or {}
+        facts = member.facts
         if facts["version"] in (None, ours.get("version")):
             if facts["version"] is not None and facts["code"] != ours.get("code"):
                 text = "its launcher is another state of the same version: a run may fail there"
@@ -72,7 +70,6 @@ def _versions(survey: Survey) -> Iterator[HostFinding]:
 
 def _differences(survey: Survey) -> Iterator[HostFinding]:
     for member in survey.reached:
-        assert member.facts is not None
         wanted = middleware_of(member)
         if member.facts["middlewares"] and wanted not in member.facts["middlewares"]:
             yield _finding(
@@ -131,7 +128,6 @@ def _shared_memory(survey: Survey) -> Iterator[HostFinding]:
     for one, other in itertools.combinations(survey.reached, 2):
         if not looks_like(one, other) or _shares_memory(one, other):
             continue
-        assert one.facts is not None
         if any(_avoids_memory(member) for member in (one, other)):
             continue
         text = (
@@ -145,12 +141,10 @@ def _shared_memory(survey: Survey) -> Iterator[HostFinding]:
 
 def looks_like(one: CheckedHost, other: CheckedHost) -> bool:
     """Whether Fast DDS takes the two for one machine."""
-    assert one.facts is not None and other.facts is not None
     return bool(one.facts["addresses"]) and one.facts["addresses"] == other.facts["addresses"]
 
 
 def _shares_memory(one: CheckedHost, other: CheckedHost) -> bool:
-    assert one.facts is not None and other.facts is not None
     names = ("boot_id", "shared_memory")
     return all(one.facts[name] == other.facts[name] for name in names)
 
@@ -167,7 +161,6 @@ def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[HostFindi
     no_unicast = survey.lost("unicast")
     if no_unicast:
         first = next(one for one in survey.reached if one.name == no_unicast[0][1])
-        assert first.facts is not None
         port = first.facts["ports"].get("unicast", 7410)
         yield _finding(
             "discovery",
@@ -178,7 +171,7 @@ def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[HostFindi
             "firewalls",
         )
     yield from _without_multicast(survey, mode, no_unicast)
-    servers = [one.name for one in survey.reached if "server" in (one.facts or {})["ports"]]
+    servers = [one.name for one in survey.reached if "server" in one.facts["ports"]]
     no_server = survey.lost("server", servers)
     if no_server:
         text = f"the port of the discovery server is not reached: {_arrows(no_server)}"
@@ -210,9 +203,9 @@ def _has_substitute(survey: Survey, name: str) -> bool:
 def _translated(survey: Survey) -> Iterator[HostFinding]:
     """Behind a jump host or a translating router, a host sees another address than ours."""
     operator = survey.members[LOCAL]
-    own = (operator.facts or {}).get("addresses", ())
+    own = operator.facts.get("addresses", ())
     for member in survey.reached:
-        client = (member.facts or {}).get("client")
+        client = member.facts.get("client")
         if client and "." in client and client not in own and not client.startswith("127."):
             yield _finding(
                 "discovery",

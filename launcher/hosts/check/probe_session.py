@@ -51,7 +51,7 @@ class ProbeSession:
         self.address = address
         self.needs = needs
         self.user = ""
-        self.facts: Mapping[str, Any] | None = None
+        self.facts: Mapping[str, Any] = {}
         self.error: HostError | None = None
         self.reached_s: float | None = None
         self._clocks: list[Clock] = []
@@ -162,7 +162,7 @@ class ProbeSession:
         """End it; it does so by itself when its input ends."""
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
-        if self.facts is None:
+        if not self.facts:
             self._process.kill()
         try:
             self._process.wait(_END_S)

@@ -51,7 +51,7 @@ def _last_line(result: Examination) -> str:
 
 
 def _row(result: Examination, member: CheckedHost) -> tuple[str, ...]:
-    if member.facts is None:
+    if not member.facts:
         login = "no" if member.reached_s is None else duration(member.reached_s)
         return (member.name, login, member.user or _NOTHING, *[_NOTHING] * (len(_HEAD) - 3))
     facts = member.facts
@@ -72,7 +72,6 @@ def _row(result: Examination, member: CheckedHost) -> tuple[str, ...]:
 
 
 def _engine(member: CheckedHost) -> str:
-    assert member.facts is not None
     engine = engine_of(member)
     if engine is not HostEngine.SYSTEMD:
         return str(engine.value)
@@ -81,7 +80,6 @@ def _engine(member: CheckedHost) -> str:
 
 
 def _plan(member: CheckedHost) -> str:
-    assert member.facts is not None
     if not member.needs.count or member.facts["version"] is None:
         return _NOTHING
     missing = sum(len(names) for names in member.facts["missing"].values())
@@ -103,7 +101,6 @@ def _ros(member: CheckedHost) -> str:
 
 def _free(member: CheckedHost) -> str:
     """The least of the folders; memory is not space on a disk."""
-    assert member.facts is not None
     found = [one for one in member.facts["folders"] if "free" in one]
     disks = [one["free"] for one in found if one["path"] != "/dev/shm"]
     return _size(min(disks)) if disks else _NOTHING
@@ -157,12 +154,12 @@ def _findings(findings: Sequence[HostFinding]) -> list[dict[str, Any]]:
 def _member(member: CheckedHost) -> dict[str, Any]:
     found: dict[str, Any] = {
         "address": member.address,
-        "reached": member.facts is not None,
+        "reached": bool(member.facts),
         "login_s": member.reached_s,
         "user": member.user or None,
         "error": None if member.error is None else member.error.message,
     }
-    if member.facts is None:
+    if not member.facts:
         return found
     facts = member.facts
     clock = member.clock
