@@ -69,11 +69,11 @@ def main(words: Sequence[str]) -> int:
     where = place.find([])
     extra.require()
     place.require_writable(where)
-    from launcher.workspace.testing import jobs, report, runner, selection
+    from launcher.workspace.testing import jobs, report, runner
 
     provide_log_root(os.environ)
     env = _environment(where)
-    chosen = selection.select(where, options.package, env)
+    chosen = jobs.select(where, options.package, env)
     built, missing = _built(chosen, where)
     todo = jobs.jobs(built, where, rest)
     is_single = len(chosen) == 1
