@@ -21,6 +21,7 @@ from benchmarks.mutants import mutants
 from benchmarks.mutants.mutations import MUTANTS
 from benchmarks.own_types import own_types
 from benchmarks.plan import plan
+from benchmarks.process_table import process_table
 from benchmarks.restarts import first_restart, respawn
 from benchmarks.ros_talk import first_answers
 from benchmarks.ros_verbs import topic_list, topic_stream
@@ -42,6 +43,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "idle": footprint,
     "crowd": crowd,
     "sampling": sampling,
+    "process-table": process_table,
     "respawn": respawn,
     "first-restart": first_restart,
     "ctrl-c": ctrl_c,

@@ -4,8 +4,9 @@ The sample of a process includes its whole session, of which each process has it
 their children count together, even if a shell in between has exited. A descendant with a session of
 its own is not included.
 
-Cost: two files of /proc per process and round for CPU, RSS, threads and open files; 0.18 of what
-psutil takes for the same values (`launcher.posix.proc` has what its import costs).
+Cost: two files of /proc per process and round for CPU, RSS, threads and open files, with a part of
+the USS 0.4 to 0.8 of what psutil takes for the same values (`python -m benchmarks sampling`). What
+its import costs a run, where these samples would be its only user, is in `launcher.posix.proc`.
 The USS, for which the kernel walks all pages (0.5 ms for a node), is read of at most
 `USS_PER_ROUND` processes per round, and of more only if they are new.
 
