@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 from launcher.base.errors import LauncherError
 from launcher.posix import proc
+from launcher.posix.ports import FIRST_PORT, PORTS_PER_DOMAIN
 
 # Above 101 the UDP ports are in the ephemeral range of Linux; users choose small ids.
 _DOMAIN_IDS = range(20, 102)
-_FIRST_PORT, _PORTS_PER_DOMAIN = 7400, 250
 
 
 class NoFreeDomainError(LauncherError):
@@ -56,4 +56,4 @@ def _take(lease: socket.socket, domain_id: int) -> bool:
 def busy_domains() -> set[int]:
     """Domains with an open UDP port."""
     ports = {port for port, _ in proc.udp_sockets()}
-    return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}
+    return {(port - FIRST_PORT) // PORTS_PER_DOMAIN for port in ports if port >= FIRST_PORT}

@@ -11,8 +11,8 @@ from collections import Counter
 
 from launcher.posix import proc
 
-_BASE = 7400
-_PER_DOMAIN = 250
+FIRST_PORT = 7400
+PORTS_PER_DOMAIN = 250
 _UNICAST = range(10, 250, 2)  # offsets of the ports for announcements
 MAX_DOMAIN = 232  # above it the ports would pass 65535
 
@@ -26,7 +26,7 @@ def participants_of(bound: set[int]) -> Counter[int]:
     """Domain -> number of participants that hold these ports."""
     return Counter(
         domain
-        for domain, offset in (divmod(port - _BASE, _PER_DOMAIN) for port in bound)
+        for domain, offset in (divmod(port - FIRST_PORT, PORTS_PER_DOMAIN) for port in bound)
         if 0 <= domain <= MAX_DOMAIN
         and offset in _UNICAST
         # a single port belongs to some other program
@@ -55,4 +55,4 @@ def socket_inodes(domain_id: int) -> set[str]:
 
 def multicast_port(domain_id: int) -> int:
     """The port on which all participants of a domain, on every machine, receive announcements."""
-    return _BASE + _PER_DOMAIN * domain_id
+    return FIRST_PORT + PORTS_PER_DOMAIN * domain_id

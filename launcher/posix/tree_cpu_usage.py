@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
-
 from launcher.posix import proc
 
-_Threads = dict[str, tuple[int, int]]
+_Threads = dict[int, tuple[int, int]]
 
 
 class TreeCpuUsage:
     """CPU usage of one process and its descendants; remembers that of the last call.
 
     By threads: an rclpy node has a dozen, most of them of Fast DDS, and a shell leaves the work to
-    its child, so that the first thread may sleep through a busy start. About 12 us a thread.
+    its child, so that the first thread may sleep through a busy start. About 12 us a thread. psutil
+    has ticks of 10 ms only, and no time of waiting.
     """
 
     def __init__(self) -> None:
@@ -41,16 +40,12 @@ class TreeCpuUsage:
 def _threads(pid: int) -> _Threads:
     """Thread -> nanoseconds that it ran and waited so far, of a process and its descendants."""
     threads: _Threads = {}
-    waiting = [str(pid)]
+    waiting = [pid]
     while waiting:
-        tasks = f"{waiting.pop()}/task"
-        try:
-            names = os.listdir(f"{proc.ROOT}/{tasks}")
-        except OSError:
-            continue  # it has just ended
-        for name in names:
-            words = proc.read(f"{tasks}/{name}", "schedstat").split()
+        pid = waiting.pop()
+        for tid in proc.threads(pid):
+            words = proc.read(f"{pid}/task/{tid}", "schedstat").split()
             if len(words) == 3:
-                threads[name] = int(words[0]), int(words[1])
-            waiting += proc.read(f"{tasks}/{name}", "children").decode().split()
+                threads[tid] = int(words[0]), int(words[1])
+            waiting += map(int, proc.read(f"{pid}/task/{tid}", "children").split())
     return threads

@@ -135,7 +135,7 @@ def groups() -> Iterator[tuple[str, Cgroup]]:
 def _own_groups() -> Iterator[tuple[str, str]]:
     """(kind, folder) of the groups that we are in, the best first."""
     paths = {}
-    for line in proc.read("self", "cgroup").decode(errors="replace").splitlines():
+    for line in _lines("cgroup"):
         _, names, path = line.split(":", 2)
         paths[names] = path
     ranked = []
