@@ -81,7 +81,7 @@ def innermost_pid(pid: int) -> int:
 
 def _may_use_udp(pid: int) -> bool:
     """Whether a process holds a UDP socket, or belongs to another user."""
-    if not os.access(f"/proc/{pid}/fd", os.R_OK | os.X_OK):
+    if not os.access(f"{proc.ROOT}/{pid}/fd", os.R_OK | os.X_OK):
         return True
     return bool(sockets_of(pid) & {inode for _, inode in proc.udp_sockets()})
 
@@ -105,8 +105,8 @@ def widen_sockets(inodes: set[str]) -> None:
     datagrams, and what does not fit is repeated seconds later. A profile of Fast DDS could set
     this, too, but rmw_fastrtps overrides it where discovery is limited to this machine.
     """
-    for entry in os.scandir("/proc/self/fd"):
-        with contextlib.suppress(OSError):  # closed meanwhile
-            if os.readlink(entry.path).removeprefix("socket:[").rstrip("]") in inodes:
-                with socket.socket(fileno=os.dup(int(entry.name))) as held:
-                    held.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM_BYTES)
+    for fd, link in proc.descriptors(os.getpid()):
+        if link.removeprefix("socket:[").rstrip("]") in inodes:
+            # It may have been closed meanwhile.
+            with contextlib.suppress(OSError), socket.socket(fileno=os.dup(fd)) as held:
+                held.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM_BYTES)
