@@ -197,7 +197,7 @@ class PartRow(Record):
 
     part: str
     when: When = When.BEGUN
-    wanted: Callable[[Run], object] = staticmethod(lambda run: True)
+    wanted: Callable[[Run], object] = lambda run: True
     delay_s: float = 0.0
     imports: tuple[str, ...] = ()
     options: tuple[Option, ...] = ()

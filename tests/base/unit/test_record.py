@@ -1,5 +1,7 @@
 """`Record`: immutable values with fields, equality and pattern matching."""
 
+from collections.abc import Callable
+
 import pytest
 
 from launcher.base.model.record import Record, replace
@@ -51,3 +53,13 @@ def test_it_matches_by_position_and_prints_its_fields():
         case Point(x, y):
             assert (x, y) == (1, 2)
     assert repr(Point(1)) == "Point(x=1, y=7)"
+
+
+class Rule(Record):
+    name: str
+    applies: Callable[[int], bool] = lambda number: number > 0
+
+
+def test_a_default_that_is_a_function_is_called_as_one_that_is_given():
+    assert Rule("default").applies(1)
+    assert not Rule("given", lambda number: number < 0).applies(1)
