@@ -163,7 +163,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.quiet_limit:QuietLimit",
+        "launcher.run.run_timeout:QuietLimit",
         When.FIRST,
         lambda run: run.options.stop_after_quiet_s is not None,
         options=(

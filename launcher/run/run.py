@@ -6,6 +6,7 @@ import functools
 import os
 import time
 
+from launcher.base.by_name import load
 from launcher.base.model.record import Record
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.posix.cleanup import RUN_ID_VARIABLE
@@ -14,13 +15,15 @@ from launcher.posix.spawn import StartSettings, start, terminal_size_beside
 from launcher.run.core_driver import CoreDriver
 from launcher.run.logs.run_log import RunLog
 from launcher.run.output.reader import OutputReader
+from launcher.run.part import Part, PartRow, StartStage, When
+from launcher.run.parts import ROWS
 from launcher.run.process import child_environment
 from launcher.run.process_driver import ProcessDriver
-from launcher.run.run_parts import RunParts
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from typing import TypeVar
 
     from launcher.base.model.options import RunOptions
     from launcher.base.model.spec import ProcessSpec
@@ -32,9 +35,12 @@ if TYPE_CHECKING:
     from launcher.run.ending.shutdown import Shutdown
     from launcher.run.machine import ReportExit
     from launcher.run.monitor.housekeeping import Housekeeper
-    from launcher.run.part import StartStage
     from launcher.run.process import Process
     from launcher.run.requests.process_control import ProcessControl
+
+    P = TypeVar("P", bound=Part)
+
+_RANKS = {row.part: rank for rank, row in enumerate(ROWS)}
 
 
 class Launched(Record):
@@ -229,3 +235,57 @@ class Spawner:
     def merges(self, process: Process) -> bool:
         """Whether its two streams are one."""
         return process.streams_can_merge and not self._run.core_driver.watches(process)
+
+
+class RunParts:
+    """The parts of one run, in the order of the table."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._parts: tuple[Part, ...] = ()
+        self.stages: Sequence[StartStage] = ()
+
+    def __iter__(self) -> Iterator[Part]:
+        return iter(self._parts)
+
+    def find(self, kind: type[P]) -> P | None:
+        """The part of this class, if it was made."""
+        return next((part for part in self._parts if type(part) is kind), None)
+
+    def need(self, kind: type[P]) -> P:
+        """The part of this class, which is made if there is none yet."""
+        found = self.find(kind)
+        if found is not None:
+            return found
+        part = kind(self._run)
+        self._parts = tuple(sorted((*self._parts, part), key=_rank))
+        self.stages = [one for one in self._parts if isinstance(one, StartStage)]
+        return part
+
+    def _wanted(self, when: When) -> list[PartRow]:
+        return [row for row in ROWS if row.when is when and row.wanted(self._run)]
+
+    def make_first(self) -> None:
+        """Make the parts that are wanted before the first start; UsageError."""
+        for row in self._wanted(When.FIRST):
+            self.need(load(row.part))
+
+    def begin(self, when: When) -> None:
+        """Make those that are wanted from then on, in idle moments."""
+        for row in self._wanted(when):
+            begin = functools.partial(self._begin, row)
+            if row.delay_s:
+                self._run.reactor.call_later(row.delay_s, begin)
+            else:
+                begin()
+
+    def _begin(self, row: PartRow) -> None:
+        when_idle = self._run.reactor.when_idle
+        for name in row.imports:
+            when_idle(functools.partial(__import__, name))
+        when_idle(lambda: self.need(load(row.part)).begin())
+
+
+def _rank(part: Part) -> int:
+    kind = type(part)
+    return _RANKS[f"{kind.__module__}:{kind.__qualname__}"]
