@@ -1,7 +1,7 @@
 """Several nodes of a launch file in one process, for `--compose`.
 
 `core` stands in front of the core of the run: effects about one of the nodes become effects about
-the process, and events of the process become events of its nodes (`members`). `output` finds the
-frames that name the member whose output it is, also within a line. `launcher.launch.composing`
+the process, and events of the process become events of its nodes. `output` tells nodes apart: by
+the frames that name the member whose output it is, also within a line. `launcher.launch.composing`
 says which nodes are put together; `launcher.ros.composed` is the process.
 """
