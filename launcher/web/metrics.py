@@ -84,23 +84,19 @@ DEFINITIONS = (
 )
 
 
-class Metrics:
+class Metrics(Collector):
     """The metrics of one run, in a registry of their own."""
 
     def __init__(self, run: RunFeed, graph: GraphFeed) -> None:
+        self._run = run
+        self._graph = graph
         self._registry = CollectorRegistry(auto_describe=False)
-        self._registry.register(_FeedCollector(run, graph))
+        self._registry.register(self)
 
     def text(self, accept: str) -> tuple[bytes, str]:
         """(content, media type) of a scrape whose header Accept this is."""
         encode, kind = choose_encoder(accept)
         return encode(self._registry), kind
-
-
-class _FeedCollector(Collector):
-    def __init__(self, run: RunFeed, graph: GraphFeed) -> None:
-        self._run = run
-        self._graph = graph
 
     def collect(self) -> Iterator[Metric]:
         values: dict[str, list[Value]] = {}

@@ -66,23 +66,23 @@ class _Due:
     asked: list[int] = field(default_factory=list)  # ids of requests; none if it is automatic
 
 
-class _Both:
-    """Passes on what is recorded to the ring and to the files."""
+class _RingBeside(Ring):
+    """Passes on what is recorded to files as well."""
 
-    def __init__(self, ring: Ring, files: FileSink) -> None:
-        self._ring = ring
+    def __init__(self, max_bytes: int, keep_s: float, files: FileSink) -> None:
+        super().__init__(max_bytes, keep_s)
         self._files = files
 
     def add_topic(self, topic: Topic) -> None:
-        self._ring.add_topic(topic)
+        super().add_topic(topic)
         self._files.add_topic(topic)
 
     def set_qos(self, topic: str, profiles: list[Qos]) -> None:
-        self._ring.set_qos(topic, profiles)
+        super().set_qos(topic, profiles)
         self._files.set_qos(topic, profiles)
 
     def put(self, message: Message, publisher: bytes) -> bool:
-        self._ring.put(message, publisher)
+        super().put(message, publisher)
         return self._files.put(message, publisher)
 
 
@@ -91,19 +91,20 @@ class FlightRecorder:
 
     def __init__(self, settings: FlightSettings, observer: Observer) -> None:
         self._settings = settings
-        self._ring = Ring(settings.keep_bytes, settings.keep_s)
+        keep = settings.keep_bytes, settings.keep_s
+        self._ring = Ring(*keep)
         self._files: FileSink | None = None
         if settings.everything:
             folder = os.path.join(settings.run_folder, "bag")
             writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
             self._files = FileSink(writer, _QUEUE_BYTES)
+            self._ring = _RingBeside(*keep, self._files)
         regex = None if settings.topics is None else re.compile(settings.topics)
         selection = Selection(
             all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
         )
-        sink = self._ring if self._files is None else _Both(self._ring, self._files)
         options = RecorderOptions(selection=selection, remember_s=settings.keep_s + REMEMBER_S)
-        self._recorder = Recorder(observer, options, sink, lambda text: say(note=text))
+        self._recorder = Recorder(observer, options, self._ring, lambda text: say(note=text))
         self._requests: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._due: _Due | None = None
         self._last_automatic_s = -APART_S

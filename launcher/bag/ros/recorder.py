@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.bag.model import CDR, Definition, Message, Qos, Topic, distinct
 from launcher.bag.ros import qos as bag_qos
-from launcher.bag.ros.sinks import MessageSink
+from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.selection import Selection
 from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.changes import GraphChanges
@@ -78,7 +78,7 @@ class Recorder:
         self,
         observer: Observer,
         options: RecorderOptions,
-        sink: MessageSink,
+        sink: FileSink | Ring,
         notes: Callable[[str], None],
     ) -> None:
         self.topics: dict[str, Recorded] = {}

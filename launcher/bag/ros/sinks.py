@@ -7,22 +7,11 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
 
 from launcher.bag.model import BagError, Message, Qos, Topic
 from launcher.bag.writer import BagWriter
 
 FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
-
-
-class MessageSink(Protocol):
-    """Takes messages without waiting; `put` is False if there is no room for one."""
-
-    def add_topic(self, topic: Topic) -> None: ...
-
-    def set_qos(self, topic: str, profiles: list[Qos]) -> None: ...
-
-    def put(self, message: Message, publisher: bytes) -> bool: ...
 
 
 class FileSink:
@@ -51,6 +40,7 @@ class FileSink:
         self._queue.append((topic, profiles))
 
     def put(self, message: Message, publisher: bytes) -> bool:
+        """Take a message without waiting; False if there is no room for it."""
         size = len(message.data)
         if self._waiting and self._waiting + size > self._max_bytes:
             return False
