@@ -29,21 +29,17 @@ MODULES = {"vue": "/lib/vue.js", "echarts": "/lib/echarts/index.js", "page/": "/
 _TYPES = {".js": "text/javascript", ".css": "text/css", ".woff2": "font/woff2"}
 
 
-class AssetError(LauncherError):
-    """A file of the page is missing."""
-
-
 @cache
 def _nicegui() -> Path:
     spec = importlib.util.find_spec("nicegui")
     if spec is None or not spec.submodule_search_locations:
-        raise AssetError("the page needs the files of the Python package 'nicegui'")
+        raise LauncherError("the page needs the files of the Python package 'nicegui'")
     return Path(spec.submodule_search_locations[0])
 
 
 @cache
 def libraries() -> dict[str, Path]:
-    """Files below `/lib/` by their names there. Raises AssetError."""
+    """Files below `/lib/` by their names there; LauncherError if one is missing."""
     root = _nicegui()
     found = {name: root / path for name, path in _LIBRARIES.items()}
     found.update({f"echarts/{path.name}": path for path in (root / _ECHARTS).glob("*.js")})
@@ -54,7 +50,7 @@ def libraries() -> dict[str, Path]:
     wanted = {"icons.woff2", "echarts/index.js"} - found.keys()
     if missing or wanted:
         names = ", ".join(sorted({*missing, *wanted}))
-        raise AssetError(
+        raise LauncherError(
             f"the package 'nicegui' in {root} lacks files of the page: {names}",
             hint="install the version that requirements/dev.txt names",
         )

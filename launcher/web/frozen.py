@@ -54,7 +54,7 @@ class FrozenRun:
 def freeze(runs: Sequence[FrozenRun], *, title: str, chosen: int = 0) -> str:
     """The HTML file of at least one run; `chosen`: the index of the one that is shown first.
 
-    Raises AssetError if a file of the page is missing.
+    Raises LauncherError if a file of the page is missing.
     """
     data = [
         f'<script type="text/plain" id="frozen-{i}">{_packed(_json(run.messages))}</script>'

@@ -33,10 +33,6 @@ _GOODBYE_S = 1.0  # for pages to read that the run has ended
 _REQUEST_BYTES = 1024 * 1024
 
 
-class ServeError(LauncherError):
-    """The page cannot be served."""
-
-
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class PageSettings:
     """Options of the verb, or JSON from the launcher. `socket`: of the run.
@@ -106,7 +102,8 @@ class WebServer:
         ending = asyncio.create_task(self._end.wait())
         try:
             await asyncio.wait({serving, ending}, return_when=asyncio.FIRST_COMPLETED)
-            await self._say_goodbye()
+            if self.has_ended and len(self._hub):
+                await asyncio.sleep(_GOODBYE_S)
         finally:
             ending.cancel()
             server.should_exit = True
@@ -134,10 +131,6 @@ class WebServer:
     def end_run(self) -> None:
         """The run has ended in order: tell the pages, and end `serve`."""
         self._run.end("ended")
-
-    async def _say_goodbye(self) -> None:
-        if self.has_ended and len(self._hub):
-            await asyncio.sleep(_GOODBYE_S)
 
     def _link(self, listening: socket.socket) -> str:
         port = listening.getsockname()[1]
@@ -206,7 +199,7 @@ def _listen(settings: PageSettings) -> socket.socket:
     except OSError as error:
         if error.errno == errno.EADDRINUSE and settings.port is None:
             return _bound(settings.host, 0)
-        raise ServeError(
+        raise LauncherError(
             f"cannot listen on {settings.host} port {port}: {error.strerror or error}",
             hint="another port: --web-port N" if error.errno == errno.EADDRINUSE else None,
         ) from None
