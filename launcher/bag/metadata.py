@@ -12,6 +12,7 @@ import yaml
 
 from launcher.bag.model import CDR, LAST_NS, BagError, Extent, Qos, Topic, one_line
 from launcher.base import text_file, yaml_bounds
+from launcher.base.errors import UsageError
 from launcher.base.text import typed_error
 from launcher.base.yaml_dumper import Dumper
 
@@ -57,6 +58,20 @@ class Metadata:
     ros_distro: str = ""
     custom_data: Mapping[str, str] = field(default_factory=dict)
     version: int = VERSION
+
+
+def document_in(path: str) -> Any:
+    """What a YAML file of a user has; UsageError."""
+    try:
+        text = text_file.read(path)
+        document = yaml_bounds.load(text)
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise UsageError(yaml_bounds.sentence(error, path)) from None
+    if text_file.is_pointer(text):
+        raise UsageError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
+    return document
 
 
 def qos_from(value: Any) -> tuple[Qos, ...]:

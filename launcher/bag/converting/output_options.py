@@ -7,14 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import yaml
-
 from launcher.bag import compression
 from launcher.bag.converting.convert import Output
 from launcher.bag.converting.moments import Moment
+from launcher.bag.metadata import document_in
 from launcher.bag.selection import Selection
 from launcher.bag.writer import Storage
-from launcher.base import text_file, yaml_bounds
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.text import did_you_mean
@@ -134,14 +132,8 @@ class _BagOptions:
 
 
 def read(path: str) -> list[Output]:
-    """UsageError for a mistake in the file, OSError."""
-    try:
-        text = text_file.read(path)
-        document = yaml_bounds.load(text)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(yaml_bounds.sentence(error, path)) from None
-    if text_file.is_pointer(text):
-        raise UsageError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
+    """UsageError for a mistake in the file."""
+    document = document_in(path)
     entries = document.get(_ROOT) if isinstance(document, dict) else None
     if not isinstance(entries, list) or not entries:
         raise UsageError(f"{path} has no list '{_ROOT}'", hint="it begins with: output_bags:")

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
-from launcher.bag.metadata import TIMES
+from launcher.bag.metadata import TIMES, document_in
 from launcher.bag.model import Qos
-from launcher.base import text_file, yaml_bounds
 from launcher.base.errors import UsageError
 from launcher.ros.snapshot.graph import INFINITE_NS, EndpointInfo
 from launcher.ros.topics.qos import MAX_DEPTH, copied
@@ -53,15 +50,7 @@ def read_overrides(path: str | None) -> dict[str, Qos]:
     """Topic -> policies, from a file of rosbag2's form, if any; UsageError with the place."""
     if path is None:
         return {}
-    try:
-        text = text_file.read(path)
-        document = yaml_bounds.load(text)
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise UsageError(yaml_bounds.sentence(error, path)) from None
-    if text_file.is_pointer(text):
-        raise UsageError(text_file.pointer_sentence(path), hint=text_file.POINTER_HINT)
+    document = document_in(path)
     if not isinstance(document, dict):
         raise UsageError(
             f"{path} does not map topics to policies",

@@ -66,10 +66,7 @@ def _outputs(options: Parsed) -> Iterator[Output]:
         given = {one.flags[-1] for one, *_ in options.given if one is not None}
         if others := sorted(given - {"--output", "--input", "--debug", "--workspace"}):
             raise UsageError(f"{others[0]} goes into {options.output}, which has all options")
-        try:
-            yield from output_options.read(options.output)
-        except OSError as error:
-            raise UsageError(f"cannot read {options.output}: {error.strerror}") from None
+        yield from output_options.read(options.output)
     else:
         yield _output(options)
 
