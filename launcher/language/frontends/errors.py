@@ -80,6 +80,19 @@ class StructureError(FrontendError, RuntimeError):
     """The tags or keys do not form a launch description."""
 
 
+def of_others(
+    problem: Exception, place: SourcePlace | None, what: str, ros_type: str
+) -> LaunchFileError:
+    """The error for an exception of code that may be of another package, and may raise anything."""
+    from launcher.language.diagnostics.error_details import details
+    from launcher.language.diagnostics.own_faults import own_fault
+
+    mistake = own_fault(problem, None if place is None else place.where)
+    return mistake or FrontendError(
+        f"{what}: {problem}", place=place, hint=details(problem).hint, ros_type=ros_type
+    )
+
+
 def first_of(errors: Sequence[LaunchFileError]) -> LaunchFileError:
     """The first error, carrying the others and those that they carry."""
     first, *others = errors

@@ -13,6 +13,7 @@ from launcher.language.frontends.errors import (
     StructureError,
     as_lark_error,
     locate,
+    of_others,
     shown,
 )
 from launcher.language.frontends.grammar import (
@@ -105,16 +106,8 @@ def _call(
     except FrontendError as error:
         locate(error, here)
         raise
-    except Exception as problem:  # third-party code may raise anything
-        from launcher.language.diagnostics.error_details import details
-        from launcher.language.diagnostics.own_faults import own_fault
-
-        mistake = own_fault(problem, None if here is None else here.where)
-        if mistake is not None:
-            raise mistake from problem
-        message = f"$({call.name} ...): {problem}"
-        hint = details(problem).hint
-        raise FrontendError(message, place=here, hint=hint, ros_type="VisitError") from problem
+    except Exception as problem:
+        raise of_others(problem, here, f"$({call.name} ...)", "VisitError") from problem
     return made
 
 

@@ -20,6 +20,7 @@ from launcher.language.frontends.errors import (
     count_of,
     first_of,
     locate,
+    of_others,
 )
 from launcher.language.naming import public
 from launcher.language.sources import InvalidLaunchFileError
@@ -154,17 +155,9 @@ class Parser:
             raise
         except (LauncherError, RecursionError):
             raise
-        except Exception as problem:  # third-party code may raise anything
-            from launcher.language.diagnostics.error_details import details
-            from launcher.language.diagnostics.own_faults import own_fault
-
-            mistake = own_fault(problem, None if place is None else place.where)
-            if mistake is not None:
-                raise mistake from problem
-            message = f"<{entity.type_name}>: {problem}"
-            hint = details(problem).hint
+        except Exception as problem:
             ros_type = getattr(problem, "ros_type", type(problem).__name__)
-            raise FrontendError(message, place=place, hint=hint, ros_type=ros_type) from problem
+            raise of_others(problem, place, f"<{entity.type_name}>", ros_type) from problem
         if place is not None:
             action._origin = FileLine(place.path, place.line)
         return action
