@@ -9,7 +9,7 @@ from launcher.hosts.file.model import Host
 
 
 class CommandTransport:
-    """A Transport: `words` with the arguments of `launcher agent` behind them."""
+    """In place of SshTransport: `words` with the arguments of `launcher agent` behind them."""
 
     def __init__(self, host: Host, words: Sequence[str], environment: Mapping[str, str]) -> None:
         self._host = host

@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from launcher.hosts.engine.agent_link import AgentLink
+from launcher.hosts.engine.agent_link import AgentLink, SshTransport
 from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.engine.replica import Replica
-from launcher.hosts.engine.transport import SshTransport
 from launcher.hosts.file.model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor

@@ -13,7 +13,7 @@ the hosts file does not.
 * Times are those of the launcher's clock, by an offset that stays the same as long as the
   processes live: decisions by differences of times are the same on both sides.
 
-`engine: ssh` is `agent_link`: one `launcher agent` per host by `ssh -T` (`transport`), not a
+`engine: ssh` is `agent_link`: one `launcher agent` per host by `ssh -T` (`SshTransport`), not a
 session per process, of which sshd allows 10. Both directions carry `frames`: length, kind, number,
 time of the sender, payload. A frame with a number is kept by its sender until it is acknowledged
 (`outbox`), and sent again on the next connection (`channel`): 4 MiB while connected, 32 MiB of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import launcher
 from launcher.base.text import typed_error
@@ -23,14 +23,17 @@ from launcher.hosts.engine.link import LinkContext, LinkState, beat_s
 from launcher.hosts.engine.reports import decode_event
 from launcher.hosts.engine.session_process import SessionProcess
 from launcher.hosts.engine.timers import Timers
+from launcher.hosts.failures import HostError, failure, no_ssh
+from launcher.hosts.file.model import Host
+from launcher.hosts.ssh import SshConnection, python_script, ssh_environment
 from launcher.run.machine import MachineCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.hosts.engine.transport import Transport
     from launcher.hosts.file.order import Order
+
 
 UNREACHABLE_S = 3.0
 RENEW_S = 6.0  # of silence, after which another connection is tried
@@ -48,7 +51,7 @@ def key_of(run_id: str, host: str) -> str:
 class AgentLink:
     """A Link. The host is told its policy with each connection."""
 
-    def __init__(self, context: LinkContext, transport: Transport) -> None:
+    def __init__(self, context: LinkContext, transport: SshTransport) -> None:
         self._host = context.host
         self._listener = context.listener
         self._reactor = context.reactor
@@ -364,3 +367,28 @@ class AgentLink:
 
     def relieved(self) -> None:
         pass
+
+
+class SshTransport:
+    """Makes processes whose standard streams are those of the agent; `environment` is for them.
+
+    By OpenSSH; a master connection of the user's own is used if there is one.
+    """
+
+    def __init__(self, host: Host, environment: Mapping[str, str]) -> None:
+        self._host = host
+        self._connection = SshConnection(host, None)
+        self.environment = ssh_environment(environment)
+
+    def words(self, arguments: Sequence[str], *, is_again: bool) -> Sequence[str]:
+        """`arguments` of `launcher agent`; `is_again`: what was used before may be broken."""
+        script = python_script(self._host, ["-m", "launcher", "agent", *arguments])
+        return self._connection.alone(script) if is_again else self._connection.session(script)
+
+    def failure(self, stderr: str, returncode: int | None) -> HostError:
+        """What a process has died of, before the agent has said anything."""
+        return failure(self._host, stderr, returncode)
+
+    def absence(self, error: OSError) -> HostError:
+        """The process cannot be started here."""
+        return no_ssh(self._host)

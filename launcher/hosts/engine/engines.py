@@ -28,8 +28,7 @@ def make_link(context: LinkContext) -> Link:
 
 
 def _agent_link(context: LinkContext) -> Link:
-    from launcher.hosts.engine.agent_link import AgentLink
-    from launcher.hosts.engine.transport import SshTransport
+    from launcher.hosts.engine.agent_link import AgentLink, SshTransport
 
     return AgentLink(context, SshTransport(context.host, context.environment))
 
