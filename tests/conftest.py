@@ -77,8 +77,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 def _is_of_the_part(path: Path, config: pytest.Config) -> bool:
     part = config.getoption("--part")
-    in_checkout = path.relative_to(config.rootpath).as_posix()
-    return part is None or (UNIT in in_checkout) == (part == "unit")
+    if part is None:
+        return True
+    return (UNIT in path.relative_to(config.rootpath).as_posix()) == (part == "unit")
 
 
 def pytest_configure(config: pytest.Config) -> None:
