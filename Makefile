@@ -59,7 +59,7 @@ define run_tests
 	exit $$status
 endef
 
-## test: lint, types, unit tests, and basic tests of every part (4 minutes); for one wing: WING=bag
+## test: lint, types, unit tests, and basic tests of every part (5 minutes); for one wing: WING=bag
 test: lint
 	$(call run_tests,unit or basic)
 
