@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base.model.supervision import GRAPH_KINDS, Fact
 from launcher.output.filters import Pattern, TooSlowError
+from launcher.output.lines import without_colour
 from launcher.posix.reactor import Reactor
 from launcher.run.process import Process
 
@@ -14,8 +14,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.run.helpers.graph_facts import GraphFacts
     from launcher.run.ready.attempts import CommandRun, PortAttempts
-
-_COLOUR = re.compile(rb"\x1b\[[0-9;:]*m")
 
 
 class ReadyWatch:
@@ -72,7 +70,7 @@ class ReadyWatch:
                 self._attempts.append(CommandRun(fact, reactor, tell, env=env, cwd=cwd))
 
     def _read(self, lines: bytes) -> None:
-        split = _COLOUR.sub(b"", lines).splitlines()
+        split = without_colour(lines).splitlines()
         for index, pattern in list(self._patterns.items()):
             try:
                 found = bool(pattern.choose(split))
