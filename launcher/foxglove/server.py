@@ -10,19 +10,19 @@ import logging
 import signal
 import socket
 from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from launcher.base import strict_json
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove.look import TopicChoice
 from launcher.packages.extras import install_command
 from launcher.posix.dispositions import heeded
-from launcher.ros.verb import observing, warn
+from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
     from launcher.foxglove.bridge import FoxgloveBridge
+    from launcher.foxglove.look import TopicChoice
     from launcher.ros.discovery.observer import Observer
 
 _MOST_MESSAGE_BYTES = 64 * 1024 * 1024  # of one message of a client
@@ -33,13 +33,24 @@ _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _KEEP_ALIVE = {"TCP_KEEPIDLE": 15, "TCP_KEEPINTVL": 5, "TCP_KEEPCNT": 3}
 
 
-def serve(options: Parsed) -> int:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServerOptions:
+    """What `foxglove` was asked for; `most_bytes` may wait for one client."""
+
+    choice: TopicChoice
+    host: str
+    port: int
+    most_bytes: int
+    read_only: bool
+    json: bool
+
+
+def serve(access: GraphAccess, options: ServerOptions) -> int:
     """Serve until Ctrl-C or SIGTERM; VerbError if that is not possible."""
-    choice = TopicChoice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
-    choice.check()
+    options.choice.check()
     _require_package()
-    with observing(options) as observer:
-        asyncio.run(_serve(observer, choice, options))
+    with observing(access) as observer:
+        asyncio.run(_serve(observer, options))
     return ExitCode.OK
 
 
@@ -53,7 +64,7 @@ def _require_package() -> None:
         ) from None
 
 
-async def _serve(observer: Observer, choice: TopicChoice, options: Parsed) -> None:
+async def _serve(observer: Observer, options: ServerOptions) -> None:
     from launcher.foxglove.bridge import FoxgloveBridge
 
     def report(event: str, **fields: object) -> None:
@@ -64,9 +75,9 @@ async def _serve(observer: Observer, choice: TopicChoice, options: Parsed) -> No
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
     bridge = FoxgloveBridge(
         observer,
-        choice,
+        options.choice,
         report,
-        most_bytes=int(options.queue * 1e6),
+        most_bytes=options.most_bytes,
         is_read_only=options.read_only,
     )
     try:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import functools
 
-from launcher.base.by_name import lazy
-from launcher.base.command_line import count, number, option
+from launcher.base.command_line import Parsed, count, number, option
 from launcher.base.verb_table import VERBS
-from launcher.ros.verb import dispatch, ros_command
+from launcher.ros.verb import GraphAccess, dispatch, ros_command
 
 PORT = 8765  # where Foxglove and Lichtblick look first
 _QUEUE_MB = 10.0
@@ -24,10 +23,28 @@ def _megabytes(word: str) -> float:
     return value
 
 
+def _foxglove(options: Parsed) -> int:
+    from launcher.foxglove.look import TopicChoice
+    from launcher.foxglove.server import ServerOptions, serve
+
+    choice = TopicChoice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
+    return serve(
+        GraphAccess.of(options),
+        ServerOptions(
+            choice=choice,
+            host=options.host,
+            port=options.port,
+            most_bytes=int(options.queue * 1e6),
+            read_only=options.read_only,
+            json=options.json,
+        ),
+    )
+
+
 COMMAND = ros_command(
     "foxglove",
     VERBS["foxglove"],
-    lazy("launcher.foxglove.server:serve"),
+    _foxglove,
     option("--host HOST", "address to listen on", default="127.0.0.1"),
     option("--port N", "port to listen on; 0: any that is free", _port, PORT),
     option("--topics RE", "only topics that match"),

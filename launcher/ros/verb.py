@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from launcher.base import command_line, strict_json
@@ -180,15 +181,27 @@ def _read_graph(options: Parsed) -> GraphSnapshot | None:
     return result.snapshot
 
 
+@dataclass(frozen=True, slots=True)
+class GraphAccess:
+    """The domain of the graph, and how long to wait at most until it is complete and quiet."""
+
+    domain_id: int
+    spin_time_s: float
+
+    @classmethod
+    def of(cls, options: Parsed) -> GraphAccess:
+        return cls(domain_option(options), spin_time_s(options))
+
+
 @contextlib.contextmanager
 def observing(
-    options: Parsed,
+    access: GraphAccess,
     enough: Callable[[GraphSnapshot], object] = lambda graph: False,
     *,
     listens: bool = False,
     profile: str | None = None,
 ) -> Iterator[Observer]:
-    """An rclpy observer of the domain of the options, while discovery is still on its way.
+    """An rclpy observer of the domain, while discovery is still on its way.
 
     A `Prefetch` reads the graph meanwhile, until it is complete or `enough`. With `listens`, for
     callers that only subscribe, the endpoints of others are known sooner.
@@ -197,11 +210,11 @@ def observing(
     from launcher.ros.discovery.prefetch import Prefetch
 
     with contextlib.ExitStack() as stack:
-        domain_id, prefetch = domain_option(options), None
+        domain_id, prefetch = access.domain_id, None
         if domains.is_plain():
             remote = not domains.localhost_only()
             prefetch = Prefetch(
-                domain_id, spin_time_s(options), remote=remote, enough=enough, listens=listens
+                domain_id, access.spin_time_s, remote=remote, enough=enough, listens=listens
             )
             stack.callback(prefetch.close)
         from launcher.ros.discovery.observer import Observer  # imports rclpy, which is slow
@@ -214,8 +227,9 @@ def settled_observer(options: Parsed) -> Iterator[Observer]:
     """An observer that knows the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle
 
-    with observing(options) as observer:
-        result = settle(observer, spin_time_s(options))
+    access = GraphAccess.of(options)
+    with observing(access) as observer:
+        result = settle(observer, access.spin_time_s)
         names = observer.node_names()
         warn_if_incomplete(observer.domain_id, names, result.missing, result.waited_s)
         yield observer

@@ -3,61 +3,73 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import sys
 import time
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from launcher.bag.model import Extent, Message, Span, summed
+from launcher.bag.model import Extent, Message, Qos, Span, summed
 from launcher.bag.reader import Bag
 from launcher.bag.ros.keys import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
-from launcher.bag.ros.qos import read_overrides
 from launcher.bag.ros.read_ahead import ReadAhead
 from launcher.bag.selection import Selection
-from launcher.bag.verbs.info import warn_of
-from launcher.bag.verbs.topics import names, selected
 from launcher.bag.words import clock as clock_text
-from launcher.base.errors import ExitCode, UsageError
+from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
-from launcher.ros.verb import observing, spin_time_s, warn
-
-if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
+from launcher.ros.verb import GraphAccess, observing, warn
 
 JUMP_S = 5.0
 RATE_FACTOR = 1.1
 _LONGEST_SLEEP_S = 0.05  # from one look at the keys to the next
+_ACKED_S = 10.0
 _SWITCH_S = 0.0005  # the thread that reads ahead must not hold up a message for 5 ms
 _BAR_WIDTH = 30
 MIN_RATE, MAX_RATE = 0.01, 1000.0
 
 
-def play(options: Parsed) -> int:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlayOptions:
+    """What `bag play` was asked for; offsets and durations are seconds of the bag."""
+
+    selection: Selection
+    overrides: Mapping[str, Qos] = field(default_factory=dict)
+    remap: Mapping[str, str] = field(default_factory=dict)
+    rate: float = 1.0
+    loop: bool = False
+    start_offset_s: float = 0.0
+    duration_s: float | None = None
+    until_ns: int | None = None
+    delay_s: float = 0.0
+    clock_hz: float | None = None
+    clock_topics: frozenset[str] | None = None
+    start_paused: bool = False
+    acked_s: float | None = None
+    requests: str | None = None
+    read_ahead: int = 1000
+    keyboard: bool = True
+    wait_for_subscriptions: bool = True
+
+
+def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     """Play until the end, or Ctrl-C; the exit code. BagError, VerbError if nothing is played."""
-    selection = selected(
-        options, services=names(options.services), exclude_services=names(options.exclude_services)
-    )
-    bags = [Bag(one) for one in options.bags]
-    if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
-        longest_s = max(bag.extent.duration_ns for bag in bags) / 1e9
-        raise UsageError(f"--start-offset is behind the end: the bag has {longest_s:.3f} s")
-    overrides = read_overrides(options.qos_profile_overrides_path)
     for bag in bags:
-        warn_of(bag)
+        for note in bag.notes:
+            warn(f"{bag.path}: {note}")
     switch_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     player = None
     try:
-        with observing(options) as observer:
+        with observing(access) as observer:
             status = StatusLine(lambda width: player.line(width) if player else "")
-            remap = dict(options.remap or ())
-            publishers = Publishers(observer, overrides, remap, status.print, _requests(options))
-            topics = _added(bags, selection, publishers)
+            publishers = Publishers(
+                observer, options.overrides, options.remap, status.print, requests=options.requests
+            )
+            topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
-            publishers.wait_for_others(observer.prefetched_graph(), spin_time_s(options))
+            if options.wait_for_subscriptions:
+                publishers.wait_for_others(observer.prefetched_graph(), access.spin_time_s)
             player.run()
     except KeyboardInterrupt:
         pass
@@ -66,13 +78,6 @@ def play(options: Parsed) -> int:
     if player is not None:
         player.report()
     return ExitCode.OK
-
-
-def _requests(options: Parsed) -> str | None:
-    """Whose events become requests, or None if they are published as they are."""
-    if not options.publish_service_requests:
-        return None
-    return str(options.service_requests_source).partition("_")[0]
 
 
 def _added(
@@ -103,7 +108,7 @@ class _Player:
         self,
         bags: Sequence[Bag],
         topics: Sequence[frozenset[str]],
-        options: Parsed,
+        options: PlayOptions,
         publishers: Publishers,
         status: StatusLine,
     ) -> None:
@@ -114,41 +119,42 @@ class _Player:
         self._status = status
         self._count = 0
         whole = summed(bag.extent for bag in bags)
-        self._first_ns = whole.start_ns + round(options.start_offset * 1e9)
+        self._first_ns = whole.start_ns + round(options.start_offset_s * 1e9)
         self._end_ns = self._last(whole)
         self._source = self._read_from(self._first_ns)
         self._clock = PlayClock(self._first_ns, 0.0, rate=options.rate)
         self._next_clock_s = 0.0
-        self._clock_topics = names(options.clock_topics)  # none: every topic, if it is any
-        self._has_clock_topics = options.clock_topics_all or bool(self._clock_topics)
-        if options.clock is not None or self._has_clock_topics:
+        if self._has_clock:
             publishers.add_clock()
+
+    @property
+    def _has_clock(self) -> bool:
+        return self._options.clock_hz is not None or self._options.clock_topics is not None
 
     def _last(self, whole: Extent) -> int:
         """The time of the last message that may be played."""
         ends = [whole.end_ns]
-        if self._options.playback_duration is not None:
-            ends.append(self._first_ns + round(self._options.playback_duration * 1e9))
-        if self._options.playback_until_sec is not None:
-            ends.append(round(self._options.playback_until_sec * 1e9))
+        if self._options.duration_s is not None:
+            ends.append(self._first_ns + round(self._options.duration_s * 1e9))
+        if self._options.until_ns is not None:
+            ends.append(self._options.until_ns)
         return min(ends)
 
     def _read_from(self, start_ns: int) -> ReadAhead:
         span = Span(start_ns, max(start_ns, self._end_ns + 1))
-        return ReadAhead(self._bags, self._topics, span, self._options.read_ahead_queue_size)
+        return ReadAhead(self._bags, self._topics, span, self._options.read_ahead)
 
     def run(self) -> None:
         try:
-            with Keys(enabled=not self._options.disable_keyboard_controls) as keys:
+            with Keys(enabled=self._options.keyboard) as keys:
                 self._greet(keys.enabled)
-                start_s = time.monotonic() + self._options.delay
-                self._clock.jump(self._first_ns, start_s)
-                self._clock.set_paused(self._options.start_paused, start_s)
+                now = time.monotonic()
+                self._clock.jump(self._first_ns, now + self._options.delay_s)
+                self._clock.set_paused(self._options.start_paused, now + self._options.delay_s)
                 while self._play_once(keys) and self._options.loop:
                     self._jump(self._first_ns)
             self._status.clear()
-            limit_ms = self._options.wait_for_all_acked
-            limit_s = math.inf if limit_ms == 0 else limit_ms / 1000
+            limit_s = _ACKED_S if self._options.acked_s is None else self._options.acked_s
             if not self._publishers.wait_for_all_acked(limit_s):
                 warn(f"not everything was received after {limit_s:g} s")
         finally:
@@ -172,7 +178,7 @@ class _Player:
                 found = True
             if wait_s > 0 or self._status.enabled:
                 self._handle(keys)
-            if self._options.clock is not None:
+            if self._options.clock_hz is not None:
                 wait_s = min(wait_s, self._tick_clock())
             self._status.draw()
             if wait_s > 0:
@@ -180,14 +186,15 @@ class _Player:
         return found
 
     def _publish(self, message: Message) -> None:
-        topics = self._clock_topics
-        if self._has_clock_topics and (not topics or message.topic in topics):
+        topics = self._options.clock_topics
+        if topics is not None and (not topics or message.topic in topics):
             self._publishers.publish_clock(message.log_ns)
         self._count += self._publishers.publish(message)
 
     def _tick_clock(self) -> float:
         """Publish `/clock` if it is time; how long until the next time."""
-        now, period_s = time.monotonic(), 1.0 / self._options.clock
+        assert self._options.clock_hz is not None
+        now, period_s = time.monotonic(), 1.0 / self._options.clock_hz
         if now >= self._next_clock_s:
             self._publishers.publish_clock(self._clock.time_ns(now))
             self._next_clock_s = max(self._next_clock_s + period_s, now)

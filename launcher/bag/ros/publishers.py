@@ -40,6 +40,7 @@ class Publishers:
         overrides: Mapping[str, Qos],
         remap: Mapping[str, str],
         notes: Callable[[str], None],
+        *,
         requests: str | None = None,
     ) -> None:
         self._observer = observer

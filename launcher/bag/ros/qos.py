@@ -46,10 +46,8 @@ def _nanoseconds(value: Mapping[str, int]) -> int:
     return 0 if ns >= INFINITE_NS // _S * _S else ns
 
 
-def read_overrides(path: str | None) -> dict[str, Qos]:
-    """Topic -> policies, from a file of rosbag2's form, if any; UsageError with the place."""
-    if path is None:
-        return {}
+def read_overrides(path: str) -> dict[str, Qos]:
+    """Topic -> policies, from a file of rosbag2's form; UsageError with the place."""
     document = document_in(path)
     if not isinstance(document, dict):
         raise UsageError(

@@ -7,27 +7,23 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from launcher.bag.model import BagError
 from launcher.bag.ros.keys import Keys, StatusLine
-from launcher.bag.ros.qos import read_overrides
 from launcher.bag.ros.recorder import PERIOD_S, Recorded, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring
-from launcher.bag.verbs.files import MAX, storage_of
-from launcher.bag.verbs.record import selection_of
 from launcher.bag.words import clock, size
-from launcher.bag.writer import BagWriter
-from launcher.base.errors import ExitCode, UsageError
-from launcher.base.ros_errors import VerbError, did_you_mean
+from launcher.bag.writer import BagWriter, Storage
+from launcher.base.errors import ExitCode
+from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import count
 from launcher.posix.dispositions import Handled
 from launcher.posix.domains import why_empty
-from launcher.ros.topics.listener import full_topic
-from launcher.ros.verb import domain_option, observing
+from launcher.ros.verb import GraphAccess, observing
 
 if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
     from launcher.ros.discovery.observer import Observer
 
 _SNAPSHOT_HINT = "s or SIGUSR1 writes what is in memory"
@@ -35,45 +31,35 @@ _RATE_S = 1.0
 _MISSING_S = 3.0
 
 
-def record(options: Parsed) -> int:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordOptions:
+    """What `bag record` was asked for, besides what is recorded."""
+
+    folder: str
+    storage: Storage
+    cache_bytes: int
+    start_paused: bool = False
+    snapshot: bool = False
+    keyboard: bool = True
+    for_s: float | None = None
+    custom_data: dict[str, str] | None = None
+
+
+def record(access: GraphAccess, options: RecordOptions, recorder_options: RecorderOptions) -> int:
     """Record; the exit code. BagError if the folder exists, or cannot be written."""
-    recorder_options = _recorder_options(options)
-    domain_option(options)  # UsageError, before there is a folder
-    folder = options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")
     with _stopping() as stopped, ExitStack() as stack:
         try:
             writer = BagWriter(
-                folder,
-                storage_of(options),
+                options.folder,
+                options.storage,
                 ros_distro=os.environ.get("ROS_DISTRO", "jazzy"),
-                custom_data=dict(options.custom_data or ()),
+                custom_data=options.custom_data,
             )
         except OSError as error:
-            raise BagError(f"cannot write {folder}: {error.strerror}") from None
-        observer = stack.enter_context(observing(options, listens=True))
+            raise BagError(f"cannot write {options.folder}: {error.strerror}") from None
+        observer = stack.enter_context(observing(access, listens=True))
         run = _RecordRun(observer, options, recorder_options, writer, stopped)
         return run.run()
-
-
-def _recorder_options(options: Parsed) -> RecorderOptions:
-    """UsageError for what selects nothing, or cannot be the name of a topic or a service."""
-    selection = selection_of(options)
-    if selection.is_empty:
-        raise UsageError(
-            "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
-        )
-    for name in (*selection.topics, *selection.services):
-        try:
-            full_topic(name)
-        except VerbError as error:
-            raise UsageError(error.message) from None
-    return RecorderOptions(
-        selection=selection,
-        overrides=read_overrides(options.qos_profile_overrides_path),
-        poll_s=None if options.no_discovery else options.polling_interval / 1000,
-        use_sim_time=options.use_sim_time,
-        include_unpublished=options.include_unpublished_topics,
-    )
 
 
 @contextmanager
@@ -96,7 +82,7 @@ class _RecordRun:
     def __init__(
         self,
         observer: Observer,
-        options: Parsed,
+        options: RecordOptions,
         recorder_options: RecorderOptions,
         writer: BagWriter,
         stopped: Callable[[], bool],
@@ -107,9 +93,8 @@ class _RecordRun:
         self._writer = writer
         self._stopped = stopped
         self._status = StatusLine(self._line)
-        cache_bytes = options.max_cache_size or MAX
-        self._ring = Ring(cache_bytes) if options.snapshot_mode else None
-        self._files = FileSink(writer, cache_bytes)
+        self._ring = Ring(options.cache_bytes) if options.snapshot else None
+        self._files = FileSink(writer, options.cache_bytes)
         sink = self._files if self._ring is None else self._ring
         self._recorder = Recorder(observer, recorder_options, sink, self._status.print)
         self._recorder.paused = options.start_paused
@@ -119,7 +104,7 @@ class _RecordRun:
 
     def run(self) -> int:
         signal.signal(signal.SIGUSR1, self._want_snapshot)
-        with Keys(enabled=not self._options.disable_keyboard_controls) as keys:
+        with Keys(enabled=self._options.keyboard) as keys:
             self._greet(keys.enabled)
             while not self._is_over():
                 self._handle(keys)
@@ -137,7 +122,7 @@ class _RecordRun:
 
     def _greet(self, has_keys: bool) -> None:
         keys = " (space pauses)" if has_keys else ""
-        self._status.print(f"recording into {self._writer.folder}{keys}")
+        self._status.print(f"recording into {self._options.folder}{keys}")
         if self._ring is not None:
             self._status.print(f"in memory only: {_SNAPSHOT_HINT}")
 
@@ -216,7 +201,7 @@ class _RecordRun:
             self._status.print("what was written before is a whole bag")
         else:
             self._status.print(
-                f"hint: when there is room again: bag check --repair {self._writer.folder}"
+                f"hint: when there is room again: bag check --repair {self._options.folder}"
             )
         return ExitCode.PROCESS_FAILED
 
@@ -224,7 +209,7 @@ class _RecordRun:
         recorder = self._recorder
         written = self._writer.total
         self._status.print(
-            f"wrote {self._writer.folder}: {count(written, 'message')} of "
+            f"wrote {self._options.folder}: {count(written, 'message')} of "
             f"{count(len(recorder.topics), 'topic')}, {size(self._writer.size_bytes)}, "
             f"{recorder.lost} lost"
         )

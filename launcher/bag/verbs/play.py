@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import math
 
-from launcher.bag.verbs.topics import SELECT, remapping
-from launcher.base.by_name import lazy
-from launcher.base.command_line import count, number, option, positive_seconds, seconds
-from launcher.ros.verb import ros_command
+from launcher.bag.verbs.topics import SELECT, names, selected
+from launcher.base.command_line import (
+    Parsed,
+    count,
+    number,
+    option,
+    positive_seconds,
+    seconds,
+)
+from launcher.base.errors import UsageError
+from launcher.base.model.ros_names import full_name
+from launcher.ros.verb import GraphAccess, ros_command
 
 _CLOCK_HZ = 40.0
 
@@ -19,17 +27,77 @@ def _rate(word: str) -> float:
     return value
 
 
+def _remapping(word: str) -> tuple[str, str]:
+    old, sign, new = word.partition(":=")
+    if not (old and sign and new):
+        raise ValueError(f"'{word}' is not OLD:=NEW")
+    return full_name(old), full_name(new)
+
+
+def _play(options: Parsed) -> int:
+    from launcher.bag.reader import Bag
+    from launcher.bag.ros.play import PlayOptions, play
+    from launcher.bag.ros.qos import read_overrides
+
+    path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
+    selection = selected(
+        options,
+        services=names(options.services),
+        exclude_services=names(options.exclude_services),
+    )
+    bags = [Bag(one) for one in options.bags]
+    if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
+        longest_s = max(bag.extent.duration_ns for bag in bags) / 1e9
+        raise UsageError(f"--start-offset is behind the end: the bag has {longest_s:.3f} s")
+    clock_topics = names(options.clock_topics) or None
+    return play(
+        GraphAccess.of(options),
+        bags,
+        PlayOptions(
+            selection=selection,
+            overrides={} if path is None else read_overrides(path),
+            remap=dict(options.remap or ()),
+            rate=options.rate,
+            loop=options.loop,
+            start_offset_s=options.start_offset,
+            duration_s=options.playback_duration,
+            until_ns=None if until_s is None else round(until_s * 1e9),
+            delay_s=options.delay,
+            clock_hz=options.clock,
+            clock_topics=frozenset() if options.clock_topics_all else clock_topics,
+            start_paused=options.start_paused,
+            acked_s=_acked_s(options.wait_for_all_acked),
+            requests=_requests(options),
+            read_ahead=options.read_ahead_queue_size,
+            keyboard=not options.disable_keyboard_controls,
+        ),
+    )
+
+
+def _requests(options: Parsed) -> str | None:
+    """Whose events become requests, or None if they are published as they are."""
+    if not options.publish_service_requests:
+        return None
+    return str(options.service_requests_source).partition("_")[0]
+
+
+def _acked_s(milliseconds: int | None) -> float | None:
+    if milliseconds is None:
+        return None
+    return math.inf if milliseconds == 0 else milliseconds / 1000
+
+
 COMMAND = ros_command(
     "bag play",
     "publish what bags have",
-    lazy("launcher.bag.ros.play:play"),
+    _play,
     option("BAG ...", "folders, or .mcap and .db3 files", name="bags"),
     option("-r, --rate FACTOR", "speed", _rate, 1.0),
     option("-l, --loop", "begin again at the end"),
     *SELECT,
     option("--services NAME ...", "events of these services"),
     option("--exclude-services NAME ...", "not events of these services"),
-    option("-m, --remap OLD:=NEW ...", "other names for topics", remapping),
+    option("-m, --remap OLD:=NEW ...", "other names for topics", _remapping),
     option(
         "--clock [HZ]",
         "publish the time of the bag on /clock (40 Hz)",
@@ -45,9 +113,9 @@ COMMAND = ros_command(
     option("--playback-until-sec S", "end at this time, in seconds since 1970", seconds),
     option(
         "--wait-for-all-acked MS",
-        "at the end, wait so long until RELIABLE subscriptions have everything; 0: for ever",
+        "at the end, wait so long until RELIABLE subscriptions have everything; 0: for ever "
+        "(default: 10000)",
         lambda word: count(word, 0),
-        10_000,
     ),
     option("--qos-profile-overrides-path FILE", "YAML: topic -> policies of its publisher"),
     option(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterable
+
 from launcher.bag.selection import Selection, expression
-from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count
+from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
 from launcher.bag.verbs.topics import EXCLUDE, names
-from launcher.base.by_name import lazy
 from launcher.base.command_line import Parsed, count, option, positive_seconds
-from launcher.ros.verb import ros_command
+from launcher.base.errors import UsageError
+from launcher.ros.verb import GraphAccess, ros_command
 
 _CACHE_BYTES = 100 * 1024 * 1024
 
@@ -19,7 +22,53 @@ def _pair(word: str) -> tuple[str, str]:
     return name, value
 
 
-def selection_of(options: Parsed) -> Selection:
+def _record(options: Parsed) -> int:
+    from launcher.bag.ros.qos import read_overrides
+    from launcher.bag.ros.record import RecordOptions, record
+    from launcher.bag.ros.recorder import RecorderOptions
+
+    selection = _selection(options)
+    if selection.is_empty:
+        raise UsageError(
+            "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
+        )
+    _check_names((*selection.topics, *selection.services))
+    path = options.qos_profile_overrides_path
+    return record(
+        GraphAccess.of(options),
+        RecordOptions(
+            folder=options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"),
+            storage=storage_of(options),
+            cache_bytes=options.max_cache_size or MAX,
+            start_paused=options.start_paused,
+            snapshot=options.snapshot_mode,
+            keyboard=not options.disable_keyboard_controls,
+            for_s=options.for_s,
+            custom_data=dict(options.custom_data or ()),
+        ),
+        RecorderOptions(
+            selection=selection,
+            overrides={} if path is None else read_overrides(path),
+            poll_s=None if options.no_discovery else options.polling_interval / 1000,
+            use_sim_time=options.use_sim_time,
+            include_unpublished=options.include_unpublished_topics,
+        ),
+    )
+
+
+def _check_names(names: Iterable[str]) -> None:
+    """UsageError for what cannot be the name of a topic or a service."""
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.topics.listener import full_topic
+
+    for name in names:
+        try:
+            full_topic(name)
+        except VerbError as error:
+            raise UsageError(error.message) from None
+
+
+def _selection(options: Parsed) -> Selection:
     return Selection(
         all_topics=options.all or options.all_topics,
         all_services=options.all or options.all_services,
@@ -86,7 +135,7 @@ _HOW = (
 COMMAND = ros_command(
     "bag record",
     "record topics until Ctrl-C",
-    lazy("launcher.bag.ros.record:record"),
+    _record,
     option("[NAME ...]", "topics", name="words"),
     *_WHAT,
     *_FILES,

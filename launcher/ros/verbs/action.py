@@ -14,6 +14,7 @@ from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.posix.dispositions import Handled
 from launcher.ros.verb import (
+    GraphAccess,
     dispatch,
     graph_snapshot,
     json_text,
@@ -112,7 +113,7 @@ def _send_goal(options: Parsed) -> int:
     fill(values, parse(standard_input() if options.stdin else options.goal))
     name = full_name(options.action_name)
     with (
-        observing(options, lambda graph: name in graph.action_types()) as observer,
+        observing(GraphAccess.of(options), lambda graph: name in graph.action_types()) as observer,
         ServiceCaller(observer) as caller,
     ):
         caller.load(kind)

@@ -15,11 +15,9 @@ from launcher.ros.snapshot.graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, TopicTarget, full_topic
 from launcher.ros.topics.qos import QosOptions
-from launcher.ros.verb import spin_time_s, warn
-from launcher.ros.verbs.listening import qos_options
+from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
     from launcher.ros.discovery.observer import Observer
 
 _PERIOD_S = 0.004
@@ -56,11 +54,13 @@ def target_in(
 class TopicSubscriber:
     """Subscribes with the QoS of the command line, or as it fits the publishers."""
 
-    def __init__(self, observer: Observer, listener: Listener, options: Parsed) -> None:
+    def __init__(
+        self, observer: Observer, listener: Listener, chosen: QosOptions, spin_time_s: float
+    ) -> None:
         self.observer = observer
         self._listener = listener
-        self._chosen = qos_options(options)
-        self._spin_time_s = spin_time_s(options)
+        self._chosen = chosen
+        self._spin_time_s = spin_time_s
 
     def subscribe_now(self, name: str, type_name: str | None) -> None:
         """Subscribe; VerbError with the text of ros2cli if the type is unknown."""

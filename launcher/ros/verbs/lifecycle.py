@@ -12,6 +12,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
+    GraphAccess,
     dispatch,
     graph_snapshot,
     observing,
@@ -47,7 +48,7 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
 
     node = full_name(options.node_name)
     with (
-        observing(options, lambda graph: graph.is_lifecycle(node)) as observer,
+        observing(GraphAccess.of(options), lambda graph: graph.is_lifecycle(node)) as observer,
         ServiceCaller(observer, answer_s=options.timeout) as caller,
     ):
         from launcher.ros import lifecycle

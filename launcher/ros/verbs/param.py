@@ -15,6 +15,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
+    GraphAccess,
     dispatch,
     observing,
     ros_command,
@@ -63,7 +64,7 @@ def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
         return node in graph.nodes and services <= graph.service_types().keys()
 
     with (
-        observing(options, is_known) as observer,
+        observing(GraphAccess.of(options), is_known) as observer,
         ServiceCaller(observer, answer_s=options.timeout) as caller,
     ):
         from launcher.ros.parameters import prepare

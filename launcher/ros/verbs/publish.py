@@ -7,7 +7,8 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError, name_fault
@@ -21,44 +22,59 @@ from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.topics import qos
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
+from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import observing, standard_input, warn
-from launcher.ros.verbs.listening import qos_options
+from launcher.ros.verb import GraphAccess, observing, warn
 from launcher.ros.verbs.streams import until_interrupted
-
-if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
 _PROFILE = os.path.join(os.path.dirname(qos.__file__), "publisher.xml")
 
 
-def publish(options: Parsed, limit: int | None, subscriptions: int) -> int:
-    """Publish `limit` messages, or until Ctrl-C, once there are so many subscriptions."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PublishOptions:
+    """What `topic pub` was asked for; without a `limit` it publishes until Ctrl-C.
+
+    `subscriptions` is how many to wait for, `print_each` the N of each Nth message.
+    """
+
+    access: GraphAccess
+    topic: str
+    type: str
+    values: str
+    qos: QosOptions
+    rate_hz: float
+    limit: int | None
+    print_each: int
+    subscriptions: int
+    max_wait_s: float | None
+    keep_alive_s: float
+    node_name: str | None
+    use_sim_time: bool
+
+
+def publish(options: PublishOptions) -> int:
     from rclpy.qos import QoSProfile
 
-    values = standard_input() if options.stdin else options.values
-    message = with_library(load_message(options.message_type))()
-    stamps = fill(message, parse(values))
-    name = full_topic(options.topic_name)
-    profile = qos.from_options(qos_options(options), QoSProfile(depth=10))
+    message = with_library(load_message(options.type))()
+    stamps = fill(message, parse(options.values))
+    name = full_topic(options.topic)
+    profile = qos.from_options(options.qos, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)
     with (
         until_interrupted(is_end=False),
-        observing(options, profile=_PROFILE) as observer,
+        observing(options.access, profile=_PROFILE) as observer,
         _node(observer, options.node_name) as node,
     ):
         clock.start(observer)
         publisher = node.create_publisher(type(message), name, profile)
-        own = qos.endpoint_of(
-            profile, Direction.PUBLISHER, name, options.message_type, node="this command"
-        )
-        _await_subscriptions(observer, publisher, subscriptions, options.max_wait_time_secs, own)
-        with until_interrupted(is_end=limit is None):
-            _loop(clock, publisher, message, stamps, limit, options)
-        if limit is not None:
-            _await_delivery(publisher, options.keep_alive)
+        own = qos.endpoint_of(profile, Direction.PUBLISHER, name, options.type, node="this command")
+        _await_subscriptions(observer, publisher, options, own)
+        with until_interrupted(is_end=options.limit is None):
+            _loop(clock, publisher, message, stamps, options)
+        if options.limit is not None:
+            _await_delivery(publisher, options.keep_alive_s)
     return ExitCode.OK
 
 
@@ -96,9 +112,10 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
 
 
 def _await_subscriptions(
-    observer: Observer, publisher: Any, wanted: int, limit_s: float | None, own: Endpoint
+    observer: Observer, publisher: Any, options: PublishOptions, own: Endpoint
 ) -> None:
     """Return when there are as many as wanted; VerbError if that takes too long."""
+    wanted, limit_s = options.subscriptions, options.max_wait_s
     printed_s, unmatched = None, Unmatched()
     end = math.inf if limit_s is None else time.monotonic() + limit_s
     while (there := publisher.get_subscription_count()) < wanted:
@@ -124,25 +141,21 @@ def _with_options(found: list[Mismatch], reasons: str) -> str:
 
 
 def _loop(
-    clock: WallClock,
-    publisher: Any,
-    message: Any,
-    stamps: list[Stamp],
-    limit: int | None,
-    options: Parsed,
+    clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: PublishOptions
 ) -> None:
     print("publisher: beginning loop", flush=True)
+    limit = options.limit
     count, due = 0, clock.elapsed_s()
     while limit is None or count < limit:
         clock.sleep_until(due)
-        due = max(due + 1.0 / options.rate, clock.elapsed_s() - 1.0)  # do not catch up for ever
+        due = max(due + 1.0 / options.rate_hz, clock.elapsed_s() - 1.0)  # do not catch up for ever
         count += 1
         if stamps:
             now = _message(clock.now_ns() or 0)
             for stamp in stamps:
                 stamp(now)
         publisher.publish(message)
-        if count % options.print == 0:
+        if count % options.print_each == 0:
             print(f"publishing #{count}: {message!r}\n", flush=True)
 
 

@@ -8,12 +8,12 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.by_name import lazy
 from launcher.base.command_line import Command, Parsed, number, option
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
+    GraphAccess,
     dispatch,
     graph_snapshot,
     json_text,
@@ -28,7 +28,7 @@ from launcher.ros.verb import (
     standard_input,
     to_json_plain,
 )
-from launcher.ros.verbs.listening import QOS, STYLE
+from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
 if TYPE_CHECKING:
     from launcher.ros.services import ServiceCaller
@@ -93,6 +93,21 @@ def _info(options: Parsed) -> int:
     return show(options, document, lines)
 
 
+def _echo(options: Parsed) -> int:
+    from launcher.ros.verbs.service_events import EventWriter, ServiceEchoOptions, echo
+
+    return echo(
+        ServiceEchoOptions(
+            access=GraphAccess.of(options),
+            service=options.service_name,
+            type=options.service_type,
+            writer=EventWriter(style=style(options), csv=options.csv, json=options.json),
+            qos=qos_options(options),
+            timeout_s=options.timeout,
+        )
+    )
+
+
 def _call(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
@@ -106,7 +121,7 @@ def _call(options: Parsed) -> int:
     fill(request, parse(standard_input() if options.stdin else options.values))
     name = full_name(options.service_name)
     with (
-        observing(options, lambda graph: name in graph.service_types()) as observer,
+        observing(GraphAccess.of(options), lambda graph: name in graph.service_types()) as observer,
         ServiceCaller(observer) as caller,
     ):
         _await_service(caller, kind, options)
@@ -180,7 +195,7 @@ COMMAND = Command(
         ros_command(
             "service echo",
             "print the requests and responses of a service that has introspection",
-            lazy("launcher.ros.verbs.service_events:echo"),
+            _echo,
             NAME,
             option("[TYPE]", name="service_type"),
             option("--timeout S", "end after S seconds", seconds),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
@@ -17,15 +18,24 @@ from launcher.ros.messages.to_yaml import dump, to_plain
 from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.echo import Writer
 from launcher.ros.topics.listener import Listener
-from launcher.ros.verb import observing, spin_time_s
+from launcher.ros.topics.qos import QosOptions
+from launcher.ros.verb import GraphAccess, observing
 from launcher.ros.verbs.awaited_topics import TopicSubscriber
-from launcher.ros.verbs.listening import style
 from launcher.ros.verbs.streams import Limit, nothing_came, until_interrupted
 
-if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
-
 _NAMES = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceEchoOptions:
+    """What `service echo` was asked for."""
+
+    access: GraphAccess
+    service: str
+    type: str | None
+    writer: EventWriter
+    qos: QosOptions
+    timeout_s: float | None
 
 
 class EventWriter(Writer):
@@ -45,10 +55,9 @@ class EventWriter(Writer):
             yield dump(self._plain(value), flow=self.style.flow) + "---\n"
 
 
-def echo(options: Parsed) -> int:
-    """Print events until Ctrl-C, or the end of the timeout."""
-    writer = EventWriter(style=style(options), csv=options.csv, json=options.json)
-    service = full_name(options.service_name)
+def echo(options: ServiceEchoOptions) -> int:
+    """Print events until Ctrl-C, or the end of `timeout_s`."""
+    service = full_name(options.service)
     topic = f"{service}/_service_event"
     is_silent = True
 
@@ -56,27 +65,27 @@ def echo(options: Parsed) -> int:
         return service in graph.service_types() and bool(graph.on(topic, Direction.PUBLISHER))
 
     with (
-        until_interrupted(is_end=options.timeout is None),
-        observing(options, enough, listens=True) as observer,
+        until_interrupted(is_end=options.timeout_s is None),
+        observing(options.access, enough, listens=True) as observer,
     ):
-        graph = settled_graph(observer, spin_time_s(options), enough)
+        graph = settled_graph(observer, options.access.spin_time_s, enough)
         listener = Listener(observer, raw=False)
-        subscriber = TopicSubscriber(observer, listener, options)
-        subscriber.subscribe_now(topic, f"{_type(graph, service, options.service_type)}_Event")
+        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
+        subscriber.subscribe_now(topic, f"{_type(graph, service, options.type)}_Event")
         if not graph.on(topic, Direction.PUBLISHER):
             # With --json, standard output has events only.
             print(
                 f"No publishers on topic '{topic}'; "
                 "is service introspection on the client or server enabled?",
-                file=sys.stderr if options.json else sys.stdout,
+                file=sys.stderr if options.writer.json else sys.stdout,
                 flush=True,
             )
-        limit = Limit(options.timeout)
+        limit = Limit(options.timeout_s)
         for sample in listener.samples(limit.tick):
             is_silent, limit.is_fresh = False, True
-            sys.stdout.writelines(writer.pieces(sample, sample.message))
-    if is_silent and options.timeout is not None:
-        return nothing_came([topic], options.timeout)
+            sys.stdout.writelines(options.writer.pieces(sample, sample.message))
+    if is_silent and options.timeout_s is not None:
+        return nothing_came([topic], options.timeout_s)
     return ExitCode.OK
 
 

@@ -7,7 +7,8 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.errors import ExitCode
@@ -17,13 +18,40 @@ from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter
 from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget
-from launcher.ros.verb import observing, warn
+from launcher.ros.topics.qos import QosOptions
+from launcher.ros.verb import GraphAccess, observing, warn
 from launcher.ros.verbs.awaited_topics import AwaitedTopics, TopicSubscriber, are_published
 
-if TYPE_CHECKING:
-    from launcher.base.command_line import Parsed
-
 SILENCE_S = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EchoOptions:
+    """What `topic echo` was asked for; `type` is for topics that do not exist yet."""
+
+    access: GraphAccess
+    topics: list[str]
+    type: str | None
+    writer: Writer
+    qos: QosOptions
+    filter: str | None
+    once: bool
+    timeout_s: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureOptions:
+    """What `topic hz`, `bw` or `delay` was asked for; `window` is a number of messages."""
+
+    access: GraphAccess
+    topics: list[str]
+    qos: QosOptions
+    window: int
+    for_s: float | None
+    use_sim_time: bool
+    json: bool
+    filter: str | None = None
+    min_hz: float | None = None
 
 
 @contextlib.contextmanager
@@ -44,19 +72,19 @@ def until_interrupted(*, is_end: bool = True) -> Iterator[None]:
         sys.stdout = open("/dev/null", "w")  # noqa: SIM115
 
 
-def echo(options: Parsed, topics: list[str], type_name: str | None, writer: Writer) -> int:
-    """Print messages of topics, of this type if they do not exist yet."""
-    accepts = compiled_filter(options.filter)
-    is_endless, is_silent = not options.once and options.timeout is None, True
+def echo(options: EchoOptions) -> int:
+    writer, accepts = options.writer, compiled_filter(options.filter)
+    enough = are_published(options.topics)
+    is_endless, is_silent = not options.once and options.timeout_s is None, True
     with (
         until_interrupted(is_end=is_endless),
-        observing(options, are_published(topics), listens=True) as observer,
+        observing(options.access, enough, listens=True) as observer,
     ):
         listener = Listener(observer, raw=writer.raw)
-        subscriber = TopicSubscriber(observer, listener, options)
-        for name in topics:
-            subscriber.subscribe_now(name, type_name)
-        limit = Limit(options.timeout)
+        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
+        for name in options.topics:
+            subscriber.subscribe_now(name, options.type)
+        limit = Limit(options.timeout_s)
         write = sys.stdout.write
         for sample in listener.samples(limit.tick):
             limit.is_fresh = True
@@ -68,8 +96,8 @@ def echo(options: Parsed, topics: list[str], type_name: str | None, writer: Writ
                 write(piece)
             if options.once:
                 break
-    if is_silent and options.timeout is not None:
-        return nothing_came(topics, options.timeout, options.filter)
+    if is_silent and options.timeout_s is not None:
+        return nothing_came(options.topics, options.timeout_s, options.filter)
     return ExitCode.OK
 
 
@@ -143,8 +171,7 @@ class _Quiet:
 
 
 def _measure(
-    options: Parsed,
-    names: Sequence[str],
+    options: MeasureOptions,
     clock: WallClock,
     found: Callable[[TopicTarget], None],
     take: Callable[[ReceivedMessage, int], None],
@@ -158,11 +185,12 @@ def _measure(
     """
     with (
         until_interrupted(is_end=options.for_s is None),
-        observing(options, are_published(names), listens=True) as observer,
+        observing(options.access, are_published(options.topics), listens=True) as observer,
     ):
         clock.start(observer)
         listener = Listener(observer, raw=raw)
-        awaited = AwaitedTopics(TopicSubscriber(observer, listener, options), names, found)
+        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
+        awaited = AwaitedTopics(subscriber, options.topics, found)
         for sample in listener.samples(_Clock(options.for_s, awaited, report).tick):
             received_ns = clock.received_ns(sample)
             if received_ns is not None:
@@ -170,10 +198,10 @@ def _measure(
         clock.stop()
 
 
-def hz(options: Parsed) -> int:
+def hz(options: MeasureOptions) -> int:
     """Print rates; exit code 1 if there is none at the end, or one below `--min`."""
     accepts = compiled_filter(options.filter)
-    names = list(map(full_name, options.topic_names))
+    names = list(map(full_name, options.topics))
     arrivals = {name: statistics.Arrivals(options.window) for name in names}
     quiet: dict[str, _Quiet] = {}
     clock = clock_of(simulated=options.use_sim_time)
@@ -194,7 +222,7 @@ def hz(options: Parsed) -> int:
             one.check()
         _print_rates(due, arrivals, options)
 
-    _measure(options, names, clock, found, take, report, raw=accepts is None)
+    _measure(options, clock, found, take, report, raw=accepts is None)
     if options.for_s is None:
         return ExitCode.OK
     _print_rates(
@@ -206,7 +234,7 @@ def hz(options: Parsed) -> int:
 def _print_rates(
     found: dict[str, statistics.Spread],
     arrivals: dict[str, statistics.Arrivals],
-    options: Parsed,
+    options: MeasureOptions,
 ) -> None:
     if not found:
         return
@@ -226,7 +254,8 @@ def _document(spread: statistics.Spread, mean: str) -> dict[str, Any]:
     return {n: getattr(spread, n) for n in (mean, "min_s", "max_s", "std_dev_s", "window")}
 
 
-def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: int) -> int:
+def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, now_ns: int) -> int:
+    assert options.for_s is not None
     code = int(ExitCode.OK)
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
@@ -245,7 +274,7 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: Parsed, now_ns: 
     return code
 
 
-def bw(options: Parsed) -> int:
+def bw(options: MeasureOptions) -> int:
     sizes = statistics.Bandwidth(options.window)
 
     def line(now_ns: int) -> str | None:
@@ -260,20 +289,19 @@ def bw(options: Parsed) -> int:
         if not sample.is_history:
             sizes.add(received_ns, len(sample.message))
 
-    if _is_reported(options, found, take, line, raw=True):
-        return ExitCode.OK
-    return _too_few(options.topic_name, len(sizes), options.for_s)
+    silent_s = _silent_s(options, found, take, line, raw=True)
+    return ExitCode.OK if silent_s is None else _too_few(options.topics[0], len(sizes), silent_s)
 
 
-def _is_reported(
-    options: Parsed,
+def _silent_s(
+    options: MeasureOptions,
     found: Callable[[TopicTarget], None],
     take: Callable[[ReceivedMessage, int], None],
     line: Callable[[int], str | None],
     *,
     raw: bool,
-) -> bool:
-    """Measure one topic, and print a line each second; False if there is none where time is up."""
+) -> float | None:
+    """Measure one topic, a line each second; the time that is up, if there was no line."""
     is_silent, clock = True, clock_of(simulated=options.use_sim_time)
 
     def report() -> None:
@@ -282,10 +310,10 @@ def _is_reported(
             print(text)
             is_silent = False
 
-    _measure(options, [options.topic_name], clock, found, take, report, raw=raw)
+    _measure(options, clock, found, take, report, raw=raw)
     if is_silent and options.for_s is not None:
         report()
-    return not is_silent or options.for_s is None
+    return options.for_s if is_silent else None
 
 
 def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
@@ -295,7 +323,7 @@ def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
     return strict_json.dumps(document)
 
 
-def delay(options: Parsed) -> int:
+def delay(options: MeasureOptions) -> int:
     delays = statistics.Delays(options.window)
 
     def line(now_ns: int) -> str | None:
@@ -305,9 +333,8 @@ def delay(options: Parsed) -> int:
     def take(sample: ReceivedMessage, received_ns: int) -> None:
         delays.add(received_ns - _stamp_ns(sample.message))
 
-    if _is_reported(options, lambda target: None, take, line, raw=False):
-        return ExitCode.OK
-    return nothing_came([options.topic_name], options.for_s)
+    silent_s = _silent_s(options, lambda target: None, take, line, raw=False)
+    return ExitCode.OK if silent_s is None else nothing_came(options.topics, silent_s)
 
 
 def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:

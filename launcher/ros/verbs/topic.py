@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from launcher.base.by_name import lazy
 from launcher.base.command_line import (
     Command,
     Option,
@@ -21,6 +21,7 @@ from launcher.base.model.ros_names import full_name
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     SIM_TIME,
+    GraphAccess,
     dispatch,
     graph_snapshot,
     print_json,
@@ -29,8 +30,12 @@ from launcher.ros.verb import (
     seconds,
     show,
     show_names,
+    standard_input,
 )
-from launcher.ros.verbs.listening import QOS, STYLE, natural, style
+from launcher.ros.verbs.listening import QOS, STYLE, natural, qos_options, style
+
+if TYPE_CHECKING:
+    from launcher.ros.verbs.streams import MeasureOptions
 
 _MAX = 2**31 - 1
 
@@ -110,7 +115,7 @@ def _find(options: Parsed) -> int:
 def _echo(options: Parsed) -> int:
     from launcher.base.ros_errors import VerbError
     from launcher.ros.topics.echo import Writer
-    from launcher.ros.verbs.streams import echo
+    from launcher.ros.verbs.streams import EchoOptions, echo
 
     topics, message_type = _topics_and_type(options.words)
     if options.field and options.raw:
@@ -126,7 +131,18 @@ def _echo(options: Parsed) -> int:
         field=options.field,
         prefixed=len(topics) > 1,
     )
-    return echo(options, topics, message_type, writer)
+    return echo(
+        EchoOptions(
+            access=GraphAccess.of(options),
+            topics=topics,
+            type=message_type,
+            writer=writer,
+            qos=qos_options(options),
+            filter=options.filter,
+            once=options.once,
+            timeout_s=options.timeout,
+        )
+    )
 
 
 def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
@@ -146,6 +162,24 @@ def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
     return words, None
 
 
+def _measuring(
+    options: Parsed, topics: list[str], accepted: str | None = None, min_hz: float | None = None
+) -> MeasureOptions:
+    from launcher.ros.verbs.streams import MeasureOptions
+
+    return MeasureOptions(
+        access=GraphAccess.of(options),
+        topics=topics,
+        qos=qos_options(options),
+        window=options.window,
+        for_s=options.for_s,
+        use_sim_time=options.use_sim_time,
+        json=options.json,
+        filter=accepted,
+        min_hz=min_hz,
+    )
+
+
 def _hz(options: Parsed) -> int:
     from launcher.ros.verbs.streams import hz
 
@@ -153,11 +187,23 @@ def _hz(options: Parsed) -> int:
         raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
     if options.min_hz is not None and options.for_s is None:
         raise UsageError("--min needs --for", hint="for example: --for 5 --min 4.5")
-    return hz(options)
+    return hz(_measuring(options, options.topic_names, options.filter, options.min_hz))
+
+
+def _bw(options: Parsed) -> int:
+    from launcher.ros.verbs.streams import bw
+
+    return bw(_measuring(options, [options.topic_name]))
+
+
+def _delay(options: Parsed) -> int:
+    from launcher.ros.verbs.streams import delay
+
+    return delay(_measuring(options, [options.topic_name]))
 
 
 def _pub(options: Parsed) -> int:
-    from launcher.ros.verbs.publish import publish
+    from launcher.ros.verbs.publish import PublishOptions, publish
 
     require_rate(options.rate)
     limit, wanted = 1 if options.once else options.times, options.wait_matching_subscriptions
@@ -167,7 +213,23 @@ def _pub(options: Parsed) -> int:
             "--max-wait-time-secs option is only effective with --wait-matching-subscriptions, "
             "--once or --times"
         )
-    return publish(options, limit, wanted)
+    return publish(
+        PublishOptions(
+            access=GraphAccess.of(options),
+            topic=options.topic_name,
+            type=options.message_type,
+            values=standard_input() if options.stdin else options.values,
+            qos=qos_options(options),
+            rate_hz=options.rate,
+            limit=limit,
+            print_each=options.print,
+            subscriptions=wanted,
+            max_wait_s=options.max_wait_time_secs,
+            keep_alive_s=options.keep_alive,
+            node_name=options.node_name,
+            use_sim_time=options.use_sim_time,
+        )
+    )
 
 
 COMMAND = Command(
@@ -226,19 +288,12 @@ COMMAND = Command(
             groups=QOS,
         ),
         ros_command(
-            "topic bw",
-            "measure the bandwidth",
-            lazy("launcher.ros.verbs.streams:bw"),
-            NAME,
-            _window(100),
-            FOR,
-            SIM_TIME,
-            groups=QOS,
+            "topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, SIM_TIME, groups=QOS
         ),
         ros_command(
             "topic delay",
             "measure the age of messages by their headers",
-            lazy("launcher.ros.verbs.streams:delay"),
+            _delay,
             NAME,
             _window(10000),
             FOR,

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 from std_msgs.msg import Header
 
-from launcher.base.command_line import Parsed
 from launcher.ros.topics.listener import ReceivedMessage, TopicTarget
+from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.statistics import NANOS
+from launcher.ros.verb import GraphAccess
 from launcher.ros.verbs import streams
 
 Measured = Callable[..., tuple[int, str, str]]
@@ -24,7 +25,6 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     def run(name: str, times_s: Sequence[float], **more: Any) -> tuple[int, str, str]:
         def measure(
             options: Any,
-            names: Any,
             clock: Any,
             found: Any,
             take: Any,
@@ -43,10 +43,11 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
             report()
 
         monkeypatch.setattr(streams, "_measure", measure)
-        given: dict[str, Any] = {"for_s": 2.0, "window": 100, "topic_name": "t"}
-        given |= {"topic_names": ["t"], "min_hz": None, "filter": None}
-        given |= {"json": False, "use_sim_time": False}
-        options = Parsed(**{**given, **more})
+        given = {"for_s": 2.0, "json": False, "window": 100, "use_sim_time": False}
+        access, profile = GraphAccess(0, 1.0), QosOptions()
+        options = streams.MeasureOptions(
+            access=access, topics=["t"], qos=profile, **{**given, **more}
+        )
         code = getattr(streams, name)(options)
         return (int(code), *capsys.readouterr())
 
