@@ -170,7 +170,7 @@ def _hundred(*, page: bool) -> dict[str, float]:
             client = stack.enter_context(PageClient(_link(screen)))
             client.open()
             client.ask("topics", on=True)
-            pids["server"] = children_with(run.pid, "launcher.web.server")[0].pid
+            pids["server"] = children_with(run.pid, "launcher.web.web_server")[0].pid
             wait_until(lambda: children_with(pids["server"], "launcher.ros.probe"), "the probe")
             pids["probe"] = children_with(pids["server"], "launcher.ros.probe")[0].pid
             wait_until(lambda: _measured(client) >= TOPICS, f"{TOPICS} topics with a rate")
@@ -241,7 +241,7 @@ def tabs(runs: int) -> list[Row]:
     with ros_domain(), contextlib.ExitStack() as stack:
         run, screen = stack.enter_context(_run("system", "--web", "--web-port", "0"))
         link = _link(screen)
-        (server,) = children_with(run.pid, "launcher.web.server")
+        (server,) = children_with(run.pid, "launcher.web.web_server")
         clients = [stack.enter_context(PageClient(link)) for _ in range(TABS)]
         for client in clients:
             client.open()

@@ -11,9 +11,9 @@ raise SystemExit(service.run())
 
 import atexit
 
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.cli.dispatch import enter_workspace
-from launcher.launch.service import script_vocabulary
+from launcher.launch.launch_service_run import script_vocabulary
 from launcher.packages.workspace import source_installation
 
 source_installation()

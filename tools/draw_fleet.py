@@ -15,7 +15,7 @@ from pathlib import Path
 from launcher.posix.domain_lease import leased_domain
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.draw.dot import to_dot, to_svg
-from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, Endpoint, TopicGraph
 
 NODES = 7
 ENDS = 12  # endpoints of the fleet's topics

@@ -37,7 +37,7 @@ HELPERS = {
     WATCHDOG: ("watchdog.py", None),
     PREPARING: ("preparing.py", "--warm"),
     WATCHER: ("launcher.run.watch", "--watch"),
-    PAGE: ("launcher.web.server", "--web"),
+    PAGE: ("launcher.web.web_server", "--web"),
     RECORDER: ("launcher.bag.ros.flight", "--record"),
     CONSOLE: ("launcher.control.console", None),
 }

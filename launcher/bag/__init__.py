@@ -6,20 +6,20 @@ the core and `ros`; only `ros/` below needs rclpy.
 Doors:
 
 * `verbs/`: `bag record`, `play`, `info`, `check`, `convert`, `compare`.
-* `reader` and `writer`: bags as messages in order of time; `model` is their data, `metadata` the
-  file of that name. `decode` turns messages into values (by `cdr`), `snapshot` makes a folder
-  about the last seconds of a run: bag, logs, events and plan.
-* `ros/flight`: the flight recorder of a run (`--record`), a process. `comparing/traits`: what is
-  typical of a topic, also for smoke.
+* `reader` and `writer`: bags as messages in order of time; `bag_model` is their data, `metadata`
+  the file of that name. `decode` turns messages into values (by `cdr`), `snapshot_folder` makes a
+  folder about the last seconds of a run: bag, logs, events and plan.
+* `ros/flight`: the flight recorder of a run (`--record`), a process. `comparing/topic_statistics`:
+  what is typical of a topic, also for smoke.
 
 Files: `mcap_file` and `sqlite_file` read storage files, `compression` what they compress;
 `mcap_records` reads records of MCAP within bounds, `mcap_summary` their index. `mcap_scan` reads
 all of a file and finds what is damaged or was left by a killed recorder, `mcap_repair` makes it
 whole; `check` is made of both.
 
-What is known of a bag: `info`, with `statistics` (rates, gaps) and calls of services; `selection`
-of topics; `agreement` is what of a topic has one type, also as other recorders write it; `words`
-are numbers as rosbag2 prints them.
+What is known of a bag: `info`, with `topic_course` (rates, gaps) and calls of services;
+`topic_selection` of topics; `agreement` is what of a topic has one type, also as other recorders
+write it; `quantity_texts` are numbers as rosbag2 prints them.
 
 Folders: `converting/` (`convert` writes what `merged` gives of several bags, `table` CSV and JSON
 lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with `traits`:

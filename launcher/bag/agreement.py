@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
+from launcher.bag.bag_model import CDR, ROS2_MSG, ChannelTopic, Definition, Topic
 from launcher.bag.metadata import FILE
-from launcher.bag.model import CDR, ROS2_MSG, ChannelTopic, Definition, Topic
 from launcher.base.text import count
 
 _COMMENT = re.compile(r"#.*")

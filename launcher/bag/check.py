@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.agreement import Agreement, contradiction
+from launcher.bag.bag_model import BagError, ChannelTopic, Extent, Span, Topic, summed
 from launcher.bag.mcap_file import parts_of
 from launcher.bag.mcap_scan import McapFault, scan
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import BagError, ChannelTopic, Extent, Span, Topic, summed
 from launcher.bag.reader import check_storage, open_storage, storage_files
 
 MCAP, COMPRESSED = ".mcap", ".zstd"

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from typing import IO
 
-from launcher.bag.model import BagError, one_line
+from launcher.bag.bag_model import BagError, one_line
 
 FORMATS = ("zstd",)
 MODES = ("none", "file", "message")

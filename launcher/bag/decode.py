@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from launcher.bag.model import CDR, ROS2_MSG, BagError, Definition, Topic, one_line
+from launcher.bag.bag_model import CDR, ROS2_MSG, BagError, Definition, Topic, one_line
 from launcher.base import strict_json
 
 Decoder = Callable[[bytes], Any]

@@ -7,10 +7,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.bag import services, words
-from launcher.bag.model import Qos, Topic
+from launcher.bag import bag_services, quantity_texts
+from launcher.bag.bag_model import Qos, Topic
 from launcher.bag.reader import Bag
-from launcher.bag.statistics import ASCII_BLOCKS, BLOCKS, NS, bar, course, longest_gap, mean_hz
+from launcher.bag.topic_course import (
+    ASCII_BLOCKS,
+    BLOCKS,
+    NS,
+    bar,
+    course,
+    longest_gap,
+    mean_hz,
+)
 
 _INDENT = " " * 19
 _SERVICE_INDENT = " " * 21
@@ -32,16 +40,16 @@ class Info:
     topics: list[Topic]
     times: dict[str, list[int]] | None = None
     sizes: dict[str, int] | None = None
-    calls: dict[str, services.CallCounter] = field(default_factory=dict)
+    calls: dict[str, bag_services.CallCounter] = field(default_factory=dict)
 
     @property
     def plain_topics(self) -> list[Topic]:
-        return [topic for topic in self.topics if not services.is_event(topic)]
+        return [topic for topic in self.topics if not bag_services.is_event(topic)]
 
     @property
     def services(self) -> list[Topic]:
         """The topics with calls of services."""
-        return [topic for topic in self.topics if services.is_event(topic)]
+        return [topic for topic in self.topics if bag_services.is_event(topic)]
 
     def count(self, topic: Topic) -> int:
         return self.bag.extent.counts.get(topic.name, 0)
@@ -62,7 +70,7 @@ def read(path: str, *, sort: str = "name", rates: bool = True, verbose: bool = F
 
 def _read_messages(info: Info) -> None:
     sizes = info.sizes = {topic.name: 0 for topic in info.topics}
-    info.calls = {topic.name: services.CallCounter() for topic in info.services}
+    info.calls = {topic.name: bag_services.CallCounter() for topic in info.services}
     for message in info.bag.messages():
         sizes[message.topic] = sizes.get(message.topic, 0) + len(message.data)
         if (calls := info.calls.get(message.topic)) is not None:
@@ -77,12 +85,12 @@ def lines(info: Info, width: int, *, ascii_only: bool = False) -> Iterator[str]:
     bag = info.bag
     yield ""
     yield from _labelled("Files:", [os.path.basename(path) for path in bag.files], _INDENT)
-    yield f"Bag size:          {words.size(bag.size_bytes)}"
+    yield f"Bag size:          {quantity_texts.size(bag.size_bytes)}"
     yield f"Storage id:        {bag.storage}"
     yield f"ROS Distro:        {(bag.metadata and bag.metadata.ros_distro) or 'unknown'}"
-    yield f"Duration:          {words.duration(bag.extent.duration_ns)}"
-    yield f"Start:             {words.date(bag.extent.start_ns)}"
-    yield f"End:               {words.date(bag.extent.end_ns)}"
+    yield f"Duration:          {quantity_texts.duration(bag.extent.duration_ns)}"
+    yield f"Start:             {quantity_texts.date(bag.extent.start_ns)}"
+    yield f"End:               {quantity_texts.date(bag.extent.end_ns)}"
     yield f"Messages:          {bag.extent.total}"
     yield from _labelled("Topic information:", _topic_lines(info), _INDENT)
     if info.services:
@@ -112,14 +120,17 @@ def _topic_lines(info: Info) -> list[str]:
 
 def _tail(info: Info, topic: Topic) -> Iterator[str]:
     if info.sizes is not None:
-        yield f"Size Contribution: {words.size(info.sizes[topic.name])}"
+        yield f"Size Contribution: {quantity_texts.size(info.sizes[topic.name])}"
     yield f"Serialization Format: {topic.serialization}"
 
 
 def _service_lines(info: Info) -> list[str]:
     found: list[str] = []
     for topic in info.services:
-        parts = [f"Service: {services.service_of(topic)}", f"Type: {services.type_of(topic)}"]
+        parts = [
+            f"Service: {bag_services.service_of(topic)}",
+            f"Type: {bag_services.type_of(topic)}",
+        ]
         if (calls := info.calls.get(topic.name)) is not None:
             parts += [f"Request Count: {calls.requests}", f"Response Count: {calls.responses}"]
         else:
@@ -240,8 +251,8 @@ def _rate(info: Info, topic: Topic) -> dict[str, Any]:
 
 
 def _service(info: Info, topic: Topic) -> dict[str, Any]:
-    found = {**_topic(info, topic), "name": services.service_of(topic)}
-    found["type"] = services.type_of(topic)
+    found = {**_topic(info, topic), "name": bag_services.service_of(topic)}
+    found["type"] = bag_services.type_of(topic)
     found["topic"] = topic.name
     if (calls := info.calls.get(topic.name)) is not None:
         found |= {"requests": calls.requests, "responses": calls.responses}

@@ -13,6 +13,18 @@ from mcap.records import Channel, Chunk, ChunkIndex, Schema
 from mcap.records import Message as Record
 
 from launcher.bag import metadata
+from launcher.bag.bag_model import (
+    BagError,
+    ChannelTopic,
+    Definition,
+    Extent,
+    Message,
+    Span,
+    Times,
+    Topic,
+    merged,
+    never,
+)
 from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
@@ -25,18 +37,6 @@ from launcher.bag.mcap_records import (
 )
 from launcher.bag.mcap_scan import McapScan, index_times, scan
 from launcher.bag.mcap_summary import is_ended, read_summary
-from launcher.bag.model import (
-    BagError,
-    ChannelTopic,
-    Definition,
-    Extent,
-    Message,
-    Span,
-    Times,
-    Topic,
-    merged,
-    never,
-)
 
 
 class McapFile:

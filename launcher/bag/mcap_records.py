@@ -23,7 +23,7 @@ from mcap.records import (
 )
 
 from launcher.bag import compression
-from launcher.bag.model import LAST_NS
+from launcher.bag.bag_model import LAST_NS
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")  # opcode and length of a record

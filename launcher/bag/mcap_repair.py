@@ -22,6 +22,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
+from launcher.bag.bag_model import BagError, Extent
 from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
@@ -33,7 +34,6 @@ from launcher.bag.mcap_records import (
 )
 from launcher.bag.mcap_scan import McapScan, message_indexes, scan
 from launcher.bag.metadata import removed_after_error
-from launcher.bag.model import BagError, Extent
 
 PROFILE, LIBRARY = "ros2", "launcher"
 

@@ -34,6 +34,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
+from launcher.bag.bag_model import Extent
 from launcher.bag.mcap_records import (
     HEAD,
     MAGIC,
@@ -53,7 +54,6 @@ from launcher.bag.mcap_summary import (
     is_ended,
     read_summary,
 )
-from launcher.bag.model import Extent
 
 _INDEX = struct.Struct("<HI")  # channel of a message index, and its length in bytes
 _DATA_END_BYTES = 4

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from launcher.bag.model import CDR, LAST_NS, BagError, Extent, Qos, Topic, one_line
+from launcher.bag.bag_model import CDR, LAST_NS, BagError, Extent, Qos, Topic, one_line
 from launcher.base import text_file, yaml_bounds
 from launcher.base.errors import UsageError
 from launcher.base.text import typed_error

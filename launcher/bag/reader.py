@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING
 
 from launcher.bag import compression, metadata
 from launcher.bag.agreement import Agreement, contradiction, normalized
-from launcher.bag.model import BagError, Extent, Message, Span, Topic, merged, never, summed
+from launcher.bag.bag_model import (
+    BagError,
+    Extent,
+    Message,
+    Span,
+    Topic,
+    merged,
+    never,
+    summed,
+)
 from launcher.base import text_file
 
 if TYPE_CHECKING:

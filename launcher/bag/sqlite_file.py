@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from launcher.bag import metadata
-from launcher.bag.model import (
+from launcher.bag.bag_model import (
     BagError,
     ChannelTopic,
     Definition,

@@ -12,9 +12,18 @@ from dataclasses import dataclass, replace
 from mcap.writer import CompressionType, IndexType, Writer
 
 from launcher.bag import compression, mcap_repair, metadata
+from launcher.bag.bag_model import (
+    ROS2_MSG,
+    BagError,
+    Definition,
+    Extent,
+    Message,
+    Qos,
+    Topic,
+    summed,
+)
 from launcher.bag.mcap_repair import LIBRARY, PROFILE
 from launcher.bag.metadata import File, Metadata
-from launcher.bag.model import ROS2_MSG, BagError, Definition, Extent, Message, Qos, Topic, summed
 
 CHUNK_BYTES = 1024 * 1024
 _METADATA_NAME = "rosbag2"

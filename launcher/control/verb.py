@@ -14,9 +14,7 @@ from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import ExitCode
 from launcher.base.run_verb import Call, Verb
 from launcher.control import verbs
-from launcher.control.client import Connection
-from launcher.control.format import event_line, log_line, without_colour
-from launcher.control.runs import (
+from launcher.control.active_runs import (
     AnyRun,
     ListedRun,
     NoActiveRunError,
@@ -24,6 +22,8 @@ from launcher.control.runs import (
     files_of_last_run,
     find_run,
 )
+from launcher.control.answer_lines import event_line, log_line, without_colour
+from launcher.control.client import Connection
 
 WIDE = 1000  # columns of a table that goes into a pipe
 NAMES = """\
@@ -126,7 +126,7 @@ def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
 
 
 def _print_table(table: Any) -> None:
-    from launcher.control.console.tables import render
+    from launcher.control.console.process_tables import render
     from launcher.output.stdout import wants_colour
 
     print(render(table, _width(), colour=wants_colour(1, os.environ)), flush=True)
@@ -160,8 +160,8 @@ def _quit(connection: Connection, call: Call, options: Parsed) -> int:
 
 
 def _ps(connection: Connection, call: Call, options: Parsed) -> int:
-    from launcher.control.console.tables import details, process_table, stacked
-    from launcher.control.format import notes
+    from launcher.control.answer_lines import notes
+    from launcher.control.console.process_tables import details, process_table, stacked
 
     result = connection.ask(call.verb.name, call.names, **call.options).result
     found = result["processes"]
@@ -194,7 +194,7 @@ def _top(connection: Connection, call: Call, options: Parsed) -> int:
 
 
 def _print_in_order(found: Sequence[Mapping[str, Any]]) -> None:
-    from launcher.control.console.tables import process_table
+    from launcher.control.console.process_tables import process_table
     from launcher.control.console.top import Top
 
     _print_table(process_table(Top().sorted(found), _width()))

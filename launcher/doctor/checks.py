@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.doctor.facts import DoctorFacts, Finding, Leftover, Unreachable
+from launcher.doctor.doctor_facts import DoctorFacts, Finding, Leftover, Unreachable
 from launcher.doctor.network_checks import check_network
 from launcher.doctor.settings_checks import check_settings
 from launcher.doctor.workspace_checks import check_workspace

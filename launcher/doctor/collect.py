@@ -15,8 +15,15 @@ from pathlib import Path
 import launcher
 from launcher.base import strict_json
 from launcher.base.text import escape
-from launcher.doctor.facts import DoctorFacts, Leftover, Prefix, Space, Unreachable, WorkspaceFacts
-from launcher.doctor.network import collect_network, details
+from launcher.doctor.doctor_facts import (
+    DoctorFacts,
+    Leftover,
+    Prefix,
+    Space,
+    Unreachable,
+    WorkspaceFacts,
+)
+from launcher.doctor.network_facts import collect_network, details
 from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.doctor.facts import Finding, NetworkFacts, ParticipantProcess
+from launcher.doctor.doctor_facts import Finding, NetworkFacts, ParticipantProcess
 from launcher.posix.crowd import too_many
 
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"

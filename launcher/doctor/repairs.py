@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from launcher.doctor.checks import MB
-from launcher.doctor.facts import DoctorFacts
+from launcher.doctor.doctor_facts import DoctorFacts
 from launcher.posix import proc
 from launcher.posix.cleanup import cgroup, run_id, sweep
 from launcher.posix.reactor import Reactor

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 
 from launcher.base import strict_json, text_file, xml_tree
 from launcher.base.errors import UsageError
-from launcher.doctor.facts import SettingsFacts
+from launcher.doctor.doctor_facts import SettingsFacts
 from launcher.posix.crowd import PROFILES
-from launcher.ros.discovery.environment import check_environment
+from launcher.ros.discovery.environment_check import check_environment
 
 FASTDDS_ENVIRONMENT, CYCLONE, KEYSTORE = (
     "FASTDDS_ENVIRONMENT_FILE",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from launcher.base.model.level import Level
 from launcher.base.text import did_you_mean
-from launcher.doctor.facts import Finding, SettingsFacts
+from launcher.doctor.doctor_facts import Finding, SettingsFacts
 from launcher.doctor.settings import CYCLONE, FASTDDS_ENVIRONMENT, KEYSTORE
 from launcher.posix.crowd import PROFILES
 

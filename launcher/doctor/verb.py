@@ -12,7 +12,7 @@ from launcher.base.model.level import Level
 from launcher.base.verb_table import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
-from launcher.doctor.facts import Finding, WorkspaceFacts
+from launcher.doctor.doctor_facts import Finding, WorkspaceFacts
 from launcher.doctor.repairs import repair
 from launcher.packages.activation import activate
 from launcher.packages.workspace import Workspace, current
@@ -52,8 +52,8 @@ def main(words: Sequence[str]) -> int:
 
 def _workspace() -> WorkspaceFacts | None:
     """Inspect the workspace, and use it as a launch does, if its environment can be read."""
-    from launcher.doctor.workspace import inspect
-    from launcher.workspace.building.place import unbuilt
+    from launcher.doctor.stale_workspace import inspect
+    from launcher.workspace.building.build_place import unbuilt
 
     found = current()
     if found is None:

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Mapping
 
 from launcher.base.model.level import Level
-from launcher.doctor.facts import Finding, WorkspaceFacts
+from launcher.doctor.doctor_facts import Finding, WorkspaceFacts
 
 _SHOWN = 5  # packages in one line
 

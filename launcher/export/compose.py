@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from launcher.base.model.spec import RestartMode
-from launcher.export.command import (
+from launcher.export.export_model import ExportedFiles, ExportedProcess, ExportedSystem
+from launcher.export.exported_system import gaps_of_each
+from launcher.export.kubernetes import container_variables
+from launcher.export.process_command import (
     FOLDER_IN_IMAGE,
     after,
     cpu_list,
@@ -14,9 +17,6 @@ from launcher.export.command import (
     ulimits,
     without_settings,
 )
-from launcher.export.kubernetes import container_variables
-from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem
-from launcher.export.system import gaps_of_each
 from launcher.export.yaml_text import document
 from launcher.hosts.unit import seconds
 

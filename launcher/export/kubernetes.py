@@ -9,14 +9,9 @@ from collections.abc import Container, Iterator, Mapping
 from typing import Any
 
 from launcher.base.model.spec import UNLIMITED, Limits, RestartMode
-from launcher.export.command import (
-    FOLDER_IN_IMAGE,
-    PYTHON_IN_IMAGE,
-    after,
-    in_container,
-)
-from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem
-from launcher.export.system import gaps_of_each
+from launcher.export.export_model import ExportedFiles, ExportedProcess, ExportedSystem
+from launcher.export.exported_system import gaps_of_each
+from launcher.export.process_command import FOLDER_IN_IMAGE, PYTHON_IN_IMAGE, after, in_container
 from launcher.export.yaml_text import document, documents
 
 UDP_ONLY = {"FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}

@@ -5,15 +5,15 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 
-from launcher.export.command import (
+from launcher.export.export_model import ExportedProcess, ExportedSystem
+from launcher.export.kubernetes import container_variables
+from launcher.export.process_command import (
     FOLDER_IN_IMAGE,
     cpu_list,
     in_container,
     ulimits,
     without_settings,
 )
-from launcher.export.kubernetes import container_variables
-from launcher.export.model import ExportedProcess, ExportedSystem
 from launcher.export.systemd import Systemd, policy_gaps, unit_text
 from launcher.hosts import unit
 

@@ -6,14 +6,14 @@ import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from launcher.export.export_model import NO_HOST
 from launcher.export.kubernetes import runs_on, secret_of
-from launcher.export.model import NO_HOST
 from launcher.export.systemd import python_of
 from launcher.hosts.ssh import SYNCED_PYTHON
 
 if TYPE_CHECKING:
+    from launcher.export.export_model import ExportedProcess, ExportedSystem, Unsupported
     from launcher.export.image import Image
-    from launcher.export.model import ExportedProcess, ExportedSystem, Unsupported
 
 
 def readme(

@@ -8,15 +8,15 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from launcher.base.model.spec import StopPolicy
-from launcher.export.command import Where, words_of
-from launcher.export.model import ExportedFiles, ExportedProcess, ExportedSystem, Scratch
-from launcher.export.system import gaps_of_each
+from launcher.export.export_model import ExportedFiles, ExportedProcess, ExportedSystem, Scratch
+from launcher.export.exported_system import gaps_of_each
+from launcher.export.process_command import Where, words_of
 from launcher.hosts import unit
-from launcher.hosts.file.model import DEFAULT_PYTHON
+from launcher.hosts.file.hosts_model import DEFAULT_PYTHON
 from launcher.hosts.ssh import SYNCED_PYTHON
 
 if TYPE_CHECKING:
-    from launcher.hosts.file.model import Host
+    from launcher.hosts.file.hosts_model import Host
 
 _HOME = "HOME-OF-THE-USER-OF-THE-UNIT"  # until the words are quoted
 _RUN_OF_USER = "RUNTIME-FOLDER-OF-THE-USER"  # likewise

@@ -8,12 +8,13 @@ May import the core and `ros`. `verb` is its door; docs/foxglove.md says what cl
 
 It is an asyncio loop with a thread for messages and one for answers of services:
 
-* `server` listens; `protocol` reads and writes messages. `session` is one client: what it
-  subscribes and publishes, and what waits to be sent to it, bounded, since it may read slowly.
-* `bridge` brings clients and the graph together: `look` is the graph at one moment, `catalogue`
-  the channels and services on offer, under numbers that are never reused.
+* `foxglove_server` listens; `protocol` reads and writes messages. `client_session` is one client:
+  what it subscribes and publishes, and what waits to be sent to it, bounded, since it may read
+  slowly.
+* `foxglove_bridge` brings clients and the graph together: `graph_view` is the graph at one moment,
+  `catalogue` the channels and services on offer, under numbers that are never reused.
 * `feeds` are subscriptions, which exist while clients want them and fit the publishers; `receiver`
   is the thread that takes their messages without decoding them. `publishing`: topics of clients.
-* `calls`: services, whose answers rclpy's executor takes in a thread. `parameters`: those of all
-  nodes as `/node.parameter`, and their changes.
+* `service_calls`: services, whose answers rclpy's executor takes in a thread. `parameter_services`:
+  those of all nodes as `/node.parameter`, and their changes.
 """

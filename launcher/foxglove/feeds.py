@@ -15,7 +15,7 @@ from launcher.foxglove.receiver import Deliver, Receiver
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.snapshot.graph import Direction
+from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.topics.fitted import OVERLAP_S, Numbers, fitting, is_equal
 from launcher.ros.topics.raw import RawMessage, subscribed
 

@@ -15,7 +15,7 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import full_type, load_message
-from launcher.ros.snapshot.graph import Direction
+from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.topics.listener import full_topic
 
 _DEPTH = 10

@@ -24,8 +24,8 @@ def _megabytes(word: str) -> float:
 
 
 def _foxglove(options: Parsed) -> int:
-    from launcher.foxglove.look import TopicChoice
-    from launcher.foxglove.server import ServerOptions, serve
+    from launcher.foxglove.foxglove_server import ServerOptions, serve
+    from launcher.foxglove.graph_view import TopicChoice
 
     choice = TopicChoice(topics=options.topics, exclude=options.exclude, hidden=options.hidden)
     return serve(

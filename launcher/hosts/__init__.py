@@ -12,8 +12,8 @@ Doors:
 * `check/` and `sync/`: `hosts check` and `hosts sync`. `verbs/`: these, `attach` and `agent`.
 * `discovery`: the variables with which nodes on several hosts find each other; `discovery_server`:
   a separate program that becomes Fast DDS's.
-* `ssh`: command lines of OpenSSH; `failures`: what its messages mean; `session`: one command on a
-  host. `unit`: the settings of systemd units, for runs and for export. `identity`: what launchers
+* `ssh`: command lines of OpenSSH; `failures`: what its messages mean; `ssh_command`: one command on
+  a host. `unit`: the settings of systemd units, for runs and for export. `identity`: what launchers
   on two hosts compare.
 
 A host decides about its processes: it has the state machine of each and carries out its actions,

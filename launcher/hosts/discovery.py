@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from launcher.base.errors import UsageError
 from launcher.base.model.record import Record
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host
+from launcher.hosts.file.hosts_model import LOCAL, Discovery, DiscoveryMode, Host
 
 DEFAULT_PORT = 11811  # of Fast DDS's discovery server
 SERVER_NAME = "discovery-server"  # of its process

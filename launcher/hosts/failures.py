@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Callable, Mapping
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.file.model import DEFAULT_PYTHON, Host
+from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 
 SSH_FAILED = 255  # the exit code of ssh for errors of its own

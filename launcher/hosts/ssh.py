@@ -12,7 +12,7 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.base.errors import UsageError
-from launcher.hosts.file.model import DEFAULT_PYTHON, Host
+from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.posix import socket_directory
 
 CONNECT_TIMEOUT_S = 10

@@ -6,10 +6,10 @@ import os
 from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
 
-from launcher.language import session
+from launcher.language import logging_session
 from launcher.language.configurations import Configurations
+from launcher.language.logging_session import replace_environment
 from launcher.language.naming import public, read_only
-from launcher.language.session import replace_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class LaunchContext:
     @property
     def argv(self) -> Any:
         """The words `name:=value` of the command line."""
-        session.current().note_arguments_read()
+        logging_session.current().note_arguments_read()
         return self.__argv
 
     def _set_is_shutdown(self, state: bool) -> None:

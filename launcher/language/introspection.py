@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from launcher.language.action import Action
 from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.actions.events import (
+from launcher.language.actions.event_actions import (
     EmitEvent,
     LogInfo,
     OpaqueFunction,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
 from launcher.language.action import Action
-from launcher.language.actions.events import EmitEvent, RegisterEventHandler
+from launcher.language.actions.event_actions import EmitEvent, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.events.handlers import OnExecutionComplete
 from launcher.language.events.launch import Shutdown

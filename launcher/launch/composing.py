@@ -6,19 +6,19 @@ import sys
 from collections.abc import Callable, Sequence
 
 from launcher.base.model.events import StartProcess
-from launcher.base.model.options import RunOptions, matches
 from launcher.base.model.record import as_dict, replace
+from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.spec import ProcessSpec, RestartMode
 from launcher.base.model.supervision import rule_for
 from launcher.base.text import count
 from launcher.language.events.launch import IncludeLaunchDescription
 from launcher.packages.python_program import PythonProgram, program_of
-from launcher.run.compose.core import ComposedCore, Composition
+from launcher.run.compose.composed_core import ComposedCore, Composition
 from launcher.run.parts import COMPOSED
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.launch.core import LaunchCore
+    from launcher.launch.launch_core import LaunchCore
     from launcher.launch.plan.planner import Plan
     from launcher.run.core_driver import Core
 
@@ -58,7 +58,7 @@ def _absorbed(found: Composition) -> frozenset[str]:
 
 def composition_of(plan: Plan, options: RunOptions) -> tuple[Sequence[str], frozenset[str]]:
     """What a run of the plan would say about it, and the processes that are `absorbed`."""
-    from launcher.launch.plan.certainty import process_names
+    from launcher.launch.plan.plan_certainty import process_names
 
     later = {
         number
@@ -204,6 +204,6 @@ def _difference(spec: ProcessSpec, other: ProcessSpec) -> str:
 
 
 def _words(one: ProcessSpec) -> list[str]:
-    """As `launcher.ros.composed.group` reads them."""
+    """As `launcher.ros.composed.member_group` reads them."""
     head = ["--essential"] if one.is_essential else []
     return [*head, one.name, str(len(one.argv)), *one.argv]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from launcher.base.program import program
 from launcher.packages.environment import LIBRARIES, environment, packages
 from launcher.packages.hooks import read_text
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from launcher.packages.workspace import Workspace
 
 _GUARD = "_LAUNCHER_LIBRARIES_OF"  # the workspace for which this process was executed again

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from launcher.packages.hooks import Hooks, WorkspaceError, read_text
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from launcher.packages.workspace import MARKER, Workspace
 
 LIBRARIES = "LD_LIBRARY_PATH"

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.text import did_you_mean
-from launcher.packages import sources
-from launcher.packages.scripts import programs
-from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
+from launcher.packages import source_packages
+from launcher.packages.entry_points import programs
+from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -108,9 +108,9 @@ def files_in_share(share: str | os.PathLike[str]) -> list[str]:
     """The files below a share folder; of a source folder, without what was built in it."""
     folder = os.fspath(share)
     if any(os.path.isfile(os.path.join(folder, name)) for name in ("setup.py", "CMakeLists.txt")):
-        from launcher.packages import sources
+        from launcher.packages import source_packages
 
-        return list(sources.files_in(folder))
+        return list(source_packages.files_in(folder))
     return sorted(
         os.path.join(below, name) for below, _, names in os.walk(folder) for name in names
     )
@@ -121,7 +121,7 @@ def package_names(env: Mapping[str, str]) -> set[str]:
     indexed = {
         path.name for prefix in search_prefixes(env) for path in (prefix / MARKERS).glob("*")
     }
-    return indexed | {*sources.editable()} | {name for name, _ in sources.around()}
+    return indexed | {*source_packages.editable()} | {name for name, _ in source_packages.around()}
 
 
 # ---- where a package is
@@ -173,7 +173,7 @@ def _is_overlay(path: Path) -> bool:
 
 
 def _own(name: str) -> Overlay | None:
-    source = sources.find(name)
+    source = source_packages.find(name)
     if source is None:
         return None
     from launcher.packages import overlay
@@ -186,7 +186,7 @@ def _own(name: str) -> Overlay | None:
 
 def _distribution_prefix(name: str) -> Path | None:
     """The prefix of an installed distribution that has no entry in the index."""
-    found = [each for each in sources.distributions(name) if not _is_in_build(each)]
+    found = [each for each in source_packages.distributions(name) if not _is_in_build(each)]
     for distribution in found:
         for file in distribution.files or ():
             before, share, _ = file.as_posix().partition(f"share/{name}/")
@@ -197,7 +197,7 @@ def _distribution_prefix(name: str) -> Path | None:
 
 def _is_in_build(distribution: Distribution) -> bool:
     """Whether it is in the build folder of a package whose source, or installation, is gone."""
-    return sources.is_built_in(os.path.normpath(str(distribution.locate_file(""))))
+    return source_packages.is_built_in(os.path.normpath(str(distribution.locate_file(""))))
 
 
 def _split(value: str | None) -> list[str]:

@@ -15,9 +15,9 @@ import sys
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.packages import sources
+from launcher.packages import source_packages
 from launcher.packages.setup_reader import SETUP_FILES
-from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
+from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 _READER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "setup_reader.py")
 _READER_TIMEOUT_S = 10.0
@@ -237,8 +237,10 @@ def _layout(
 
 def _code_folders(name: str, source: str, contents: PackageContents) -> list[str]:
     """Where a program that is not installed finds its modules, and those of its dependencies."""
-    needed = sources.dependencies(source)
-    near = (folder for other, folder in sources.around() if other in needed and other != name)
+    needed = source_packages.dependencies(source)
+    near = (
+        folder for other, folder in source_packages.around() if other in needed and other != name
+    )
     return [contents.code or source, *near]
 
 

@@ -10,8 +10,8 @@ import sys
 from collections.abc import Mapping
 
 from launcher.base.program import program
-from launcher.packages import sources
-from launcher.packages.sources import MARKERS
+from launcher.packages import source_packages
+from launcher.packages.source_packages import MARKERS
 
 _checked: set[str] = set()
 _warnings: list[str] = []
@@ -19,7 +19,7 @@ _warnings: list[str] = []
 
 def hint(package: str, env: Mapping[str, str]) -> str | None:
     """What to do about the types of a package that are not found, if it has only to be built."""
-    folder = next((folder for name, folder in sources.around() if name == package), None)
+    folder = next((folder for name, folder in source_packages.around() if name == package), None)
     if folder is None or not _is_unbuilt(package, folder, env):
         return None
     return f"{package} is in {folder}, and not built: {program()} build"
@@ -30,11 +30,11 @@ def warn_of_dependencies(package: str, source: str, env: Mapping[str, str]) -> N
     if package in _checked:
         return
     _checked.add(package)
-    others = sources.beside(source)
+    others = source_packages.beside(source)
     needed: dict[str, str] = {}
     level = {package: source}
     while level:
-        below = {name for folder in level.values() for name in sources.dependencies(folder)}
+        below = {name for folder in level.values() for name in source_packages.dependencies(folder)}
         level = {name: others[name] for name in below if name in others and name not in needed}
         needed |= level
     missing = sorted(name for name, folder in needed.items() if _is_unbuilt(name, folder, env))
@@ -58,7 +58,7 @@ def _is_unbuilt(package: str, folder: str, env: Mapping[str, str]) -> bool:
     # A moved workspace is here, too, but not the prefixes of its packages.
     for install in env.get("COLCON_PREFIX_PATH", "").split(os.pathsep):
         prefixes += [os.path.join(install, package)] if install else []
-    return sources.has_interfaces(folder) and not any(
+    return source_packages.has_interfaces(folder) and not any(
         _was_built(package, folder, prefix) for prefix in prefixes if prefix
     )
 

@@ -10,8 +10,8 @@ from launcher.base.errors import PackageNotFoundError
 from launcher.base.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
-from launcher.packages import sources
-from launcher.packages.sources import MARKERS, OVERLAY_FOLDER
+from launcher.packages import source_packages
+from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 
 def package_not_found(
@@ -62,7 +62,7 @@ def _searched(prefixes: Iterable[os.PathLike[str]]) -> str:
 
 def _manifest_hint(name: str) -> str | None:
     """What is wrong with the package.xml of a source folder that is called like the package."""
-    folder = sources.without_name(name)
+    folder = source_packages.without_name(name)
     if folder is None:
         return None
     file = os.path.join(folder, "package.xml")

@@ -8,7 +8,7 @@ Doors:
 * `verbs/`: one module per verb: `topic`, `node`, `param`, `service`, `action`, `lifecycle`,
   `interface`, `graph`, `multicast`, `daemon`. `verb` is what they share: options, access to the
   graph, output; `front` reads options in front of the verb.
-* `nodes`, `parameters`, `services`, `goals` (of actions), `lifecycle`: what these
+* `node_tables`, `parameters`, `service_caller`, `goals` (of actions), `lifecycle_nodes`: what these
   verbs do.
 * Processes: `helpers/`, `ready/`, `probe/` and `composed/`, started by runs, smoke and the page.
 

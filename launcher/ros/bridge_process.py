@@ -8,7 +8,7 @@ from launcher.run.part import Part
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
     from launcher.run.run import Run
 
 GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this

@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from unique_identifier_msgs.msg import UUID
 
 from launcher.base.ros_errors import VerbError
-from launcher.ros.services import ASK_AGAIN_S, NoAnswerError, ServiceCaller
+from launcher.ros.service_caller import ASK_AGAIN_S, NoAnswerError, ServiceCaller
 
 STATUS = {
     GoalStatus.STATUS_ACCEPTED: "ACCEPTED",

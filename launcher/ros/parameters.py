@@ -21,7 +21,7 @@ from launcher.base.model.parameter_sections import PARAMETERS, parameters_for, s
 from launcher.base.model.parameter_text import rcl_loader, word_value
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.messages.from_yaml import TEXTS, shown, value_of
-from launcher.ros.services import ServiceCaller
+from launcher.ros.service_caller import ServiceCaller
 
 
 class ParameterKind(NamedTuple):

@@ -20,7 +20,7 @@ from launcher.posix.stdio import can_print
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.snapshot.graph import GraphSnapshot
+    from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 
 def seconds(word: str) -> float:
@@ -83,7 +83,7 @@ def ros_command(
 
 def dispatch(command: Command, words: Sequence[str]) -> int:
     """Parse the words and run the command. SIGTERM ends it like Ctrl-C."""
-    from launcher.ros.discovery.environment import check_environment
+    from launcher.ros.discovery.environment_check import check_environment
 
     _refuse_undecodable(words)
     options = command.parse(words)
@@ -168,7 +168,7 @@ def graph_snapshot(options: Parsed) -> GraphSnapshot:
 def _read_graph(options: Parsed) -> GraphSnapshot | None:
     """None where reading needs a whole DDS stack."""
     from launcher.posix import domains
-    from launcher.ros.discovery.reader import UnsupportedDiscovery, read_graph
+    from launcher.ros.discovery.discovery_reader import UnsupportedDiscovery, read_graph
 
     domain_id = domain_option(options)
     if not domains.is_plain():

@@ -8,8 +8,8 @@ Pure state machines decide, with time as an argument, and drivers act:
 * `run` has what everything in a run shares; `supervisor` begins and ends it. A feature of a run is
   a `part`, with a row in the table `parts`.
 * `machine` and `process_driver`: start, stop and restart of a process.
-* `core_driver` feeds the interpreter with events and carries out its effects; `timers` are those
-  of the launch file; `ros_requests`: what launch files ask of nodes.
+* `core_driver` feeds the interpreter with events and carries out its effects; `launch_timers` are
+  those of the launch file; `ros_requests`: what launch files ask of nodes.
 
 Folders:
 

@@ -16,13 +16,13 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
 
-    from launcher.base.model.options import RunOptions
-    from launcher.base.model.reload import Known, Reload
+    from launcher.base.model.reload_changes import Known, Reload
+    from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
+    from launcher.run.launch_timers import LaunchTimers
     from launcher.run.machine import ReportExit
     from launcher.run.ros_requests import RosRequests
     from launcher.run.run import Run
-    from launcher.run.timers import LaunchTimers
 
     class Core(Protocol):
         """The interpreter of a run (`launcher.language.interpreter`), or one of a test."""
@@ -252,7 +252,7 @@ class CoreDriver:
     @functools.cached_property
     def _timers(self) -> LaunchTimers:
         """Imported after the first processes have been started."""
-        from launcher.run.timers import LaunchTimers
+        from launcher.run.launch_timers import LaunchTimers
 
         return LaunchTimers(self._reactor, self._run.driver, self._fire, lambda: self._simulation)
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from launcher.posix.spawn import Child
     from launcher.run.logs.run_log import RunLog
     from launcher.run.machine import ReportExit
-    from launcher.run.output.reader import OutputReader
+    from launcher.run.output.output_reader import OutputReader
     from launcher.run.part import StartStage
     from launcher.run.process import Process
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from launcher.base.model.options import RunOptions, matches
+from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.spec import ProcessSpec
 from launcher.base.text import did_you_mean
 from launcher.run.logs.run_log import RunLog

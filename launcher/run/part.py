@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from typing import Any, Protocol
 
     from launcher.base.model.events import LoadComponent
-    from launcher.base.model.options import RunOptions
     from launcher.base.model.run_events import Sample
+    from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
     from launcher.base.run_verb import BadCallError, Call
     from launcher.run.machine import ReportExit

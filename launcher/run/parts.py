@@ -6,13 +6,13 @@ import os
 
 from launcher.base.by_name import lazy, load
 from launcher.base.command_line import Option, count, option, positive_seconds, seconds
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.run_verb import Verb
 from launcher.run.part import PartRow, When
 
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
-prepared_hosts = lazy("launcher.hosts.launching.preparation:HostsPreparation")
-planned_hosts = lazy("launcher.hosts.launching.planned:PlannedHosts")
+prepared_hosts = lazy("launcher.hosts.launching.hosts_preparation:HostsPreparation")
+planned_hosts = lazy("launcher.hosts.launching.planned_hosts:PlannedHosts")
 open_node = lazy("launcher.ros.helpers.spinning_node:SpinningNode")
 COMPOSED = "launcher.ros.composed"
 
@@ -77,7 +77,7 @@ def page_options(prefix: str) -> tuple[Option, ...]:
         option(
             f"--{prefix}tls CERT,KEY",
             "files in PEM: encrypt the page, for an address that others can reach",
-            lazy("launcher.web.option:parse_tls"),
+            lazy("launcher.web.page_options:parse_tls"),
             repeat="once",
         ),
         option(
@@ -117,7 +117,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.compose.output:ComposedMembers",
+        "launcher.run.compose.group_output:ComposedMembers",
         When.FIRST,
         lambda run: run.options.compose,
         options=(COMPOSE,),
@@ -139,7 +139,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.starts.warm:WarmStarts",
+        "launcher.run.starts.warm_starts:WarmStarts",
         When.FIRST,
         lambda run: run.options.warm is not False,
         options=(
@@ -153,7 +153,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.run_timeout:RunTimeout",
+        "launcher.run.time_limits:RunTimeout",
         When.FIRST,
         lambda run: run.options.timeout_s is not None,
         options=(
@@ -163,7 +163,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.run_timeout:QuietLimit",
+        "launcher.run.time_limits:QuietLimit",
         When.FIRST,
         lambda run: run.options.stop_after_quiet_s is not None,
         options=(
@@ -313,7 +313,7 @@ ROWS = (
             ),
             *page_options("web-"),
         ),
-        check="launcher.web.option:check",
+        check="launcher.web.page_options:check",
         verbs=(
             Verb(
                 "web",
@@ -324,10 +324,10 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.control.server:ControlSocket",
+        "launcher.control.control_server:ControlSocket",
         wanted=lambda run: run.options.control,
         delay_s=0.05,
-        imports=("socket", "launcher.control.verbs", "launcher.control.service"),
+        imports=("socket", "launcher.control.verbs", "launcher.control.control_service"),
         options=(
             option(
                 "--no-control",

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     from launcher.base.model.events import Outcome
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
     from launcher.output.filters import LineFilter
-    from launcher.run.compose.output import GroupOutput
+    from launcher.run.compose.group_output import GroupOutput
     from launcher.run.debug.debugger import Debugger
     from launcher.run.machine import ReportExit
     from launcher.run.output.stream import Stream

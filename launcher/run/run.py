@@ -14,7 +14,7 @@ from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.spawn import StartSettings, start, terminal_size_beside
 from launcher.run.core_driver import CoreDriver
 from launcher.run.logs.run_log import RunLog
-from launcher.run.output.reader import OutputReader
+from launcher.run.output.output_reader import OutputReader
 from launcher.run.part import Part, PartRow, StartStage, When
 from launcher.run.parts import ROWS
 from launcher.run.process import child_environment
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from typing import TypeVar
 
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
-    from launcher.language.session import LoggingSession
+    from launcher.language.logging_session import LoggingSession
     from launcher.output.stdout import StdoutWriter
     from launcher.posix.reactor import Reactor
     from launcher.posix.spawn import Child

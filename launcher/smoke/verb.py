@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Command, Option, Parsed, count, option
+from launcher.base.document.document_reader import together
 from launcher.base.document.quantities import DURATION
-from launcher.base.document.reader import together
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
 from launcher.base.verb_table import VERBS
-from launcher.launch.options import RUN_OPTIONS, run_options
+from launcher.launch.launch_options import RUN_OPTIONS, run_options
 from launcher.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -30,12 +30,12 @@ from launcher.packages import extras
 from launcher.run.parts import RECORDING
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
-from launcher.smoke.options import EXPECTATIONS
-from launcher.smoke.preflight import checks, loader
+from launcher.smoke.preflight import loader, script_checks
+from launcher.smoke.smoke_options import EXPECTATIONS
 
 if TYPE_CHECKING:
-    from launcher.smoke.record.session import RecordSession
-    from launcher.smoke.run.session import Session
+    from launcher.smoke.record.recording_session import RecordSession
+    from launcher.smoke.run.smoke_session import Session
 
 
 def _path(text: str) -> Path:
@@ -166,7 +166,7 @@ def _session(parsed: Parsed) -> Session:
     arguments = [f"{name}:={value}" for name, value in more.items()]
     recorded = ("--record",) if parsed.bag else ()
     words = (*_words_for(parsed, LAUNCH.options), *arguments, *script.options, *recorded)
-    from launcher.smoke.run.session import Options, Session
+    from launcher.smoke.run.smoke_session import Options, Session
 
     launch = LAUNCH.parse(words)
     run_options(launch)
@@ -196,7 +196,7 @@ def _recording(parsed: Parsed) -> RecordSession:
             raise UsageError(f"--record excludes {words[0].partition('=')[0]}", hint=hint)
     run_options(parsed)
     request = LaunchRequest.of(parsed)
-    from launcher.smoke.record import session as recording
+    from launcher.smoke.record import recording_session as recording
     from launcher.smoke.record.document import Head
 
     words = _words_for(parsed, LAUNCH.options)
@@ -245,7 +245,7 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
 
 def _check(script: Script) -> None:
     """LauncherError for mistakes that can be found before the launch; prints warnings."""
-    found = checks.of_script(script)
+    found = script_checks.of_script(script)
     for warning in found.warnings:
         print(f"smoke: warning: {warning}", file=sys.stderr)
     if found.errors:
@@ -254,7 +254,7 @@ def _check(script: Script) -> None:
 
 def _print_schema() -> int:
     from launcher.base import strict_json
-    from launcher.smoke.expect.grammar import json_schema
+    from launcher.smoke.expect.expectation_entries import json_schema
 
     print(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK

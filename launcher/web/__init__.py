@@ -3,16 +3,16 @@
 May import the core and `ros`. It does not import rclpy: what is known of the ROS graph comes from
 the probe, its child once a page is open.
 
-Doors: `server`, which `--web` and the verb `web` of the console start; `verb`, the same from
-another shell; `option`, the values of their options; `plan_tree`, a process that evaluates the
-launch file again for its tree.
+Doors: `web_server`, which `--web` and the verb `web` of the console start; `verb`, the same from
+another shell; `page_options`, the values of their options; `page_plan_tree`, a process that
+evaluates the launch file again for its tree.
 
-* `server` listens until the run ends, `site` answers, `access` decides who gets an answer: a token
-  in the link, then a cookie.
+* `web_server` listens until the run ends, `site` answers, `access` decides who gets an answer: a
+  token in the link, then a cookie.
 * `hub` sends messages to all pages, encoded once; a page that reads slowly delays nobody.
   `page_session` sends one page what is queued, and answers its requests.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines. `graph_feed` follows the
-  probe, by `probe_client`: `graph_state` is the graph as pages see it, `layout` where it is drawn.
+  probe, by `page_probe`: `graph_state` is the graph as pages see it, `layout` where it is drawn.
 * `metrics` is what the feeds know, for Prometheus (docs/metrics.md).
 * `assets` finds our files in `page/` and those of libraries; `frozen` makes one HTML file of the
   page that opens from disk.

@@ -14,7 +14,7 @@ from launcher.base import strict_json
 from launcher.web import layout
 from launcher.web.graph_state import GraphState, Rows
 from launcher.web.hub import Hub, Message
-from launcher.web.probe_client import Answer, PageProbe
+from launcher.web.page_probe import Answer, PageProbe
 
 MAX_RESTARTS = 3  # in so many seconds:
 RESTARTS_S = 60.0

@@ -13,10 +13,10 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_events import Ended, Reloaded, Started
-from launcher.control.format import event_line
+from launcher.control.answer_lines import event_line
 from launcher.web.hub import Hub, Message
 from launcher.web.log_store import LogStore
-from launcher.web.plan_tree import Tree, named, numbered, read_tree
+from launcher.web.page_plan_tree import Tree, named, numbered, read_tree
 from launcher.web.run_client import RunClient
 
 KEEP_SAMPLES = 600  # ten minutes

@@ -11,10 +11,10 @@ from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import ExitCode
 from launcher.base.program import browse
 from launcher.base.verb_table import VERBS
-from launcher.control.runs import find_run
+from launcher.control.active_runs import find_run
 from launcher.posix.dispositions import heeded
 from launcher.run.parts import page_options
-from launcher.web.option import require_page
+from launcher.web.page_options import require_page
 
 COMMAND = Command(
     "web",
@@ -41,7 +41,7 @@ def main(words: Sequence[str]) -> int:
 
 
 async def _serve(options: Parsed, socket: str) -> int:
-    from launcher.web.server import DEFAULT_HOST, PageSettings, WebServer, risk
+    from launcher.web.web_server import DEFAULT_HOST, PageSettings, WebServer, risk
 
     certificate, key = options.tls or (None, None)
     settings = PageSettings(

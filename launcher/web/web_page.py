@@ -1,4 +1,4 @@
-"""The page of a run in the browser: the process of its server (launcher.web.server)."""
+"""The page of a run in the browser: the process of its server (launcher.web.web_server)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from launcher.base.errors import LauncherError
 from launcher.base.run_verb import BadCallError
 from launcher.run.helpers.client_process import ClientProcess
 from launcher.run.part import Part
-from launcher.web.option import require_page, settings_of
+from launcher.web.page_options import require_page, settings_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.run.run import Run
 
 GOODBYE_S = 4.0  # for pages to read that the run has ended
-MODULE = "launcher.web.server"
+MODULE = "launcher.web.web_server"
 
 Done = Callable[["dict[str, Any]"], None]
 

@@ -16,8 +16,8 @@ from rosbags.typesys.store import Typestore
 
 from launcher.bag import info
 from launcher.bag import verbs as bag_verb
+from launcher.bag.bag_model import Definition, Message, Topic
 from launcher.bag.check import check
-from launcher.bag.model import Definition, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
 

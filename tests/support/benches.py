@@ -17,7 +17,7 @@ from typing import TypeVar
 import psutil
 import pytest
 
-from launcher.control.runs import wait_for_run
+from launcher.control.active_runs import wait_for_run
 from launcher.hosts.engine import agent_link
 from tests.support.controlled_run import ControlledRun
 from tests.support.screen_terminal import ScreenTerminal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from launcher.hosts.failures import HostError, Problem, last_line
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 
 
 class CommandTransport:

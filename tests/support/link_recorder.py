@@ -14,7 +14,7 @@ from typing import Any
 from launcher.hosts.engine.agent_link import AgentLink, SshTransport
 from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.engine.replica import Replica
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
 from launcher.run.machine import Exited, MachineCommand, MachineEvent

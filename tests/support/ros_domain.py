@@ -74,9 +74,9 @@ def patient_verb(env: Mapping[str, str], monkeypatch: pytest.MonkeyPatch) -> Ver
     # The sample nodes may be kept from answering for longer than a person would wait.
     for limit in (
         "launcher.posix.domains.SPIN_TIME_S",
-        "launcher.ros.services.ANSWER_S",
-        "launcher.ros.services._CONNECT_S",
-        "launcher.ros.services._PREFETCHED_S",
+        "launcher.ros.service_caller.ANSWER_S",
+        "launcher.ros.service_caller._CONNECT_S",
+        "launcher.ros.service_caller._PREFETCHED_S",
         "launcher.ros.verbs.service._CONNECT_S",
     ):
         monkeypatch.setattr(limit, 60.0)

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.sync.fleet_sync import FleetSync, Result
 from launcher.hosts.sync.host_sync import SyncOptions, SyncOutcome
-from launcher.hosts.sync.packages import Brought
-from launcher.hosts.sync.requirements import PinnedList
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.pinned_list import PinnedList
+from launcher.hosts.sync.release_tree import TreeEntry
+from launcher.hosts.sync.synced_packages import Brought
 
 WORKSPACE = ".local/share/launcher/workspace"
 # Not that of an environment, so that one is made.

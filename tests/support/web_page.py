@@ -62,7 +62,7 @@ def cookie_of(link: str) -> str:
 
 def server_of(pid: int) -> int | None:
     """The process of the server that the launcher has started."""
-    found = children_with(pid, "launcher.web.server")
+    found = children_with(pid, "launcher.web.web_server")
     return found[0].pid if found else None
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.model import Message
+from launcher.bag.bag_model import Message
 from launcher.bag.reader import Bag
 from tests.bag.ros.test_record import recording
 from tests.support.bags import agreed_counts

@@ -8,12 +8,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from launcher.bag.agreement import difference
-from launcher.bag.comparing.fields import Rules, first_difference
-from launcher.bag.comparing.traits import Difference, Tolerances, Traits, differences, traits_of
+from launcher.bag.bag_model import BagError, Message, Span, Topic
+from launcher.bag.comparing.field_difference import Rules, first_difference
+from launcher.bag.comparing.topic_statistics import (
+    Difference,
+    Tolerances,
+    Traits,
+    differences,
+    traits_of,
+)
 from launcher.bag.decode import Decoder, decoder
-from launcher.bag.model import BagError, Message, Span, Topic
 from launcher.bag.reader import Bag
-from launcher.bag.selection import Selection
+from launcher.bag.topic_selection import Selection
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

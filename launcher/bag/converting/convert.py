@@ -9,14 +9,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.bag import metadata, words
-from launcher.bag.converting.merged import Complete, Merged
-from launcher.bag.converting.moments import Moment
-from launcher.bag.converting.table import Csv, JsonLines, Notes, Readable
+from launcher.bag import metadata, quantity_texts
+from launcher.bag.bag_model import BagError, Message, Span
+from launcher.bag.converting.merged_bags import Complete, Merged
+from launcher.bag.converting.text_tables import Csv, JsonLines, Notes, Readable
+from launcher.bag.converting.time_texts import Moment
 from launcher.bag.metadata import Metadata
-from launcher.bag.model import BagError, Message, Span
 from launcher.bag.reader import Bag
-from launcher.bag.selection import Selection
+from launcher.bag.topic_selection import Selection
 from launcher.bag.writer import BagWriter, McapOutput, Storage
 from launcher.base.text import count
 
@@ -50,8 +50,8 @@ class Output:
             end = (start_ns if start is None else start) + self.length_ns
         if start is not None and end is not None and start >= end:
             raise BagError(
-                f"no time is selected: the end ({words.date(end)}) is not after the start "
-                f"({words.date(start)})"
+                f"no time is selected: the end ({quantity_texts.date(end)}) is not after the start "
+                f"({quantity_texts.date(start)})"
             )
         return Span(start, end)
 
@@ -92,7 +92,7 @@ def _size(path: str) -> str:
     files = [path]
     if os.path.isdir(path):
         files = [os.path.join(path, name) for name in os.listdir(path)]
-    return f", {words.size(sum(map(os.path.getsize, files)))}"
+    return f", {quantity_texts.size(sum(map(os.path.getsize, files)))}"
 
 
 @contextmanager

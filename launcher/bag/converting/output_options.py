@@ -9,9 +9,9 @@ from typing import Any
 
 from launcher.bag import compression
 from launcher.bag.converting.convert import Output
-from launcher.bag.converting.moments import Moment
+from launcher.bag.converting.time_texts import Moment
 from launcher.bag.metadata import document_in
-from launcher.bag.selection import Selection
+from launcher.bag.topic_selection import Selection
 from launcher.bag.writer import Storage
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name

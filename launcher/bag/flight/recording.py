@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from launcher.base.errors import UsageError
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

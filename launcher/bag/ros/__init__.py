@@ -1,8 +1,8 @@
 """Recording and playing bags: what of `bag` needs ROS.
 
-`record` and `play` are the verbs: `recorder` subscribes and `sinks` take what it gets;
+`record_run` and `player` are the verbs: `recorder` subscribes and `sinks` take what it gets;
 `publishers` publish what `read_ahead` has ready, at the times of a clock, steered by
-`keys`; `qos` chooses the settings of both.
+`playback_keys`; `bag_qos` chooses the settings of both.
 
 `flight` is the flight recorder, a helper process of a run: it keeps the last messages and writes
 them when it is asked (docs/bags.md), also if the launcher was killed, which it outlives for this.

@@ -22,12 +22,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.bag import snapshot
-from launcher.bag.model import Message, Qos, Topic
+from launcher.bag import snapshot_folder
+from launcher.bag.bag_model import Message, Qos, Topic
 from launcher.bag.ros.recorder import PERIOD_S, REMEMBER_S, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring
-from launcher.bag.selection import Selection
-from launcher.bag.snapshot import SnapshotContents
+from launcher.bag.snapshot_folder import SnapshotContents
+from launcher.bag.topic_selection import Selection
 from launcher.bag.writer import BagWriter
 from launcher.base import strict_json
 from launcher.base.model.event_entries import entry_of
@@ -207,7 +207,7 @@ class FlightRecorder:
         folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
         try:
             os.makedirs(parent, exist_ok=True)
-            snapshot.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
+            snapshot_folder.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
             _prune(parent)
         except OSError as error:
             say(error=f"cannot write {folder}: {error.strerror or error}", asked=asked)

@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.bag.agreement import difference
-from launcher.bag.model import CDR, Message, Qos, Topic
-from launcher.bag.ros import qos as bag_qos
-from launcher.bag.services import EVENTS
+from launcher.bag.bag_model import CDR, Message, Qos, Topic
+from launcher.bag.bag_services import EVENTS
+from launcher.bag.ros import bag_qos
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import escape
 from launcher.ros.messages.classes import type_name, with_library
 from launcher.ros.messages.interfaces import load, load_message
-from launcher.ros.snapshot.graph import Direction, GraphSnapshot
 from launcher.ros.snapshot.qos_matching import mismatches
+from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 
 if TYPE_CHECKING:

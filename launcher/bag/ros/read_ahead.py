@@ -7,7 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 
-from launcher.bag.model import Message, Span
+from launcher.bag.bag_model import Message, Span
 from launcher.bag.reader import Bag
 
 

@@ -13,16 +13,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from launcher.bag.model import CDR, Definition, Message, Qos, Topic, distinct
-from launcher.bag.ros import qos as bag_qos
+from launcher.bag.bag_model import CDR, Definition, Message, Qos, Topic, distinct
+from launcher.bag.ros import bag_qos
 from launcher.bag.ros.sinks import FileSink, Ring
-from launcher.bag.selection import Selection
+from launcher.bag.topic_selection import Selection
 from launcher.base.ros_errors import VerbError
-from launcher.ros.discovery.changes import GraphChanges
+from launcher.ros.discovery.graph_changes import GraphChanges
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.messages.schema import rihs_hash, schema_text
-from launcher.ros.snapshot.graph import Direction, Endpoint, EndpointInfo
+from launcher.ros.messages.message_schema import rihs_hash, schema_text
+from launcher.ros.snapshot.ros_graph import Direction, Endpoint, EndpointInfo
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
 from launcher.ros.topics.raw import RawMessage, RawTaker, subscribed

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 
-from launcher.bag.model import BagError, Message, Qos, Topic
+from launcher.bag.bag_model import BagError, Message, Qos, Topic
 from launcher.bag.writer import BagWriter
 
 FLUSH_S = 1.0  # at most so much is lost if the recorder is killed

@@ -14,7 +14,7 @@ from launcher.ros.verb import show
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.compare import Comparison, TopicComparison
-    from launcher.bag.comparing.traits import Limit, Traits
+    from launcher.bag.comparing.topic_statistics import Limit, Traits
     from launcher.bag.reader import Bag
 
 _ALIGNMENTS = ("start", "none")
@@ -36,21 +36,21 @@ def _ratio(word: str) -> float:
 
 
 def _share(word: str) -> Limit:
-    from launcher.bag.comparing.traits import Limit
+    from launcher.bag.comparing.topic_statistics import Limit
 
     return Limit(relative=_ratio(word))
 
 
 def _number_or_share(word: str) -> Limit:
-    from launcher.bag.comparing.traits import Limit
+    from launcher.bag.comparing.topic_statistics import Limit
 
     return _share(word) if word.endswith("%") else Limit(absolute=_least_zero(word))
 
 
 def _compare(options: Parsed) -> int:
     from launcher.bag.comparing.compare import CompareOptions, compare, document
-    from launcher.bag.comparing.fields import Rules
-    from launcher.bag.comparing.traits import Limit, Tolerances
+    from launcher.bag.comparing.field_difference import Rules
+    from launcher.bag.comparing.topic_statistics import Limit, Tolerances
     from launcher.bag.reader import Bag
 
     bags = Bag(options.a), Bag(options.b)
@@ -81,7 +81,7 @@ def _compare(options: Parsed) -> int:
 
 
 def _lines(result: Comparison, bags: tuple[Bag, Bag], align: str) -> Iterator[str]:
-    from launcher.bag.comparing.traits import text_of
+    from launcher.bag.comparing.topic_statistics import text_of
 
     for letter, bag in zip("AB", bags, strict=True):
         seconds = bag.extent.duration_ns / 1e9

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from launcher.bag.converting.moments import Moment, duration_ns, moment
+from launcher.bag.converting.time_texts import Moment, duration_ns, moment
 from launcher.bag.verbs.files import COMPRESSION, SPLIT, storage_of
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, selected
@@ -18,8 +18,8 @@ from launcher.base.model.ros_names import full_name
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
+    from launcher.bag.bag_model import Topic
     from launcher.bag.converting.convert import Output
-    from launcher.bag.model import Topic
 
 _KINDS = ("csv", "jsonl", "mcap")
 _NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
@@ -110,13 +110,13 @@ def _complete(topic: Topic) -> Topic:
 
     So has one in a language that is not .msg, if the installed type is the same.
     """
-    from launcher.bag.model import CDR, ROS2_MSG, Definition
+    from launcher.bag.bag_model import CDR, ROS2_MSG, Definition
 
     known = topic.definition
     is_usual = known is not None and known.encoding == ROS2_MSG
     if topic.serialization != CDR or (is_usual and topic.type_hash):
         return topic
-    from launcher.ros.messages.schema import rihs_hash, schema_text
+    from launcher.ros.messages.message_schema import rihs_hash, schema_text
 
     try:
         text, installed_hash = schema_text(topic.type), rihs_hash(topic.type)

@@ -24,7 +24,7 @@ _SORTS = ("name", "type", "count")
 
 def _info(options: Parsed) -> int:
     from launcher.bag import info
-    from launcher.bag.statistics import BLOCKS
+    from launcher.bag.topic_course import BLOCKS
 
     found = [
         info.read(

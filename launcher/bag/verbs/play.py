@@ -36,8 +36,8 @@ def _remapping(word: str) -> tuple[str, str]:
 
 def _play(options: Parsed) -> int:
     from launcher.bag.reader import Bag
-    from launcher.bag.ros.play import PlayOptions, play
-    from launcher.bag.ros.qos import read_overrides
+    from launcher.bag.ros.bag_qos import read_overrides
+    from launcher.bag.ros.player import PlayOptions, play
 
     path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
     selection = selected(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 
-from launcher.bag.selection import Selection, expression
+from launcher.bag.topic_selection import Selection, expression
 from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
 from launcher.bag.verbs.topics import EXCLUDE, names
 from launcher.base.command_line import Parsed, count, option, positive_seconds
@@ -23,8 +23,8 @@ def _pair(word: str) -> tuple[str, str]:
 
 
 def _record(options: Parsed) -> int:
-    from launcher.bag.ros.qos import read_overrides
-    from launcher.bag.ros.record import RecordOptions, record
+    from launcher.bag.ros.bag_qos import read_overrides
+    from launcher.bag.ros.record_run import RecordOptions, record
     from launcher.bag.ros.recorder import RecorderOptions
 
     selection = _selection(options)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.bag.selection import Selection, expression
+from launcher.bag.topic_selection import Selection, expression
 from launcher.base.command_line import Parsed, option
 from launcher.base.model.ros_names import full_name
 

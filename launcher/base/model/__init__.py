@@ -1,12 +1,12 @@
 """Plain data that the interpreter and its drivers exchange: specs, effects, events.
 
 * `record`: the base of immutable records, in place of dataclasses, which take long to import.
-* `spec`: a process before it starts; `spec_diff` and `reload`: what a new evaluation of the launch
-  file changes; `options`: settings of a run and of its processes; `supervision`: those of
-  supervision files; `level`: of findings.
+* `spec`: a process before it starts; `spec_diff` and `reload_changes`: what a new evaluation of the
+  launch file changes; `run_options`: settings of a run and of its processes; `supervision`: those
+  of supervision files; `level`: of findings.
 * `events`: effects of the interpreter, and events that a driver reports.
 * `run_events`: a type for each kind of entry of the event log: its fields, its words, and the text
   of docs/events.md. `event_entries` reads and shows entries.
-* `lifecycle`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
+* `lifecycle_transitions`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
   `parameter_text`: what rcl reads in parameter files.
 """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.base.model.options import RunOptions, matches
 from launcher.base.model.record import Record, replace
 from launcher.base.model.ros_arguments import full_node_name
+from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.spec import ProcessSpec
 
 WAIT_S = 60.0  # how long a process waits for others, where the file does not say

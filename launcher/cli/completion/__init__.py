@@ -39,7 +39,7 @@ def main(words: Sequence[str]) -> int:
     if not parsed.words:
         sys.stdout.write(script(parsed.shell))
         return ExitCode.OK
-    from launcher.cli.completion.grammar import answer
+    from launcher.cli.completion.candidates import answer
 
     sys.stdout.write(answer(parsed.shell, parsed.words))
     return ExitCode.OK

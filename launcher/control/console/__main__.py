@@ -27,8 +27,8 @@ def main(words: list[str]) -> int:
 
 
 async def _run(pid: int, feed: int, link: socket.socket) -> None:
-    from launcher.control.console.session import ConsoleSession, in_thread
-    from launcher.control.runs import wait_for_run
+    from launcher.control.active_runs import wait_for_run
+    from launcher.control.console.console_session import ConsoleSession, in_thread
     from launcher.posix.socket_directory import ControlError
 
     try:

@@ -8,7 +8,8 @@ from typing import Any
 
 from prompt_toolkit.utils import get_cwidth
 
-from launcher.control.console.format import (
+from launcher.control.answer_lines import concern, readiness, unreachable
+from launcher.control.console.short_forms import (
     cpu,
     end_cut,
     ending,
@@ -17,7 +18,6 @@ from launcher.control.console.format import (
     memory,
     middle_cut,
 )
-from launcher.control.format import concern, readiness, unreachable
 
 Fragment = tuple[str, str]
 Line = list[Fragment]

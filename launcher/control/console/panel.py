@@ -8,16 +8,16 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from launcher.control.active_runs import ListedRun
+from launcher.control.answer_lines import log_line
 from launcher.control.client import Connection
 from launcher.control.console.bar import Line, fitted
 from launcher.control.console.display import SHORT_ROWS, Display
 from launcher.control.console.pager import Pager
 from launcher.control.console.picker import CLOSE, Picker, Words, command_of, key_hints
+from launcher.control.console.process_tables import state
 from launcher.control.console.requests import answer, problem, read_call
-from launcher.control.console.tables import state
 from launcher.control.console.terminal import Terminal
-from launcher.control.format import log_line
-from launcher.control.runs import ListedRun
 from launcher.posix.socket_directory import ControlError
 
 HISTORY_LINES = 1000  # of a log, when it is opened

@@ -8,8 +8,8 @@ from typing import Any
 from prompt_toolkit.formatted_text import ANSI, to_formatted_text
 
 from launcher.control.console.bar import Line, fitted
-from launcher.control.console.format import end_cut
-from launcher.control.console.tables import process_table, render
+from launcher.control.console.process_tables import process_table, render
+from launcher.control.console.short_forms import end_cut
 
 Process = Mapping[str, Any]  # a row of `ps`
 Words = tuple[str, ...]  # a verb and the name of a process

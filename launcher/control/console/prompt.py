@@ -33,7 +33,7 @@ from launcher.control.console.display import SHORT_ROWS, SIGN, FooterOutput
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.control.console.session import ConsoleSession
+    from launcher.control.console.console_session import ConsoleSession
 
 
 MAX_LINES = 1000

@@ -12,10 +12,10 @@ from launcher.base.program import browse, program
 from launcher.base.run_verb import Call
 from launcher.base.text import did_you_mean
 from launcher.base.verb_table import VERBS as COMMAND_VERBS
+from launcher.control.active_runs import ListedRun
+from launcher.control.answer_lines import event_line, notes, without_colour
 from launcher.control.client import Reply
-from launcher.control.console.tables import details, pairs, process_table, render, stacked
-from launcher.control.format import event_line, notes, without_colour
-from launcher.control.runs import ListedRun
+from launcher.control.console.process_tables import details, pairs, process_table, render, stacked
 from launcher.control.verbs import VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
 

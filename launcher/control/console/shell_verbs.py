@@ -13,10 +13,10 @@ import time
 from collections import deque
 from collections.abc import Mapping, Sequence
 
+from launcher.control.active_runs import ListedRun
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
 from launcher.control.console.terminal import Terminal
-from launcher.control.runs import ListedRun
 
 GUARD = os.path.join(os.path.dirname(__file__), "guard.py")
 COMPLETION_S = 5.0  # for the answer to a Tab

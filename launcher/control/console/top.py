@@ -15,8 +15,8 @@ from typing import Any
 
 from launcher.base.run_verb import Call
 from launcher.control.client import Connection, NoRunError
-from launcher.control.console.format import end_cut, is_in_trouble
-from launcher.control.console.tables import process_table, render
+from launcher.control.console.process_tables import process_table, render
+from launcher.control.console.short_forms import end_cut, is_in_trouble
 from launcher.posix.dispositions import Handled
 from launcher.posix.keys import READ_BYTES, read_keys
 

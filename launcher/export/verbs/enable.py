@@ -6,17 +6,17 @@ import os
 import sys
 
 from launcher.base.errors import ExitCode, LauncherError, UsageError
-from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
-from launcher.export.model import NO_HOST, ExportedProcess, ExportedSystem
-from launcher.export.system import system_of
+from launcher.base.model.run_options import RunOptions
+from launcher.export.export_model import NO_HOST, ExportedProcess, ExportedSystem
+from launcher.export.exported_system import system_of
 from launcher.export.systemd import Systemd
 from launcher.export.verbs.export import evaluated
 from launcher.hosts import unit
-from launcher.hosts.engine.systemd.installed import Installer
-from launcher.hosts.file.changes import changed
-from launcher.hosts.file.file import read
-from launcher.hosts.file.model import Host, HostsFile
+from launcher.hosts.engine.systemd.unit_installer import Installer
+from launcher.hosts.file.hosts_model import Host, HostsFile
+from launcher.hosts.file.hosts_reader import read
+from launcher.hosts.file.option_changes import changed
 from launcher.hosts.file.placement import Placement
 from launcher.launch.target import LaunchRequest
 

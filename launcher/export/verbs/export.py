@@ -12,7 +12,7 @@ from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, Usage
 from launcher.base.program import program
 from launcher.base.text import count
 from launcher.base.verb_table import VERBS
-from launcher.launch.options import RUN_OPTIONS, run_options, with_settings_beside
+from launcher.launch.launch_options import RUN_OPTIONS, run_options, with_settings_beside
 from launcher.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -25,10 +25,10 @@ from launcher.launch.verbs import plan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.base.model.options import RunOptions
-    from launcher.export.model import ExportedSystem, Unsupported
-    from launcher.export.system import HostOf
-    from launcher.hosts.file.model import HostsFile
+    from launcher.base.model.run_options import RunOptions
+    from launcher.export.export_model import ExportedSystem, Unsupported
+    from launcher.export.exported_system import HostOf
+    from launcher.hosts.file.hosts_model import HostsFile
     from launcher.launch.plan.planner import Plan
 
 ENGINES = ("systemd", "kubernetes", "compose", "podman")
@@ -84,7 +84,7 @@ The same launch file gives the same files. Functions and commands of the launch 
 
 def main(words: Sequence[str]) -> int:
     """Export the launch file that `words` name; the exit code."""
-    from launcher.export.engines import ExportSettings, export
+    from launcher.export.export_settings import ExportSettings, export
     from launcher.export.folder import Folder
 
     parsed = COMMAND.parse(words)
@@ -113,7 +113,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _check_prefix(prefix: str) -> None:
-    from launcher.export.names import MAX_PREFIX, is_prefix
+    from launcher.export.unit_names import MAX_PREFIX, is_prefix
 
     if not is_prefix(prefix):
         raise UsageError(
@@ -129,7 +129,7 @@ def _system(parsed: Parsed, request: LaunchRequest, options: RunOptions) -> Expo
     made = evaluated(request, file)
     for surprise in made.warnings:
         print(surprise.render(), file=sys.stderr)
-    from launcher.export.system import system_of
+    from launcher.export.exported_system import system_of
 
     system = system_of(
         made,
@@ -166,7 +166,7 @@ def _nothing(made: Plan) -> LaunchFileError:
 def _hosts_file(path: str | None) -> HostsFile | None:
     if path is None:
         return None
-    from launcher.hosts.file.file import read
+    from launcher.hosts.file.hosts_reader import read
 
     return read(path, with_secrets=False)
 
@@ -193,7 +193,7 @@ def _placement(file: HostsFile | None) -> HostOf:
 
 def _command_line(parsed: Parsed, request: LaunchRequest) -> str:
     """The command without paths of this machine and without values that may be secret."""
-    from launcher.export.environment import looks_secret
+    from launcher.export.exported_variables import looks_secret
 
     arguments = [
         f"{name}:={'...' if looks_secret(name) else value}" for name, value in request.arguments

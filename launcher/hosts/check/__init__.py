@@ -2,5 +2,5 @@
 
 `probe` is the program that every host gets, sent as source; `probe_session` talks to it, `survey`
 has them all at the same time. `needs` is what the processes of a launch file need, `examine` the
-whole check; `host_judges` and `pair_judges` go from facts to findings, which `report` shows.
+whole check; `host_judges` and `pair_judges` go from facts to findings, which `check_report` shows.
 """

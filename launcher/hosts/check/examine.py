@@ -11,7 +11,7 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.level import Level
 from launcher.base.model.record import Record
 from launcher.hosts import discovery
-from launcher.hosts.check.facts import CheckedHost, HostFinding, Needs, Survey
+from launcher.hosts.check.host_findings import CheckedHost, HostFinding, Needs, Survey
 from launcher.hosts.check.host_judges import SHM, check_member, problem
 from launcher.hosts.check.needs import environment_of, log_folder
 from launcher.hosts.check.pair_judges import check_pairs
@@ -19,7 +19,14 @@ from launcher.hosts.check.probe import SETTINGS
 from launcher.hosts.check.probe_session import ProbeSession
 from launcher.hosts.check.survey import TIMEOUT_S, ProbeQuestion, survey
 from launcher.hosts.discovery import Wiring
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host, HostsFile, Secret
+from launcher.hosts.file.hosts_model import (
+    LOCAL,
+    Discovery,
+    DiscoveryMode,
+    Host,
+    HostsFile,
+    Secret,
+)
 
 _ORDER = (Level.PROBLEM, Level.NOTE)
 _WITH_ADDRESSES = (DiscoveryMode.PEERS, DiscoveryMode.SERVER)

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from launcher.base.model.level import Level
 from launcher.base.program import program
 from launcher.base.text import count
-from launcher.hosts.check.facts import CheckedHost, HostFinding
-from launcher.hosts.file.model import LOCAL, HostEngine
+from launcher.hosts.check.host_findings import CheckedHost, HostFinding
+from launcher.hosts.file.hosts_model import LOCAL, HostEngine
 
 MB = 1024**2
 MIN_PYTHON = (3, 10)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from launcher.base import text_file
 from launcher.base.errors import LauncherError
-from launcher.hosts.check.facts import Needs
+from launcher.hosts.check.host_findings import Needs
 from launcher.hosts.file.order import Order
 from launcher.packages.finder import resource_prefix, share_directory
 

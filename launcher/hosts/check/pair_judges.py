@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.model.level import Level
 from launcher.base.text import count
-from launcher.hosts.check.facts import CheckedHost, HostFinding, Survey
+from launcher.hosts.check.host_findings import CheckedHost, HostFinding, Survey
 from launcher.hosts.check.host_judges import sync_command
-from launcher.hosts.file.model import LOCAL, DiscoveryMode
+from launcher.hosts.file.hosts_model import LOCAL, DiscoveryMode
 from launcher.packages.workspace import DISTRIBUTIONS
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"

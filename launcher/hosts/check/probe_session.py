@@ -11,9 +11,9 @@ from importlib import resources
 from typing import Any
 
 from launcher.base import strict_json
-from launcher.hosts.check.facts import CheckedHost, Clock, Needs
+from launcher.hosts.check.host_findings import CheckedHost, Clock, Needs
 from launcher.hosts.failures import HostError, Problem, failure, no_ssh
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import SshConnection, quoted, set_python, setup_script, ssh_environment
 
 PINGS = 8  # the quickest answer gives the best estimate of a clock

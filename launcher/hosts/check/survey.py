@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from launcher.base.model.record import Record
-from launcher.hosts.check.facts import Arrival, Survey
+from launcher.hosts.check.host_findings import Arrival, Survey
 from launcher.hosts.check.probe_session import ProbeSession
-from launcher.hosts.file.model import LOCAL
+from launcher.hosts.file.hosts_model import LOCAL
 
 TIMEOUT_S = 5.0
 SETTLE_S = 1.0  # after which a datagram that was sent ten times is lost

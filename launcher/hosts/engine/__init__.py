@@ -1,9 +1,9 @@
 """Processes on other hosts: the operator's side of their engines.
 
-`link` is the interface of an engine, made by `engines`; `fleet` has the links of a run. `driver`
-is the process driver, `replica` the machine of a process elsewhere, `remote_host` a host as the
-run sees it, `reports` its events as JSON. `backlog` holds back what hosts have reported of the
-past at `attach`, to show it in order of time. `engines` lets the host decide on its engine where
+`link` is the interface of an engine, made by `host_links`; `fleet` has the links of a run. `driver`
+is the process driver, `replica` the machine of a process elsewhere, `remote_host` a host as the run
+sees it, `reports` its events as JSON. `hosts_backlog` holds back what hosts have reported of the
+past at `attach`, to show it in order of time. `host_links` lets the host decide on its engine where
 the hosts file does not.
 
 * A random delay of a restart would differ: each event carries the time that is left to the
@@ -16,8 +16,8 @@ the hosts file does not.
 `engine: ssh` is `agent_link`: one `launcher agent` per host by `ssh -T` (`SshTransport`), not a
 session per process, of which sshd allows 10. Both directions carry `frames`: length, kind, number,
 time of the sender, payload. A frame with a number is kept by its sender until it is acknowledged
-(`outbox`), and sent again on the next connection (`channel`): 4 MiB while connected, 32 MiB of
-output while not; events are never dropped. A beat each second, or each quarter of a `stop-after`
+(`outbox`), and sent again on the next connection (`frame_channel`): 4 MiB while connected, 32 MiB
+of output while not; events are never dropped. A beat each second, or each quarter of a `stop-after`
 below 4 s, gives the difference of the clocks; after 3 s of silence each side takes the other one
 for unreachable, and after 6 s the launcher connects again with `agent --resume`.
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import launcher
 from launcher.base.text import typed_error
-from launcher.hosts.engine.channel import FrameChannel
+from launcher.hosts.engine.frame_channel import FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
@@ -24,7 +24,7 @@ from launcher.hosts.engine.reports import decode_event
 from launcher.hosts.engine.session_process import SessionProcess
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import HostError, failure, no_ssh
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import SshConnection, python_script, ssh_environment
 from launcher.run.machine import MachineCommand
 

@@ -10,7 +10,7 @@ from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
 from launcher.base.model.run_events import Adopted, Sample, known
 from launcher.base.text import escape
-from launcher.hosts.engine.backlog import HostsBacklog
+from launcher.hosts.engine.hosts_backlog import HostsBacklog
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost, host_of
 from launcher.hosts.engine.replica import STARTS, Replica

@@ -9,11 +9,11 @@ from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.base.model.run_events import LinkChanged
 from launcher.base.model.spec import ProcessSpec
-from launcher.hosts.engine import engines
+from launcher.hosts.engine import host_links
 from launcher.hosts.engine.link import Attached, LinkContext, LinkState
 from launcher.hosts.engine.remote_host import RemoteHost, host_of
 from launcher.hosts.engine.timers import Timers
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order, order_for
 from launcher.run.part import Part
 
@@ -100,7 +100,7 @@ class Fleet(Part):
             title=self._plan.title,
             attached=self._plan.attached,
         )
-        one.link = engines.make_link(context)
+        one.link = host_links.make_link(context)
         return one
 
     # ---- the start

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from typing import Any
 
-    from launcher.hosts.file.model import Host
+    from launcher.hosts.file.hosts_model import Host
     from launcher.hosts.file.order import Order
     from launcher.posix.reactor import Reactor
     from launcher.run.machine import MachineCommand, MachineEvent, ProcessState

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from launcher.base.model.run_events import Sample
 from launcher.base.text import count
 from launcher.hosts.engine.link import Link, LinkState
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.posix.spawn import Child
 from launcher.run.process import Process
 

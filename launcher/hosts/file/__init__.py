@@ -1,8 +1,8 @@
 """The hosts file: hosts, rules of placement, and what a host is to run.
 
-`file` reads it by the tables in `fields`, `discovery_field` and `ssh_options`, of which `schema`
-makes the JSON Schema; `model` has hosts and rules, `changes` the file as options change it.
-`pattern` and `placement`: which process a rule means, and where each runs.
+`hosts_reader` reads it by the tables in `host_fields`, `discovery_field` and `ssh_options`, of
+which `schema` makes the JSON Schema; `hosts_model` has hosts and rules, `option_changes` the file
+as options change it. `pattern` and `placement`: which process a rule means, and where each runs.
 
 `order` is what a host is to run, with `references` in place of the operator's paths, and
 `order_json` its form on the wire. What a host makes of it: `resolution` in the agent, and without

@@ -7,7 +7,7 @@ from typing import Any
 
 from launcher.base.document.fields import FieldError, FieldType, near, nested, raise_all
 from launcher.base.text import did_you_mean
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode
+from launcher.hosts.file.hosts_model import LOCAL, Discovery, DiscoveryMode
 
 MODES = tuple(mode.value for mode in DiscoveryMode)
 _KEYS = ("mode", "server", "backup", "port")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from launcher.base import strict_json
 from launcher.hosts.file import order_json
-from launcher.hosts.file.model import DEFAULT_PYTHON, Host
+from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import (
     ExecutableReference,

@@ -8,7 +8,7 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
 from launcher.base.model.spec import ProcessSpec, RosIdentity
 from launcher.base.text import did_you_mean, several
-from launcher.hosts.file.model import LOCAL, Host, HostsFile, Rule
+from launcher.hosts.file.hosts_model import LOCAL, Host, HostsFile, Rule
 from launcher.hosts.file.pattern import PatternKind, ProcessPattern, Rank, node_name
 
 _MAX_LISTED = 3  # processes in a remark

@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
-from launcher.packages import sources
+from launcher.packages import source_packages
 from launcher.packages.finder import own_package, share_directory
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 
 
 class ExecutableReference(Record):
@@ -111,7 +111,7 @@ def _in_source(path: str, environ: Mapping[str, str]) -> SharedFile | None:
 @functools.lru_cache(maxsize=1)
 def _source_folders(cwd: str) -> tuple[tuple[str, str], ...]:
     """(name, folder) of packages that are used from their source; a search of many folders."""
-    return (*sources.editable().items(), *sources.around())
+    return (*source_packages.editable().items(), *source_packages.around())
 
 
 def with_references(text: str, environ: Mapping[str, str]) -> Word:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from launcher.hosts.file.discovery_field import DISCOVERY
-from launcher.hosts.file.fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
+from launcher.hosts.file.host_fields import HOST_FIELDS, HOST_NAME, NOT_DEFAULT
 
 
 def json_schema() -> dict[str, Any]:

@@ -7,17 +7,17 @@ from collections.abc import Iterable, Mapping
 from launcher.base.errors import LauncherError
 from launcher.base.model.events import LoadRequest
 from launcher.base.model.record import Record, replace
-from launcher.hosts.file.model import HostsFile
+from launcher.hosts.file.hosts_model import HostsFile
 from launcher.hosts.file.order import order_for
 from launcher.hosts.file.placement import Candidates, Component, Placement, PlacementFindings
 from launcher.hosts.launching.shown import HERE, PlacedThere
-from launcher.launch.plan.certainty import is_certain
+from launcher.launch.plan.plan_certainty import is_certain
 from launcher.launch.plan.planner import Plan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.language.interpreter.later import Later
-    from launcher.launch.core import LaunchCore
+    from launcher.launch.launch_core import LaunchCore
 
 
 class Placing(Record):

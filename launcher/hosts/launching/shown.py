@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.record import Record
 from launcher.hosts.discovery import BACKUP_NAME, SERVER_NAME
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host
+from launcher.hosts.file.hosts_model import LOCAL, Discovery, DiscoveryMode, Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.order_words import FILES, folder_there, text_there, words_there
 from launcher.hosts.file.references import Word
-from launcher.launch.plan.command_line import shell_word
 from launcher.launch.plan.plan_json import changed_variables
+from launcher.launch.plan.shell_command import shell_word
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,13 +12,13 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from launcher.base.errors import LauncherError
 from launcher.hosts.failures import no_ssh
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import SshConnection, ssh_environment
 from launcher.hosts.sync.host_sync import HostSync, SyncOptions, SyncOutcome
 from launcher.hosts.sync.natives import natives
-from launcher.hosts.sync.packages import Brought
+from launcher.hosts.sync.release_tree import Release
 from launcher.hosts.sync.sync_session import SyncSession, script
-from launcher.hosts.sync.tree import Release
+from launcher.hosts.sync.synced_packages import Brought
 
 _MOST_AT_ONCE = 32
 

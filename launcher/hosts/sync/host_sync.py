@@ -14,13 +14,18 @@ from typing import Any
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.hosts.failures import HostError, Problem
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import host_python
-from launcher.hosts.sync import natives, release_python, requirements, wheels
+from launcher.hosts.sync import (
+    natives,
+    pinned_list,
+    release_python,
+    wheels,
+)
 from launcher.hosts.sync.natives import Native
-from launcher.hosts.sync.requirements import Pin, PinnedList
+from launcher.hosts.sync.pinned_list import Pin, PinnedList
+from launcher.hosts.sync.release_tree import Release
 from launcher.hosts.sync.sync_session import SyncSession, blocks_of
-from launcher.hosts.sync.tree import Release
 
 
 class SyncOptions(Record):
@@ -143,7 +148,7 @@ class HostSync:
 
     def _pins(self) -> list[Pin]:
         listed = self._options.requirements
-        return requirements.pins(listed, self._target.markers) if listed is not None else []
+        return pinned_list.pins(listed, self._target.markers) if listed is not None else []
 
     def _tell_unused(self) -> None:
         if self._options.wheelhouse is not None and not self._key:
@@ -196,7 +201,7 @@ class HostSync:
             sent=len(sent) + len(found.missing),
             sent_bytes=sum(os.path.getsize(os.path.join(folder, name)) for name in sent),
             folder=folder,
-            missing=requirements.names(found.missing) if found.missing else "",
+            missing=pinned_list.names(found.missing) if found.missing else "",
         )
 
     def _send_wheels(self, files: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
 from launcher.base.program import program
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.release_tree import TreeEntry
 from launcher.hosts.sync.wheels import PythonTarget
 
 _MACHINES = {3: "i686", 40: "armv7l", 62: "x86_64", 183: "aarch64", 243: "riscv64"}

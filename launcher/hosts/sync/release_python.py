@@ -6,7 +6,7 @@ import posixpath
 import shlex
 
 from launcher.hosts.ssh import MADE_WITH
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.release_tree import TreeEntry
 
 PATH = "bin/python"
 

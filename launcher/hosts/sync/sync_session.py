@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 
 from launcher.base.errors import LauncherError
 from launcher.hosts.failures import HostError, Problem, failure, last_line
-from launcher.hosts.file.model import DEFAULT_PYTHON, Host
+from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 from launcher.hosts.sync.on_host import MODULES, wire
 

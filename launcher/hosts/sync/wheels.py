@@ -15,7 +15,7 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
 from launcher.base.text import count
 from launcher.hosts.sync.on_host import pip_messages
-from launcher.hosts.sync.requirements import Pin, names, packaging
+from launcher.hosts.sync.pinned_list import Pin, names, packaging
 
 _OLDEST_MINOR = {"x86_64": 5, "i686": 5}  # of glibc 2, for which manylinux has a name
 _LEGACY = {17: "manylinux2014", 12: "manylinux2010", 5: "manylinux1"}

@@ -37,7 +37,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _serve() -> int:
-    from launcher.hosts.agent.agent import Agent
+    from launcher.hosts.agent.host_agent import Agent
     from launcher.posix.reactor import Reactor
 
     agent, session = _fork()

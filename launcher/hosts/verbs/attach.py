@@ -27,14 +27,14 @@ from launcher.base.text import escape
 from launcher.base.verb_table import VERBS
 from launcher.hosts.engine.fleet import FleetPlan
 from launcher.hosts.engine.link import Attached
-from launcher.hosts.engine.systemd import runs
-from launcher.hosts.engine.systemd.runs import FoundRun
-from launcher.hosts.file.file import read
+from launcher.hosts.engine.systemd import found_runs
+from launcher.hosts.engine.systemd.found_runs import FoundRun
+from launcher.hosts.file.hosts_reader import read
 from launcher.hosts.file.order import Order
-from launcher.hosts.verbs.file import DEFAULT, hosts_path
-from launcher.language.session import LoggingSession
-from launcher.launch.core import launched, supervising
-from launcher.launch.options import RUN_OPTIONS, run_options
+from launcher.hosts.verbs.hosts_options import DEFAULT, hosts_path
+from launcher.language.logging_session import LoggingSession
+from launcher.launch.launch_core import launched, supervising
+from launcher.launch.launch_options import RUN_OPTIONS, run_options
 from launcher.launch.target import DEBUG, LaunchRequest
 from launcher.output.logs.run_directory import new_run_path, provide_log_root
 from launcher.run.ending import shutdown_machine
@@ -78,7 +78,7 @@ def main(words: Sequence[str]) -> int:
     parsed = COMMAND.parse(words)
     options = run_options(parsed)
     hosts = read(hosts_path(options.hosts), with_secrets=False).hosts
-    found = runs.find(list(hosts.values()))
+    found = found_runs.find(list(hosts.values()))
     for warning in found.warnings:
         print(f"warning: {escape(warning)}", flush=True)
     if parsed.is_list:
@@ -136,7 +136,7 @@ def _rows(found: Iterable[FoundRun]) -> list[str]:
 
 def _stop(run: FoundRun) -> int:
     print(f"stopping run {run.run} ({run.title})", flush=True)
-    failures = runs.stop(run)
+    failures = found_runs.stop(run)
     for failure in failures:
         print(f"error: {escape(failure)}", flush=True)
     return ExitCode.PROCESS_FAILED if failures else ExitCode.OK

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.base.command_line import DEBUG, Command, Parsed, option, positive_seconds
 from launcher.base.errors import ExitCode
-from launcher.hosts.verbs.file import HOSTS, hosts_file
+from launcher.hosts.verbs.hosts_options import HOSTS, hosts_file
 from launcher.launch.target import (
     ABOUT_TARGET,
     EVALUATION_TIMEOUT,
@@ -16,13 +16,13 @@ from launcher.run.parts import DISCOVERY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.hosts.check.facts import Needs
-    from launcher.hosts.file.model import HostsFile
+    from launcher.hosts.check.host_findings import Needs
+    from launcher.hosts.file.hosts_model import HostsFile
 
 
 def _check(parsed: Parsed) -> int:
+    from launcher.hosts.check.check_report import as_document, as_text
     from launcher.hosts.check.examine import examine
-    from launcher.hosts.check.report import as_document, as_text
     from launcher.posix.domains import environment_domain
     from launcher.posix.stdio import print_text
 

@@ -8,14 +8,14 @@ import sys
 from launcher.base.command_line import DEBUG, Command, Parsed, option
 from launcher.base.errors import UsageError
 from launcher.base.text import did_you_mean, escape
-from launcher.hosts.verbs.file import HOSTS, hosts_file
+from launcher.hosts.verbs.hosts_options import HOSTS, hosts_file
 from launcher.hosts.verbs.sync_report import SyncReport
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.hosts.file.model import Host
+    from launcher.hosts.file.hosts_model import Host
     from launcher.hosts.sync.host_sync import SyncOptions
-    from launcher.hosts.sync.packages import Brought
+    from launcher.hosts.sync.synced_packages import Brought
 
 
 def _sync(parsed: Parsed) -> int:
@@ -51,13 +51,13 @@ def _hosts(parsed: Parsed) -> list[Host]:
 
 
 def _options(parsed: Parsed) -> SyncOptions:
-    from launcher.hosts.sync import requirements
+    from launcher.hosts.sync import pinned_list
     from launcher.hosts.sync.host_sync import SyncOptions
 
     listed = None
     if not parsed.no_venv and not parsed.rollback:
         path = parsed.requirements
-        listed = requirements.default() if path is None else requirements.read(path)
+        listed = pinned_list.default() if path is None else pinned_list.read(path)
     return SyncOptions(
         requirements=listed,
         wheelhouse=_folder(parsed.wheelhouse),
@@ -78,7 +78,7 @@ def _folder(given: str | None) -> str | None:
 
 
 def _brought(parsed: Parsed) -> Brought:
-    from launcher.hosts.sync.packages import collect
+    from launcher.hosts.sync.synced_packages import collect
     from launcher.packages.workspace import current
 
     brought = collect(current(), parsed.package)

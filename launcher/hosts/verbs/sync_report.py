@@ -11,7 +11,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from launcher.hosts.file.model import Host
+    from launcher.hosts.file.hosts_model import Host
     from launcher.hosts.sync.fleet_sync import Result
     from launcher.hosts.sync.host_sync import EnvironmentPlan, SyncOutcome
 

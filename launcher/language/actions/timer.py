@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable
 
 from launcher.language.action import Action
-from launcher.language.actions.events import OpaqueFunction
+from launcher.language.actions.event_actions import OpaqueFunction
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.entity import LaunchDescriptionEntity

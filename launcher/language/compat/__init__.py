@@ -14,9 +14,9 @@ from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 import launcher.language.frontends  # noqa: F401 - gives the language its parsers
-from launcher.language.compat import table
+from launcher.language.compat import compat_table
 from launcher.language.compat.names import PublicModule, is_public, submodules
-from launcher.language.session import LoggingSession, open_sessions, replace_environment
+from launcher.language.logging_session import LoggingSession, open_sessions, replace_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class _CompatFinder:
 
     @staticmethod
     def spec_of(fullname: str) -> ModuleSpec:
-        spec = ModuleSpec(fullname, _CompatFinder, origin=table.__file__)  # type: ignore[arg-type]
+        spec = ModuleSpec(fullname, _CompatFinder, origin=compat_table.__file__)  # type: ignore[arg-type]
         if submodules(fullname):
             folder = f"{_FOLDER}/{fullname}"  # does not exist; listed by _Listing
             spec.submodule_search_locations = [folder]
@@ -60,7 +60,7 @@ class _CompatFinder:
 
     @staticmethod
     def exec_module(module: PublicModule) -> None:
-        module.__file__ = table.__file__
+        module.__file__ = compat_table.__file__
         module.provide()
 
 

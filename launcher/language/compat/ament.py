@@ -74,7 +74,7 @@ def _share_function(original: Callable[..., str]) -> Callable[..., str]:
             share = original(package_name, print_warning)
         except (LookupError, OSError):
             return _found("share_directory", package_name)
-        from launcher.packages.sources import OVERLAY_FOLDER
+        from launcher.packages.source_packages import OVERLAY_FOLDER
 
         if OVERLAY_FOLDER in share:  # the source itself, as FindPackageShare has it
             return _found("share_directory", package_name)

@@ -8,7 +8,7 @@ import sys
 from types import FrameType, ModuleType
 
 from launcher.base.text import suggest
-from launcher.language.compat.table import MODULES, SUBMODULES
+from launcher.language.compat.compat_table import MODULES, SUBMODULES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

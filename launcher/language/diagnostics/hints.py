@@ -6,7 +6,7 @@ import re
 
 from launcher.base.errors import LauncherError
 from launcher.base.text import did_you_mean
-from launcher.language.diagnostics import imports
+from launcher.language.diagnostics import import_hints
 from launcher.language.diagnostics.error_details import details
 
 TYPE_CHECKING = False
@@ -34,7 +34,7 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
         found = pattern.search(message)
         if found:
             return suggest(found[1], context)
-    elsewhere = imports.hint(error, message)
+    elsewhere = import_hints.hint(error, message)
     if elsewhere is not None:
         return elsewhere
     provided = _NOT_PROVIDED.search(message)

@@ -17,7 +17,7 @@ from launcher.packages.finder import (
     search_prefixes,
     share_directory,
 )
-from launcher.packages.sources import around, distributions, editable, files_in
+from launcher.packages.source_packages import around, distributions, editable, files_in
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -28,6 +28,6 @@ and do not stop it. When no process is left, the interpreter requests the shutdo
 process. `warnings` holds those of `launcher.language.diagnostics.ros2_quirks`.
 """
 
-from launcher.language.interpreter.core import Interpreter
+from launcher.language.interpreter.interpreter import Interpreter
 
 __all__ = ["Interpreter"]

@@ -14,7 +14,7 @@ from launcher.base.model.spec import Scope
 from launcher.language.actions.process import TargetedHandler
 from launcher.language.actions.timer import RosTimer
 from launcher.language.events.handlers import OnIncludeLaunchDescription
-from launcher.language.interpreter.core import Interpreter
+from launcher.language.interpreter.interpreter import Interpreter
 from launcher.language.interpreter.unvisited import EventTime, Search, Unvisited, handler_entities
 
 TYPE_CHECKING = False

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.events import LoadRequest
     from launcher.language.diagnostics.origin import FileLine
-    from launcher.language.interpreter.host import RunHost
+    from launcher.language.interpreter.run_host import RunHost
 
 
 class _Node:

@@ -16,13 +16,13 @@ import os
 from collections.abc import Callable, Collection, Sequence
 
 from launcher.base.model import events as model
-from launcher.base.model.lifecycle import transition_steps
+from launcher.base.model.lifecycle_transitions import transition_steps
 from launcher.base.model.record import replace
-from launcher.base.model.reload import Kept, Known, Reload
+from launcher.base.model.reload_changes import Kept, Known, Reload
 from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.spec import ProcessSpec
 from launcher.base.model.spec_diff import comparable, differences, match, needs_restart
-from launcher.language.interpreter.core import Interpreter
+from launcher.language.interpreter.interpreter import Interpreter
 
 MAX_EVENTS = 10_000  # a launch file may set timers for ever
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec, Scope
-from launcher.language.actions.events import RegisterEventHandler
+from launcher.language.actions.event_actions import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction

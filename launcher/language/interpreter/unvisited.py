@@ -17,7 +17,7 @@ from launcher.base.model.record import Record, replace
 from launcher.base.model.spec import ProcessSpec, RosIdentity, Scope
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetLaunchConfiguration
-from launcher.language.actions.events import OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.event_actions import OpaqueFunction, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal, OnProcessIO
@@ -30,7 +30,7 @@ from launcher.language.ros.composition import (
     ComposableNodeContainer,
     LoadComposableNodes,
 )
-from launcher.language.ros.names import resolve_namespace
+from launcher.language.ros.node_and_topic_names import resolve_namespace
 from launcher.language.ros.scope import PushROSNamespace
 from launcher.language.substitution import Substitution, perform, perform_substitutions
 from launcher.language.substitutions.command import Command

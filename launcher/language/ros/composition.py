@@ -11,13 +11,13 @@ from launcher.language.class_tools import ensure_argument_type
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public, read_only
 from launcher.language.ros.component_parameters import full_name, parameter_pairs
-from launcher.language.ros.names import (
+from launcher.language.ros.node import Node
+from launcher.language.ros.node_and_topic_names import (
     add_node_name,
     evaluate_remap_rules,
     normalize_remap_rules,
     resolve_namespace,
 )
-from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterFile
 from launcher.language.ros.parameter_values import (
     evaluate_parameters,

@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 
-from launcher.base.model import lifecycle
+from launcher.base.model import lifecycle_transitions
 from launcher.base.model.events import (
     StateChanged,
     StateRequest,
@@ -14,7 +14,7 @@ from launcher.base.model.events import (
     WatchLifecycle,
 )
 from launcher.language.action import Action
-from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.event_actions import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launcher.language.events.base import Event, EventHandler
 from launcher.language.naming import public, read_only
 from launcher.language.ros.node import Node
@@ -35,9 +35,10 @@ class ChangeState(Event):
 
     name = "launch_ros.events.lifecycle.ChangeState"
     valid_transitions = OrderedDict(
-        (number, transition.constant) for number, transition in lifecycle.TRANSITIONS.items()
+        (number, transition.constant)
+        for number, transition in lifecycle_transitions.TRANSITIONS.items()
     )
-    valid_states = OrderedDict(lifecycle.STATES)
+    valid_states = OrderedDict(lifecycle_transitions.STATES)
     lifecycle_node_matcher: Callable[[Any], bool] = read_only("Called with a LifecycleNode action.")
     transition_id: int = read_only("A constant of lifecycle_msgs/msg/Transition.")
 
@@ -165,7 +166,7 @@ class LifecycleNode(Node):
         if not event.lifecycle_node_matcher(self):
             return
         number = event.transition_id
-        label = lifecycle.TRANSITIONS[number].label
+        label = lifecycle_transitions.TRANSITIONS[number].label
         request = StateRequest(node=self.node_name, transition_id=number, transition=label)
 
         def answered(answer: StateChanged) -> None:
@@ -223,7 +224,7 @@ class LifecycleTransition(Action):
         return [*actions, *(emits[name][0] for name in names)]
 
     def _step_handler(self, name: str, number: int, following: Sequence[Action]) -> EventHandler:
-        transition = lifecycle.TRANSITIONS[number]
+        transition = lifecycle_transitions.TRANSITIONS[number]
         done = OpaqueFunction(function=lambda context: self._unregister(context, name))
         return OnStateTransition(
             matcher=_transition_matcher(name, transition.goal, transition.between),

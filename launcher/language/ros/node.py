@@ -9,14 +9,14 @@ from pathlib import Path
 from launcher.base.model.record import Record
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
 from launcher.base.model.spec import ParameterSource, RosIdentity
-from launcher.language import frontend_registry, session
+from launcher.language import frontend_registry, logging_session
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public, read_only
 from launcher.language.ros.generated_files import write_parameters
-from launcher.language.ros.names import (
+from launcher.language.ros.node_and_topic_names import (
     add_node_name,
     evaluate_remap_rules,
     make_namespace_absolute,
@@ -116,7 +116,7 @@ class Node(ExecuteProcess):
             parameters = normalize_parameters(parameters)
         kwargs["name"] = exec_name
         super().__init__(cmd=cmd, **kwargs)
-        session.current().nodes_made += 1
+        logging_session.current().nodes_made += 1
         self.__program = program
         self.__package = package
         self.__node_executable = executable

@@ -8,7 +8,7 @@ from launcher.base.model.parameter_text import rule
 from launcher.language.executable import Executable
 from launcher.language.naming import public, read_only
 from launcher.language.ros.generated_files import write_parameters
-from launcher.language.ros.names import (
+from launcher.language.ros.node_and_topic_names import (
     normalize_remap_rules,
     prefix_namespace,
     resolve_namespace,

@@ -8,8 +8,9 @@ from launcher.base.model.events import UseSimTime
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
+from launcher.language.logging_session import default_log_dir
 from launcher.language.naming import public, read_only
-from launcher.language.ros.names import (
+from launcher.language.ros.node_and_topic_names import (
     NameValidationException,
     make_namespace_absolute,
     prefix_namespace,
@@ -20,7 +21,6 @@ from launcher.language.ros.parameter_values import (
     evaluate_parameter_dict,
     normalize_parameter_dict,
 )
-from launcher.language.session import default_log_dir
 from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,

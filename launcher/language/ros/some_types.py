@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Union
 
-from launcher.language.ros.names import RemapRule
+from launcher.language.ros.node_and_topic_names import RemapRule
 from launcher.language.ros.parameter_descriptions import Parameter
 from launcher.language.ros.parameter_descriptions import ParameterFile as ParameterFileDescription
 from launcher.language.ros.parameter_descriptions import ParameterValue as ValueDescription

@@ -25,7 +25,7 @@ a run; default: the newest run of this log folder.""",
 def main(words: Sequence[str]) -> int:
     """Print the report on the run that `words` name; the exit code."""
     parsed = COMMAND.parse(words)
-    from launcher.launch.analyze import report, timeline
+    from launcher.launch.analyze import timeline, timeline_report
 
     folder = _folder(parsed.run)
     found = timeline.read(folder)
@@ -34,10 +34,10 @@ def main(words: Sequence[str]) -> int:
     if parsed.json:
         from launcher.base import strict_json
 
-        print_text(strict_json.dumps(report.document(found), indent=1))
+        print_text(strict_json.dumps(timeline_report.document(found), indent=1))
     else:
         columns = _columns()
-        print_text("\n".join(report.lines(found, columns)))
+        print_text("\n".join(timeline_report.lines(found, columns)))
     return ExitCode.OK
 
 
@@ -65,7 +65,7 @@ def _folder(run: str | None) -> str:
 
 
 def _folder_of_active(run: str) -> str:
-    from launcher.control.runs import find_run
+    from launcher.control.active_runs import find_run
 
     with find_run(run, read_only=True).connect() as connection:
         folder = connection.hello["run"]["log_dir"]

@@ -9,7 +9,7 @@ from launcher.base.text import shown_path
 from launcher.language.action import Action
 from launcher.language.actions import configuration as settings
 from launcher.language.actions.arguments import DeclareLaunchArgument
-from launcher.language.actions.events import (
+from launcher.language.actions.event_actions import (
     EmitEvent,
     Log,
     OpaqueFunction,
@@ -30,7 +30,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     plain_text,
 )
-from launcher.launch.plan.command_line import shell_word
+from launcher.launch.plan.shell_command import shell_word
 
 _HAPPENINGS = {
     "ProcessExited": "exits",

@@ -15,14 +15,12 @@ from launcher.language.actions.configuration import (
     ResetLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from launcher.language.actions.events import Log, RegisterEventHandler
+from launcher.language.actions.event_actions import Log, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction
 from launcher.language.description import LaunchDescription
-from launcher.launch.plan.certainty import is_own_function, process_names
-from launcher.launch.plan.command_line import ParameterFileWriter, command_line
 from launcher.launch.plan.entities import (
     condition_text,
     handler_entities,
@@ -32,6 +30,8 @@ from launcher.launch.plan.entities import (
     place,
     short_path,
 )
+from launcher.launch.plan.plan_certainty import is_own_function, process_names
+from launcher.launch.plan.shell_command import ParameterFileWriter, command_line
 from launcher.launch.plan.start_rules import start_lines
 from launcher.launch.plan.tree import Branch
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.events import StateRequest
     from launcher.language.interpreter.trace import ConfigurationSetting, Visit
-    from launcher.launch.plan.place import Placed
+    from launcher.launch.plan.plan_places import Placed
     from launcher.launch.plan.planner import Plan, PlannedProcess, Stamp
 
 

@@ -26,7 +26,7 @@ from launcher.language.compat import vocabulary
 from launcher.language.configurations import ROS_NAMES
 from launcher.language.events.launch import TimerEvent
 from launcher.language.events.process import ProcessStarted
-from launcher.language.interpreter.core import Interpreter
+from launcher.language.interpreter.interpreter import Interpreter
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
     from launcher.language.events.launch import Shutdown
-    from launcher.language.interpreter.host import Quirk
+    from launcher.language.interpreter.run_host import Quirk
     from launcher.language.interpreter.trace import Trace, Visit
 
 HORIZON_S = 3600.0  # end of virtual time: respawns and timers may repeat endlessly
@@ -434,7 +434,7 @@ def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:
 
 
 def _transitions(change: model.StateRequest) -> list[model.Event]:
-    from launcher.base.model.lifecycle import transition_steps
+    from launcher.base.model.lifecycle_transitions import transition_steps
 
     steps = transition_steps(change.transition_id)
     return [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.model.options import matches
+from launcher.base.model.run_options import matches
 from launcher.base.model.supervision import restarts_with, rule_for, waits_for
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from launcher.base import text_file
 from launcher.base.command_line import Command, option
 from launcher.base.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.verb_table import ENABLE, VERBS
-from launcher.launch.core import LaunchCore, launched, supervising
-from launcher.launch.options import (
+from launcher.launch.launch_core import LaunchCore, launched, supervising
+from launcher.launch.launch_options import (
     RUN_OPTIONS,
     SettingsSource,
     run_options,
@@ -142,7 +142,7 @@ def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) 
         if options.compose:
             hint = "a launch file with generate_launch_description() can have composed nodes"
             raise UsageError("--compose does not apply to a script with a LaunchService", hint=hint)
-        from launcher.launch.service import run_script
+        from launcher.launch.launch_service_run import run_script
 
         return run_script(request, options)
     return _launch(request, options, source, judge)
@@ -198,7 +198,7 @@ def _launch(
 
                 driven, absorbed = composing.composed(core, options)
             if session.nodes_made > FEW_NODES and fleet is None:
-                from launcher.launch.crowds import warn_of_crowd
+                from launcher.launch.participant_limits import warn_of_crowd
 
                 warn_of_crowd(core, absorbed)
             _warn_of_programs(core, fleet)
@@ -239,15 +239,15 @@ def _judge() -> int | None:
     word = os.environ.pop("LAUNCHER_FORECAST", None)
     if word is None:
         return None  # nearly always, so that nothing is imported for it
-    from launcher.launch import forecast
+    from launcher.launch import run_forecast
 
-    return forecast.take_descriptor(word)
+    return run_forecast.take_descriptor(word)
 
 
 def _is_accepted(judge: int, core: LaunchCore) -> bool:
-    from launcher.launch import forecast
+    from launcher.launch import run_forecast
 
-    return forecast.is_accepted(judge, core)
+    return run_forecast.is_accepted(judge, core)
 
 
 def _hosts(options: RunOptions) -> PreparedHosts | None:
@@ -278,7 +278,7 @@ def _warn_of_programs(core: LaunchCore, fleet: FleetPlacement | None) -> None:
     specs = [effect.spec for effect in core.effects if isinstance(effect, StartProcess)]
     if all(map(is_plain, specs)):
         return  # nearly always, so that nothing is imported for it
-    from launcher.launch.programs import program_warnings
+    from launcher.launch.program_warnings import program_warnings
 
     here = [spec for spec in specs if fleet is None or fleet.host_of(spec) is None]
     for text in program_warnings(here):
@@ -289,15 +289,15 @@ def _warn_of_programs(core: LaunchCore, fleet: FleetPlacement | None) -> None:
 def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:
     """LauncherError for a domain, a required process or an order with which it cannot work."""
     if options.start_rules:
-        from launcher.launch import checks
+        from launcher.launch import launch_checks
 
-        checks.refuse_circles(options.start_rules, core.effects)
+        launch_checks.refuse_circles(options.start_rules, core.effects)
     domain = interpreter.environment.get("ROS_DOMAIN_ID", "")
     is_usual = not domain or (domain.isdecimal() and len(domain) < 3)
     if is_usual and not options.required:
         return  # nearly always, so that nothing is imported for it
-    from launcher.launch import checks
+    from launcher.launch import launch_checks
 
-    checks.refuse_domain(domain, core.effects)
+    launch_checks.refuse_domain(domain, core.effects)
     if not interpreter.may_start_more:
-        checks.refuse_missing(options.required, core.effects)
+        launch_checks.refuse_missing(options.required, core.effects)

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 from launcher.base.command_line import Command, Parsed, option
 from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, UsageError
-from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
+from launcher.base.model.run_options import RunOptions
 from launcher.base.verb_table import VERBS
-from launcher.launch.options import (
+from launcher.launch.launch_options import (
     LOG_LEVEL,
     NO_SUPERVISE,
     PREFIX,
@@ -37,8 +37,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.control.runs import ListedRun
-    from launcher.launch.plan.place import PlanPlaces
+    from launcher.control.active_runs import ListedRun
+    from launcher.launch.plan.plan_places import PlanPlaces
     from launcher.launch.plan.planner import Plan
 
 _HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
@@ -112,7 +112,7 @@ def main(words: Sequence[str]) -> int:
 
 def _show_schema() -> int:
     from launcher.base import strict_json
-    from launcher.launch.supervise.fields import json_schema
+    from launcher.launch.supervise.supervise_fields import json_schema
 
     print_text(strict_json.dumps(json_schema(), indent=2, ensure_ascii=False))
     return ExitCode.OK
@@ -181,7 +181,7 @@ def _composed(options: RunOptions, plan: Plan) -> list[str]:
 
 def _show_running(parsed: Parsed) -> int:
     """What the running launch has done so far; LauncherError if there is no such run."""
-    from launcher.control.runs import NoActiveRunError, files_of_last_run, find_run
+    from launcher.control.active_runs import NoActiveRunError, files_of_last_run, find_run
 
     try:
         run = find_run(parsed.run, read_only=True)
@@ -195,7 +195,7 @@ def _show_running(parsed: Parsed) -> int:
 
 def _show_diff(parsed: Parsed) -> int:
     """Ask the run, which has the arguments and the environment; LauncherError."""
-    from launcher.control.runs import find_run
+    from launcher.control.active_runs import find_run
 
     for one, (flag, *_), _ in parsed.given:
         if one in _OF_A_NEW_RUN:
@@ -291,8 +291,8 @@ def _show_tree(
     places: PlanPlaces | None = None,
     remarks: Sequence[str] = (),
 ) -> None:
-    from launcher.launch.plan.command_line import ParameterFileWriter
     from launcher.launch.plan.plan_tree import plan_tree
+    from launcher.launch.plan.shell_command import ParameterFileWriter
     from launcher.launch.plan.tree import draw
     from launcher.output.stdout import wants_colour
 
@@ -314,7 +314,7 @@ def _warnings(plan: Plan, places: PlanPlaces | None) -> list[str]:
 
 def _programs(plan: Plan, places: PlanPlaces | None) -> list[str]:
     """About programs of this machine that cannot be executed now."""
-    from launcher.launch.programs import program_warnings
+    from launcher.launch.program_warnings import program_warnings
 
     specs = [process.spec for process in plan.processes]
     if places is None:
@@ -325,7 +325,7 @@ def _programs(plan: Plan, places: PlanPlaces | None) -> list[str]:
 
 def _crowds(plan: Plan, places: PlanPlaces | None) -> list[str]:
     """About nodes on this machine."""
-    from launcher.launch.crowds import crowds, of_run
+    from launcher.launch.participant_limits import crowds, of_run
 
     if places is None:
         return crowds(of_run(plan))

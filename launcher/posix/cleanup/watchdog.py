@@ -23,7 +23,7 @@ def main() -> None:
     sys.path.append(os.path.abspath(__file__).rpartition("/launcher/posix/")[0])
     # Imported now: a watchdog that cannot work exits at once, and the launcher warns of it.
     from launcher.posix import dispositions
-    from launcher.posix.cleanup.watch import RunWatch
+    from launcher.posix.cleanup.run_watch import RunWatch
 
     os.chdir("/")  # so that it keeps no file system in use
     dispositions.ignore()

@@ -12,6 +12,7 @@ belongs to (`current`), and nothing else is.
 The standard input is a socket, which it moves to a separate descriptor at once (`control`):
 requests come in by it, and messages such as `INDEX exit 0` go out. A message is passed on behind
 all output that was written before it. What Python writes goes to the streams of the process, in the
-order of writing with what C writes, in frames that name the member (`launcher.run.compose.output`);
-a frame is no longer than what the kernel writes to a pipe at once.
+order of writing with what C writes, in frames that name the member
+(`launcher.run.compose.group_output`); a frame is no longer than what the kernel writes to a pipe at
+once.
 """

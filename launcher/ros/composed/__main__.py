@@ -1,6 +1,6 @@
 """See the package."""
 
-from launcher.ros.composed.group import main
+from launcher.ros.composed.member_group import main
 
 if __name__ == "__main__":
     main()

@@ -23,8 +23,8 @@ from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from launcher.ros.composed import control, current
-from launcher.ros.composed.arguments import log_levels, node_arguments
 from launcher.ros.composed.member import Member
+from launcher.ros.composed.member_arguments import log_levels, node_arguments
 
 _lock = threading.RLock()
 _shared: Context | None = None

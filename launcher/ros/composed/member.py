@@ -10,8 +10,8 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from launcher.ros.composed import current, output
-from launcher.ros.composed.program import run_program
+from launcher.ros.composed import current, member_output
+from launcher.ros.composed.member_program import run_program
 
 if TYPE_CHECKING:
     from launcher.ros.composed.context import MemberContext
@@ -126,5 +126,5 @@ class Member:
         for context in list(self.contexts):
             context.try_shutdown()
         for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, output.MemberStream):
+            if isinstance(stream, member_output.MemberStream):
                 stream.finish(self.index)

@@ -20,7 +20,7 @@ from launcher.posix.domains import SPIN_TIME_S, least_wait_s
 from launcher.posix.ports import participants_by_domain
 from launcher.ros.discovery.gids import PARTICIPANT_BYTES, ghosts, same_host
 from launcher.ros.discovery.reannounce import reannounce_to_silent
-from launcher.ros.snapshot.graph import UNKNOWN_NODE, GraphSnapshot
+from launcher.ros.snapshot.ros_graph import UNKNOWN_NODE, GraphSnapshot
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer

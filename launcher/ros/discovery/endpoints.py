@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from launcher.ros.discovery import rtps
-from launcher.ros.snapshot.graph import INFINITE_NS, Direction, EndpointInfo
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, Direction, EndpointInfo
 
 _TOPIC, _TYPE, _GUID, _USER_DATA = 0x05, 0x07, 0x5A, 0x2C
 _RELIABILITY, _DURABILITY, _LIVELINESS, _DEADLINE, _LIFESPAN = 0x1A, 0x1D, 0x1B, 0x23, 0x2B

@@ -9,8 +9,8 @@ from __future__ import annotations
 import time
 
 from launcher.posix.ports import announcement_ports
+from launcher.ros.discovery.discovery_reader import DiscoveryReader
 from launcher.ros.discovery.participant import Participant
-from launcher.ros.discovery.reader import DiscoveryReader
 
 PORTS_S = 0.1  # from one look at the ports to the next
 _DISPOSE_S = 0.4  # after it a port is silent: dispose, since a participant may know us already

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.base import strict_json
-from launcher.control.server import credentials, listening
+from launcher.control.control_server import credentials, listening
 from launcher.posix.socket_directory import ControlError
 
 REQUEST_TIMEOUT_S = 1.0  # for the line of a client

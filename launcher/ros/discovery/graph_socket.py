@@ -21,7 +21,7 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.control.protocol import DISCOVERY_VARIABLES
 from launcher.posix import socket_directory
-from launcher.ros.snapshot.graph import GraphSnapshot, from_document
+from launcher.ros.snapshot.ros_graph import GraphSnapshot, from_document
 
 SUFFIX = ".graph"  # not `.sock`, which is that of a run
 ANSWER_TIMEOUT_S = 0.3  # reading the graph ourselves takes no longer

@@ -37,7 +37,7 @@ from launcher.ros.discovery.gids import (
 )
 from launcher.ros.discovery.stale_nodes import StaleNodes
 from launcher.ros.helpers.clean_up import limited_clean_up
-from launcher.ros.snapshot.graph import (
+from launcher.ros.snapshot.ros_graph import (
     TOPIC,
     UNKNOWN_NODE,
     Direction,

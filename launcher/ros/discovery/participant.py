@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from launcher.ros.discovery import endpoints, rtps
-from launcher.ros.snapshot.graph import Direction, EndpointInfo, GraphSnapshot
+from launcher.ros.snapshot.ros_graph import Direction, EndpointInfo, GraphSnapshot
 
 OWN_READER = bytes.fromhex("00000104")  # of NODES_TOPIC
 _USER_WRITERS = (0x02, 0x03)  # kinds of entity

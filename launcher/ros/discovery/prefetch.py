@@ -25,10 +25,14 @@ from dataclasses import replace
 
 from launcher.posix.ports import announcement_ports, socket_inodes
 from launcher.ros.discovery import rtps
+from launcher.ros.discovery.discovery_reader import (
+    DiscoveryReader,
+    ReadResult,
+    UnsupportedDiscovery,
+)
 from launcher.ros.discovery.gids import sockets_of, widen_sockets
 from launcher.ros.discovery.participant import Participant
-from launcher.ros.discovery.reader import DiscoveryReader, ReadResult, UnsupportedDiscovery
-from launcher.ros.snapshot.graph import GraphSnapshot
+from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 # When endpoints are sent, after the participant that has them: it has to be known by then.
 _PAUSES_S = (0.003, 0.012)

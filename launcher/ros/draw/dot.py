@@ -12,8 +12,8 @@ from pathlib import Path
 
 from launcher.base.errors import LauncherError
 from launcher.ros.draw.filter import Mode
-from launcher.ros.snapshot.graph import TopicGraph
 from launcher.ros.snapshot.qos_matching import links, silent_subscriptions
+from launcher.ros.snapshot.ros_graph import TopicGraph
 
 _HEAD = """digraph ros {
   rankdir=LR; bgcolor="white"; nodesep=0.25; ranksep=0.7; fontname="Helvetica"; fontsize=12;

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, replace
 
 from launcher.base.errors import UsageError
-from launcher.ros.snapshot.graph import DEBUG_TOPICS, Endpoint, TopicGraph, is_hidden
+from launcher.ros.snapshot.ros_graph import DEBUG_TOPICS, Endpoint, TopicGraph, is_hidden
 
 
 class Mode(enum.Enum):

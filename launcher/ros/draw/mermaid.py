@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from launcher.ros.draw.filter import Mode
-from launcher.ros.snapshot.graph import TopicGraph
 from launcher.ros.snapshot.qos_matching import links, silent_subscriptions
+from launcher.ros.snapshot.ros_graph import TopicGraph
 
 
 def to_mermaid(snapshot: TopicGraph, mode: Mode = Mode.ALL) -> str:

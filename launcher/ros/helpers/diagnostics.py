@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.text import count
-from launcher.control.format import unreachable
+from launcher.control.answer_lines import unreachable
 
 YOUNG_S = 10.0  # a restarted process is shown as WARN for this time
 

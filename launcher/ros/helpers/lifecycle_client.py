@@ -17,7 +17,7 @@ from lifecycle_msgs.msg import TransitionEvent
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.node import Node
 
-from launcher.base.model.lifecycle import TRANSITIONS
+from launcher.base.model.lifecycle_transitions import TRANSITIONS
 
 QUEUE_DEPTH = 10
 

@@ -18,7 +18,7 @@ from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 
 if TYPE_CHECKING:
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
 LEVELS = {0: "UNSET", 10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 FIND_S = 8.0  # for a node to be discovered
@@ -43,7 +43,7 @@ def _nodes(caller: ServiceCaller, question: Question, deadline_s: float) -> list
     """The node, or those of the process; [None] if there is none."""
     if question["node"] is not None or question["pid"] is None:
         return [question["node"]]
-    from launcher.ros.nodes import owners
+    from launcher.ros.node_tables import owners
 
     until_s = deadline_s
     while True:
@@ -140,7 +140,7 @@ def main() -> None:
     questions = strict_json.unpacked(sys.stdin.readline())
     threading.Thread(target=_await_end_of_input, daemon=True).start()
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
     with Observer() as observer, ServiceCaller(observer) as caller:
         print(strict_json.packed(answers(caller, questions)), flush=True)

@@ -26,7 +26,7 @@ from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 
 if TYPE_CHECKING:
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
 PERIOD_S = 0.5
 LATE_S = 4.0  # a missing parameter may be declared so much later
@@ -149,7 +149,7 @@ class ParameterComparison:
     def _find_names(self, caller: ServiceCaller, waiting: list[NodeToCheck]) -> None:
         if all(node.name for node in waiting):
             return
-        from launcher.ros.nodes import owners
+        from launcher.ros.node_tables import owners
 
         found, now_s = list(owners(caller, hidden=False)), time.monotonic()
         is_whole = not any(owner.undiscovered for owner in found)
@@ -240,7 +240,7 @@ def main() -> None:
     request = strict_json.unpacked(sys.stdin.readline())
     try:
         from launcher.ros.discovery.observer import Observer
-        from launcher.ros.services import ServiceCaller
+        from launcher.ros.service_caller import ServiceCaller
     except ImportError:
         return  # without rclpy there is nothing to ask with
     over = threading.Event()

@@ -21,13 +21,13 @@ from launcher.base.text import typed_error
 from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.probe import handlers
+from launcher.ros.probe import request_handlers
 from launcher.ros.probe.jobs import Handler, Jobs
+from launcher.ros.probe.probe_snapshot import GraphWatcher, ProbeSnapshot
 from launcher.ros.probe.protocol import Inbox, LineOutbox, ProbeRequest, Waker, moment
-from launcher.ros.probe.snapshot import GraphWatcher, ProbeSnapshot
 from launcher.ros.probe.subscriptions import Subscriptions
-from launcher.ros.snapshot.graph import Direction, TopicGraph
 from launcher.ros.snapshot.qos_matching import explain, mismatches
+from launcher.ros.snapshot.ros_graph import Direction, TopicGraph
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.listing import endpoint_document, mismatch_documents
@@ -66,12 +66,12 @@ class Probe:
             "explain": self._explain,
             "clock": lambda _: moment(),
         }
-        later = handlers.Handlers(lambda: self._snapshot, self._subscriptions)
+        later = request_handlers.Handlers(lambda: self._snapshot, self._subscriptions)
         self._jobs_by_name: dict[str, Handler] = {
-            "get_parameters": handlers.get_parameters,
-            "describe_parameters": handlers.describe_parameters,
-            "set_parameters": handlers.set_parameters,
-            "form": handlers.describe_type,
+            "get_parameters": request_handlers.get_parameters,
+            "describe_parameters": request_handlers.describe_parameters,
+            "set_parameters": request_handlers.set_parameters,
+            "form": request_handlers.describe_type,
             "call": later.call,
             "publish": later.publish,
             "draw": later.draw,

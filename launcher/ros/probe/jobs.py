@@ -18,7 +18,7 @@ from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.probe.protocol import ProbeRequest
-from launcher.ros.services import ServiceCaller
+from launcher.ros.service_caller import ServiceCaller
 
 MAX_THREADS = 8
 JOIN_S = 3.0

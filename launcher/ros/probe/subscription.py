@@ -10,10 +10,10 @@ from typing import Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
+from launcher.ros.probe.probe_snapshot import ProbeSnapshot
 from launcher.ros.probe.protocol import NANOS, ProbeRequest
-from launcher.ros.probe.snapshot import ProbeSnapshot
-from launcher.ros.probe.traffic import Traffic
-from launcher.ros.snapshot.graph import Endpoint
+from launcher.ros.probe.topic_traffic import Traffic
+from launcher.ros.snapshot.ros_graph import Endpoint
 from launcher.ros.topics import statistics
 from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget, full_topic
 

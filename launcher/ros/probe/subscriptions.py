@@ -18,16 +18,16 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain
+from launcher.ros.probe.probe_snapshot import ProbeSnapshot
 from launcher.ros.probe.protocol import NANOS, LineOutbox, ProbeRequest, moment, wall_offset_ns
-from launcher.ros.probe.snapshot import ProbeSnapshot
 from launcher.ros.probe.subscription import (
     LISTEN_PERIOD_S,
     Subscription,
     subscription_of,
     target_of,
 )
-from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.snapshot.qos_matching import explain, faults
+from launcher.ros.snapshot.ros_graph import Endpoint
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, ReceivedMessage, TopicTarget
 from launcher.ros.topics.raw import RawTaker

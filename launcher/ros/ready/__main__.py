@@ -25,14 +25,14 @@ from launcher.base.model.supervision import Fact
 from launcher.posix import dispositions
 from launcher.posix.domains import environment_domain, is_plain, localhost_only
 from launcher.posix.stdio import keep_for_messages
+from launcher.ros.discovery.discovery_reader import UnsupportedDiscovery
 from launcher.ros.discovery.follower import DiscoveryFollower
-from launcher.ros.discovery.reader import UnsupportedDiscovery
-from launcher.ros.ready.facts import Seen, WatchedFact, in_graph
+from launcher.ros.ready.graph_conditions import Seen, WatchedFact, in_graph
 from launcher.ros.ready.views import GraphView, followed
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.ready.calls import Calls, Introductions
+    from launcher.ros.ready.node_facts import Calls, Introductions
     from launcher.ros.ready.views import ObservedView
 
 _GRAPH_S = 0.1  # at most until a change of the graph is noticed
@@ -136,7 +136,7 @@ class FactWatcher:
 
     def _open_calls(self) -> None:
         if self._calls is None:
-            from launcher.ros.ready.calls import Calls, Introductions
+            from launcher.ros.ready.node_facts import Calls, Introductions
 
             self._calls = Calls(self._observer())
             if self._follower is not None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from launcher.ros.snapshot.graph import (
+from launcher.ros.snapshot.ros_graph import (
     REQUEST,
     TOPIC,
     Direction,
@@ -19,7 +19,7 @@ from launcher.ros.snapshot.graph import (
 if TYPE_CHECKING:
     from launcher.ros.discovery.follower import DiscoveryFollower
     from launcher.ros.discovery.observer import Observer
-    from launcher.ros.snapshot.graph import GraphSnapshot
+    from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 _PREFIX = 12 * 3 - 1  # characters of a participant in the dotted hex of a GID
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from launcher.base import strict_json, text_file
 from launcher.base.ros_errors import VerbError
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.ros.snapshot.qos_matching import links
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 
 VERSION = 1
 _MAX_BYTES = 256 * 1024 * 1024  # a thousand nodes make 10 MiB

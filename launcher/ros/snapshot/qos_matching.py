@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint, TopicGraph
 
 _NANOS = 1_000_000_000
 

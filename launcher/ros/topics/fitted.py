@@ -15,7 +15,7 @@ from launcher.ros.topics import qos
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
-    from launcher.ros.snapshot.graph import Endpoint
+    from launcher.ros.snapshot.ros_graph import Endpoint
     from launcher.ros.topics.raw import RawMessage, RawTaker
 
     Fitting = Callable[[Sequence[Endpoint]], QoSProfile]

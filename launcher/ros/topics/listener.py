@@ -17,12 +17,12 @@ from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, name_fault
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
+from launcher.ros.snapshot.ros_graph import Direction, Endpoint
 from launcher.ros.topics import qos
 from launcher.ros.topics.fitted import Fitted
-from launcher.ros.topics.history import TopicHistory
 from launcher.ros.topics.raw import RawMessage, RawTaker, subscribed
+from launcher.ros.topics.topic_history import TopicHistory
 from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import warn
 

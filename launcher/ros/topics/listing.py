@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from launcher.base.ros_errors import VerbError, did_you_mean
-from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.snapshot.qos_matching import Mismatch, explain, mismatches
+from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot, is_hidden
 
 # every node of ros2cli has these two, so `ros2 topic list` always shows them
 ALWAYS = {

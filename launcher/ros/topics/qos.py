@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import full_type
-from launcher.ros.snapshot.graph import INFINITE_NS, Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, Direction, Endpoint
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch, explain, mismatches
+from launcher.ros.snapshot.ros_graph import Endpoint
 
 _NAMES_S = 2.0  # names of nodes arrive after their endpoints, usually within 0.1 s
 

@@ -33,8 +33,8 @@ from launcher.ros.verb import (
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.goals import Goal
-    from launcher.ros.services import ServiceCaller
-    from launcher.ros.snapshot.graph import GraphSnapshot
+    from launcher.ros.service_caller import ServiceCaller
+    from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 _ANSWER_S = 30.0
 
@@ -106,7 +106,7 @@ def _find(options: Parsed) -> int:
 def _send_goal(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
     kind = load(options.action_type, "action", "The passed action type is invalid")
     values = kind.Goal()
@@ -138,7 +138,7 @@ def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed
 def _pursue(caller: ServiceCaller, kind: Any, name: str, values: Any, options: Parsed) -> int:
     """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long."""
     from launcher.ros.goals import Goal
-    from launcher.ros.services import NoAnswerError
+    from launcher.ros.service_caller import NoAnswerError
 
     def feedback(message: Any) -> None:
         _tell(options, {"feedback": message}, f"Feedback:\n    {_yaml(message, options)}")

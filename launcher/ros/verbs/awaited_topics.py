@@ -11,7 +11,7 @@ from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.posix.domains import why_empty
 from launcher.ros.discovery.completeness import settle
-from launcher.ros.snapshot.graph import Direction, GraphSnapshot
+from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, TopicTarget, full_topic
 from launcher.ros.topics.qos import QosOptions

@@ -24,7 +24,7 @@ from launcher.ros.verb import (
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.draw.filter import Filter
-    from launcher.ros.snapshot.graph import TopicGraph
+    from launcher.ros.snapshot.ros_graph import TopicGraph
 
 
 def _graph(options: Parsed) -> int:
@@ -63,7 +63,7 @@ def _show(snapshot: TopicGraph, chosen: Filter, options: Parsed, domain_id: int)
     elif options.dot or options.svg or options.html:
         _draw(snapshot, chosen, options, domain_id)
     else:
-        from launcher.ros.draw.tree import to_tree
+        from launcher.ros.draw.graph_text import to_tree
 
         print(to_tree(snapshot, chosen.mode), end="")
 
@@ -100,7 +100,7 @@ def _diff(before: TopicGraph, after: TopicGraph, options: Parsed) -> int:
 
 
 def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
-    from launcher.ros.draw.tree import to_tree
+    from launcher.ros.draw.graph_text import to_tree
     from launcher.ros.snapshot.diff import difference
     from launcher.ros.verbs.streams import until_interrupted
 

@@ -26,7 +26,7 @@ from launcher.ros.verb import (
 )
 
 if TYPE_CHECKING:
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
 NODE = option("NODE", name="node_name")
 HIDDEN = option("--include-hidden-nodes", "ignored: a node that is named may be hidden")
@@ -34,7 +34,7 @@ TIMEOUT = option("--timeout S", "wait S seconds for an answer of a node (default
 
 
 def _nodes(options: Parsed) -> int:
-    from launcher.ros.nodes import visible_names
+    from launcher.ros.node_tables import visible_names
 
     graph = graph_snapshot(options)
     found = visible_names(graph.lifecycle_nodes(), hidden=options.include_hidden_nodes)
@@ -44,24 +44,24 @@ def _nodes(options: Parsed) -> int:
 @contextlib.contextmanager
 def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the lifecycle node that the options name."""
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
     node = full_name(options.node_name)
     with (
         observing(GraphAccess.of(options), lambda graph: graph.is_lifecycle(node)) as observer,
         ServiceCaller(observer, answer_s=options.timeout) as caller,
     ):
-        from launcher.ros import lifecycle
+        from launcher.ros import lifecycle_nodes
 
-        lifecycle.prepare(caller, node)
-        yield caller, lifecycle.require(observer, node, spin_time_s(options))
+        lifecycle_nodes.prepare(caller, node)
+        yield caller, lifecycle_nodes.require(observer, node, spin_time_s(options))
 
 
 def _list(options: Parsed) -> int:
-    from launcher.ros import lifecycle
+    from launcher.ros import lifecycle_nodes
 
     with _asking(options) as (caller, node):
-        found = lifecycle.transitions(caller, node, every=options.all)
+        found = lifecycle_nodes.transitions(caller, node, every=options.all)
     document = [
         {
             **_document(one.transition),
@@ -85,19 +85,19 @@ def _document(labelled: Any) -> dict[str, Any]:
 def _get(options: Parsed) -> int:
     if options.node_name is None:
         return _get_all(options)
-    from launcher.ros import lifecycle
+    from launcher.ros import lifecycle_nodes
 
     with _asking(options) as (caller, node):
         found = _states(caller, [node], options)
         if not found:
-            raise lifecycle.silence_of(node, caller.answer_s)
+            raise lifecycle_nodes.silence_of(node, caller.answer_s)
     return show(options, found, _state_lines(found, is_named=False))
 
 
 def _get_all(options: Parsed) -> int:
-    from launcher.ros import lifecycle
-    from launcher.ros.nodes import visible_names
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros import lifecycle_nodes
+    from launcher.ros.node_tables import visible_names
+    from launcher.ros.service_caller import ServiceCaller
 
     code = ExitCode.OK
     with (
@@ -108,7 +108,7 @@ def _get_all(options: Parsed) -> int:
         names = visible_names(every, hidden=options.include_hidden_nodes)
         found = _states(caller, names, options)
         for node in [name for name in names if name not in found]:
-            problem = lifecycle.silence_of(node, caller.answer_s).message
+            problem = lifecycle_nodes.silence_of(node, caller.answer_s).message
             warn(f"Exception while calling service of node '{node}': {problem}")
             code = ExitCode.PROCESS_FAILED
     show(options, found, _state_lines(found, is_named=True))
@@ -116,12 +116,14 @@ def _get_all(options: Parsed) -> int:
 
 
 def _states(caller: ServiceCaller, names: list[str], options: Parsed) -> dict[str, dict[str, Any]]:
-    from launcher.ros import lifecycle
+    from launcher.ros import lifecycle_nodes
 
-    found = {node: _document(state) for node, state in lifecycle.states(caller, names).items()}
+    found = {
+        node: _document(state) for node, state in lifecycle_nodes.states(caller, names).items()
+    }
     if options.transitions:
         for node, document in found.items():
-            possible = lifecycle.transitions(caller, node)
+            possible = lifecycle_nodes.transitions(caller, node)
             document["transitions"] = [_document(one.transition) for one in possible]
     return found
 
@@ -135,11 +137,13 @@ def _state_lines(found: dict[str, dict[str, Any]], *, is_named: bool) -> Iterabl
 
 
 def _set(options: Parsed) -> int:
-    from launcher.ros import lifecycle
+    from launcher.ros import lifecycle_nodes
 
     with _asking(options) as (caller, node):
-        transition = lifecycle.find(lifecycle.transitions(caller, node), options.transition)
-        lifecycle.change(caller, node, transition, options.timeout)
+        transition = lifecycle_nodes.find(
+            lifecycle_nodes.transitions(caller, node), options.transition
+        )
+        lifecycle_nodes.change(caller, node, transition, options.timeout)
     document = {"node": node, "transition": _document(transition), "success": True}
     return show(options, document, ["Transitioning successful"])
 

@@ -22,20 +22,20 @@ ALL = option("-a, --all", "hidden nodes as well")
 
 
 def _list(options: Parsed) -> int:
-    from launcher.ros import nodes
+    from launcher.ros import node_tables
 
-    names = nodes.visible_names(graph_snapshot(options).nodes, hidden=options.all)
+    names = node_tables.visible_names(graph_snapshot(options).nodes, hidden=options.all)
     if len(set(names)) < len(names) and not options.json:
-        warn(nodes.SHARED_NAME)
+        warn(node_tables.SHARED_NAME)
     document = [{"name": name, "count": names.count(name)} for name in sorted(set(names))]
     return show(options, document, [len(names)] if options.count_nodes else names)
 
 
 def _info(options: Parsed) -> int:
-    from launcher.ros import nodes
+    from launcher.ros import node_tables
 
     name, graph = full_name(options.node_name), graph_snapshot(options)
-    found = nodes.sections(graph, name, hidden=options.include_hidden)
+    found = node_tables.sections(graph, name, hidden=options.include_hidden)
     count = graph.nodes.count(name)
     if count > 1 and not options.json:
         warn(
@@ -43,15 +43,15 @@ def _info(options: Parsed) -> int:
             "You are seeing information about only one of them."
         )
     document = {"name": name, **{title: dict(entries) for title, entries in found.items()}}
-    return show(options, document, nodes.info_lines(name, found))
+    return show(options, document, node_tables.info_lines(name, found))
 
 
 def _ps(options: Parsed) -> int:
     from dataclasses import asdict
 
     from launcher.ros.discovery.graph_socket import snapshot_of_run
-    from launcher.ros.nodes import rows, to_table, with_ghosts
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.node_tables import rows, to_table, with_ghosts
+    from launcher.ros.service_caller import ServiceCaller
 
     # Read before our own participant is created: the bridge does not answer while one is new.
     before = None if options.no_observer else snapshot_of_run(domain_option(options))

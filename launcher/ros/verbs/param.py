@@ -27,8 +27,8 @@ from launcher.ros.verb import (
 )
 
 if TYPE_CHECKING:
-    from launcher.ros.services import ServiceCaller
-    from launcher.ros.snapshot.graph import GraphSnapshot
+    from launcher.ros.service_caller import ServiceCaller
+    from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 
 NODE = option("NODE", name="node_name")
@@ -53,7 +53,7 @@ def _pattern(word: str) -> re.Pattern[str]:
 @contextlib.contextmanager
 def _asking(options: Parsed) -> Iterator[tuple[ServiceCaller, str]]:
     """A caller, and the full name of the node that the options name."""
-    from launcher.ros.services import ServiceCaller, require_node
+    from launcher.ros.service_caller import ServiceCaller, require_node
 
     node, started = full_name(options.node_name), time.monotonic()
     _apply_timeout(options)
@@ -105,8 +105,8 @@ def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
 
 
 def _list_all(options: Parsed) -> int:
-    from launcher.ros.nodes import visible_names
-    from launcher.ros.services import NoAnswerError, ServiceCaller
+    from launcher.ros.node_tables import visible_names
+    from launcher.ros.service_caller import NoAnswerError, ServiceCaller
 
     found: dict[str, list[str]] = {}
     code = ExitCode.OK

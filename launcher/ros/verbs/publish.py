@@ -17,8 +17,8 @@ from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.snapshot.graph import Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
+from launcher.ros.snapshot.ros_graph import Direction, Endpoint
 from launcher.ros.topics import qos
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic

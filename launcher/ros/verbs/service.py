@@ -31,7 +31,7 @@ from launcher.ros.verb import (
 from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
 if TYPE_CHECKING:
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
 _ANSWER_S = 30.0
@@ -44,7 +44,7 @@ HIDDEN = option("--include-hidden-services", "hidden services as well")
 
 
 def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
-    from launcher.ros.snapshot.graph import is_hidden
+    from launcher.ros.snapshot.ros_graph import is_hidden
 
     found = graph_snapshot(options).service_types()
     return {name: types for name, types in found.items() if hidden or not is_hidden(name)}
@@ -71,7 +71,7 @@ def _find(options: Parsed) -> int:
 
 def _info(options: Parsed) -> int:
     from launcher.base.ros_errors import VerbError, did_you_mean
-    from launcher.ros.snapshot.graph import is_hidden
+    from launcher.ros.snapshot.ros_graph import is_hidden
 
     graph, name = graph_snapshot(options), full_name(options.service_name)
     known = graph.service_types()
@@ -111,7 +111,7 @@ def _echo(options: Parsed) -> int:
 def _call(options: Parsed) -> int:
     from launcher.ros.messages.from_yaml import fill, parse
     from launcher.ros.messages.interfaces import load
-    from launcher.ros.services import ServiceCaller
+    from launcher.ros.service_caller import ServiceCaller
     from launcher.ros.verbs.streams import until_interrupted
 
     if options.rate is not None:
@@ -140,7 +140,7 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
     from launcher.base.ros_errors import VerbError
     from launcher.ros.discovery.completeness import settled_graph
     from launcher.ros.messages.classes import type_name
-    from launcher.ros.services import NoAnswerError
+    from launcher.ros.service_caller import NoAnswerError
 
     deadline = time.monotonic() + (math.inf if options.timeout is None else options.timeout)
     caller.load(kind)

@@ -15,7 +15,7 @@ from launcher.ros.discovery.completeness import settled_graph
 from launcher.ros.messages.classes import type_name
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.to_yaml import dump, to_plain
-from launcher.ros.snapshot.graph import Direction, GraphSnapshot, is_hidden
+from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.echo import Writer
 from launcher.ros.topics.listener import Listener
 from launcher.ros.topics.qos import QosOptions

@@ -102,7 +102,7 @@ def _type(options: Parsed) -> int:
 
 def _find(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import names_of_type
-    from launcher.ros.snapshot.graph import is_hidden
+    from launcher.ros.snapshot.ros_graph import is_hidden
     from launcher.ros.topics import listing
 
     hidden = options.include_hidden_topics

@@ -1,7 +1,8 @@
 """Several nodes of a launch file in one process, for `--compose`.
 
-`core` stands in front of the core of the run: effects about one of the nodes become effects about
-the process, and events of the process become events of its nodes. `output` tells nodes apart: by
-the frames that name the member whose output it is, also within a line. `launcher.launch.composing`
-says which nodes are put together; `launcher.ros.composed` is the process.
+`composed_core` stands in front of the core of the run: effects about one of the nodes become
+effects about the process, and events of the process become events of its nodes. `group_output`
+tells nodes apart: by the frames that name the member whose output it is, also within a line.
+`launcher.launch.composing` says which nodes are put together; `launcher.ros.composed` is the
+process.
 """

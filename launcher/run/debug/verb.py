@@ -6,10 +6,10 @@ from launcher.base import strict_json
 from launcher.base.run_verb import BadCallError
 from launcher.run.debug.debugger import Debugger, NotDebuggableError, debugger_for
 from launcher.run.process import Process
+from launcher.run.requests.process_selection import refuse_part
 from launcher.run.requests.request_queue import ProcessRequest, Purpose
 from launcher.run.requests.request_result import Kind, Result
-from launcher.run.requests.results import sentence
-from launcher.run.requests.selection import refuse_part
+from launcher.run.requests.result_sentences import sentence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

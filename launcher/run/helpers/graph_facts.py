@@ -12,8 +12,8 @@ from launcher.base.model.record import as_dict
 from launcher.base.model.supervision import Fact
 from launcher.base.text import how_it_ended
 from launcher.posix.reactor import Reactor, Timer
+from launcher.run.helpers.helper_programs import READY
 from launcher.run.helpers.json_lines import JsonLinesProcess, without_shared_memory
-from launcher.run.helpers.programs import READY
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

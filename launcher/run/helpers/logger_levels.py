@@ -12,11 +12,11 @@ from launcher.base.model.record import Record
 from launcher.base.program import program
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
+from launcher.run.helpers.helper_programs import LOGGER_LEVELS
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
-from launcher.run.helpers.programs import LOGGER_LEVELS
 from launcher.run.part import Part
 from launcher.run.process import Process
-from launcher.run.requests.selection import ProcessNames, parts_meant
+from launcher.run.requests.process_selection import ProcessNames, parts_meant
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

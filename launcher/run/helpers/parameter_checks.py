@@ -8,7 +8,7 @@ is freed as that of nodes.
 from __future__ import annotations
 
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
-from launcher.run.helpers.programs import PARAMETER_CHECK
+from launcher.run.helpers.helper_programs import PARAMETER_CHECK
 from launcher.run.part import Part
 
 TYPE_CHECKING = False

@@ -20,8 +20,8 @@ from launcher.base.model.events import (
 )
 from launcher.base.model.record import as_dict
 from launcher.posix.reactor import Reactor
+from launcher.run.helpers.helper_programs import AGENT
 from launcher.run.helpers.json_lines import JsonLinesProcess
-from launcher.run.helpers.programs import AGENT
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from launcher.run.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.language.session import LoggingSession
+    from launcher.language.logging_session import LoggingSession
     from launcher.output.logs.event_log import EventLog
     from launcher.run.logs.messages import Line
 

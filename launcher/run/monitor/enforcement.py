@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from launcher.base.model.options import names_of
 from launcher.base.model.run_events import OverBudget
+from launcher.base.model.run_options import names_of
 from launcher.run.machine import MachineCommand
 from launcher.run.monitor import budget_parser
 from launcher.run.monitor.budgets import BudgetAction, Judge
@@ -13,8 +13,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from launcher.base.model.options import RunOptions
     from launcher.base.model.run_events import Sample
+    from launcher.base.model.run_options import RunOptions
     from launcher.run.monitor.budgets import BudgetExcess
     from launcher.run.process import Process
     from launcher.run.run import Run

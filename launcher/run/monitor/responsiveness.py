@@ -14,8 +14,8 @@ from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.run_events import NotResponding, Responds
 from launcher.posix import proc
 from launcher.posix.reactor import Timer
+from launcher.run.helpers.helper_programs import RESPONSIVENESS
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
-from launcher.run.helpers.programs import RESPONSIVENESS
 from launcher.run.machine import ProcessState
 from launcher.run.part import Part
 from launcher.run.process import Process, Silence

@@ -12,13 +12,13 @@ from launcher.posix.reactor import Timer
 from launcher.run.machine import MachineCommand, ProcessState
 from launcher.run.part import StartStage
 from launcher.run.process import Process
-from launcher.run.ready import order
-from launcher.run.ready.order import StartOrder
-from launcher.run.ready.watch import ReadyWatch
+from launcher.run.ready import start_order
+from launcher.run.ready.ready_watch import ReadyWatch
+from launcher.run.ready.start_order import StartOrder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
     from launcher.run.helpers.graph_facts import GraphFacts
     from launcher.run.machine import ReportExit
     from launcher.run.run import Run
@@ -95,7 +95,7 @@ class ReadyGate(StartStage):
         self._check_soon()
 
     def waits(self, process: Process) -> bool:
-        return self._order[process.name].phase is order.StartPhase.WAITING
+        return self._order[process.name].phase is start_order.StartPhase.WAITING
 
     def admit(self, process: Process) -> None:
         entry, now = self._order[process.name], self._reactor.now()
@@ -231,21 +231,21 @@ class ReadyGate(StartStage):
             text = f"{listed} {verb} for {reason} ({waited_s:.1f} s)"
             self._log.log("INFO", "launch", text)
 
-    def _carry_out(self, actions: Sequence[order.Action]) -> None:
+    def _carry_out(self, actions: Sequence[start_order.Action]) -> None:
         for action in actions:
             process = self._processes[action.name]
             match action:
-                case order.ReleaseStart(waited_s=waited_s):
+                case start_order.ReleaseStart(waited_s=waited_s):
                     self._note_release(process, waited_s, "ready")
                     self.pass_on(process)
-                case order.Expire():
+                case start_order.Expire():
                     self._expire(process, action)
-                case order.ReportReady(took_s=took_s):
+                case start_order.ReportReady(took_s=took_s):
                     self._log.log("INFO", process.name, f"ready after {took_s:.2f} s")
                     self._log.note(run_events.Ready(round(took_s, 6)), process)
-                case order.RestartWith(other=other):
+                case start_order.RestartWith(other=other):
                     self._restart(process, other)
-                case order.Circle(chain=chain):
+                case start_order.Circle(chain=chain):
                     text = f"does not wait, since that would be a circle: {' -> '.join(chain)}"
                     self._log.log("WARNING", process.name, text)
 
@@ -257,7 +257,7 @@ class ReadyGate(StartStage):
             process.is_replaced = True
             self.run.driver.advance(process, MachineCommand.RESTART)
 
-    def _expire(self, process: Process, expired: order.Expire) -> None:
+    def _expire(self, process: Process, expired: start_order.Expire) -> None:
         what = f"not ready after {expired.waited_s:.1f} s: {expired.text}"
         if expired.consequence == "start":
             self._log.log("WARNING", process.name, f"started although {what}")
@@ -281,7 +281,7 @@ class ReadyGate(StartStage):
             return {"ready": None, "ready_s": None, "waiting_for": None, "lacks": None}
         entry, now = self._order[process.name], self._reactor.now()
         reason = self._order.reason(process.name)
-        waits = entry.phase is order.StartPhase.WAITING
+        waits = entry.phase is start_order.StartPhase.WAITING
         since_s = entry.admitted_s if waits else entry.started_s
         text = f"{reason} ({now - since_s:.1f} s)" if reason else None
         is_ready = entry.ready_s is not None

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from launcher.base.errors import LauncherError, LaunchFileError
 from launcher.base.model.events import ChangeState, Effect, LoadComponent, StartProcess
 from launcher.base.model.record import Record, replace
-from launcher.base.model.reload import Kept, Known, Reload
+from launcher.base.model.reload_changes import Kept, Known, Reload
 from launcher.base.model.run_events import Reloaded
 from launcher.base.model.spec_diff import comparable, needs_restart
 from launcher.base.model.supervision import setting_changes
@@ -24,13 +24,13 @@ from launcher.run.process import Process, adapted
 from launcher.run.requests.process_control import ProcessControl
 from launcher.run.requests.request_queue import ProcessRequest, Purpose
 from launcher.run.requests.request_result import Kind, Result
-from launcher.run.requests.results import sentence
+from launcher.run.requests.result_sentences import sentence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
     from launcher.run.core_driver import Evaluation, ReloadableCore
     from launcher.run.part import Exchange, VerbRequest
     from launcher.run.run import Run

@@ -12,7 +12,7 @@ from launcher.packages.extras import install_command
 from launcher.posix import proc
 from launcher.run.part import Part
 from launcher.run.process import Process
-from launcher.run.stacks import answers, py_spy
+from launcher.run.stacks import py_spy, warm_stacks
 from launcher.run.stacks.dump import Dump, command_of, document, lines, of_kernel
 from launcher.run.stacks.py_spy import Completed, ShortCommand
 
@@ -93,7 +93,7 @@ class Stacks(Part):
                 dump = Dump(dump.pid, dump.command, dump.threads, missing, hint)
             self._answer(wish, dump)
 
-        if not answers.ask(self._reactor, wish.pid, answered):
+        if not warm_stacks.ask(self._reactor, wish.pid, answered):
             self._answer(wish, of_kernel(wish.pid, problem, hint))
 
     def _ended(self, wish: Wish, tries: int, program: str, completed: Completed) -> None:

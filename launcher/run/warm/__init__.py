@@ -5,15 +5,15 @@ what it does not take is spawned cold. In the launcher: `eligibility` says why a
 `preparing_process` is this side of the preparing process, `request` one start with its
 descriptors.
 
-In the preparing process: `preparing` is its script, `service` its loop; `preparation` finds
-what to import, imports it and finds what is no good for a fork. `forking` makes a process;
-`child` and `program` make of it what an executed one would be. `stack_answer` reports what
-its threads are doing, where py-spy cannot.
+In the preparing process: `preparing` is its script, `preparing_service` its loop; `preparation`
+finds what to import, imports it and finds what is no good for a fork. `forking` makes a process;
+`child` and `warm_program` make of it what an executed one would be. `stack_answer` reports what its
+threads are doing, where py-spy cannot.
 
-A request goes through a Unix socket with SCM_RIGHTS (`wire`): standard streams and a `status`
-socket. The preparing process forks twice; the process in between exits before the answer, so that
-the launcher, which adopts orphans, is the parent. Exit, leftovers and core dumps are noticed as
-ever.
+A request goes through a Unix socket with SCM_RIGHTS (`preparing_messages`): standard streams and a
+`status` socket. The preparing process forks twice; the process in between exits before the answer,
+so that the launcher, which adopts orphans, is the parent. Exit, leftovers and core dumps are
+noticed as ever.
 
 The new process waits on `status` until the launcher has its pidfd, and ends if the launcher does.
 It closes `status` when its program begins: until then it is STARTING. Stopped meanwhile, the start
@@ -21,6 +21,7 @@ is withdrawn: closing `status` ends the process before its program. It leaves th
 preparing process by returning, and runs its program from the last line of `preparing`, so that the
 interpreter's own end follows: exit code, threads, `atexit`, SIGINT after a KeyboardInterrupt.
 
-Timers of the launch file (`launcher.run.timers`) that the interpreter requests together with starts
-count from the first of these that is complete, after the preparation if one of them waits for that.
+Timers of the launch file (`launcher.run.launch_timers`) that the interpreter requests together with
+starts count from the first of these that is complete, after the preparation if one of them waits
+for that.
 """

@@ -13,8 +13,8 @@ import struct
 import sys
 
 from launcher.posix import limits_exec, proc
-from launcher.run.warm.program import Program
 from launcher.run.warm.stack_answer import offer
+from launcher.run.warm.warm_program import Program
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

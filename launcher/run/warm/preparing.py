@@ -24,7 +24,7 @@ def _program() -> Callable[[], object]:
     """Serve the launcher; returns only in a forked process, with the function that it runs."""
     root = os.path.abspath(__file__).rpartition("/launcher/run/warm/")[0]
     sys.path.append(root)
-    from launcher.run.warm.service import serve
+    from launcher.run.warm.preparing_service import serve
 
     sys.path.remove(root)
     return serve(int(sys.argv[1]))

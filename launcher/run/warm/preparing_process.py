@@ -11,7 +11,7 @@ import sys
 
 from launcher.base import strict_json
 from launcher.posix import spawn
-from launcher.run.warm import wire
+from launcher.run.warm import preparing_messages
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class PreparingProcess:
 
     def send(self, content: object, fds: Sequence[int] = ()) -> None:
         """OSError if it does not take it. From now on it has to answer."""
-        wire.send_request(self._socket, content, fds)
+        preparing_messages.send_request(self._socket, content, fds)
         self.watch()
 
     def watch(self) -> None:
@@ -93,7 +93,7 @@ class PreparingProcess:
 
     def _read(self) -> None:
         try:
-            data = self._socket.recv(wire.ANSWER_BYTES)
+            data = self._socket.recv(preparing_messages.ANSWER_BYTES)
         except BlockingIOError:
             return
         except OSError:

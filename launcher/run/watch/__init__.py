@@ -1,14 +1,14 @@
 """Watches the files that processes have loaded; its own process, `python -m launcher.run.watch`.
 
-`programs` finds the files, `folders` waits for changes and for their end, `checks` compares and
-compiles, `watched` says what a change means. The supervisor's side is `watching`.
+`watched_programs` finds the files, `folders` waits for changes and for their end, `file_checks`
+compares and compiles, `watched` says what a change means. The supervisor's side is `watching`.
 """
 
 from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.base.model.options import RunOptions
+    from launcher.base.model.run_options import RunOptions
 
 
 def check(options: RunOptions) -> None:

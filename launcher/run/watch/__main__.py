@@ -25,8 +25,8 @@ from launcher.base import strict_json
 from launcher.base.errors import LauncherError
 from launcher.posix import dispositions
 from launcher.run.watch.folders import QUIET_S, Folders, Settling
-from launcher.run.watch.programs import WatchedProgram
 from launcher.run.watch.watched import Broken, Changed, Report, Watched
+from launcher.run.watch.watched_programs import WatchedProgram
 
 # All files are looked at so often: not every file system tells changes.
 POLL_S = 2.0

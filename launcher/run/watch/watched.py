@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import Record
-from launcher.run.watch import checks
-from launcher.run.watch.checks import State, digest_of, state_of
-from launcher.run.watch.programs import WatchedProgram, files_of, forget_imports, resolved
+from launcher.run.watch import file_checks
+from launcher.run.watch.file_checks import State, digest_of, state_of
+from launcher.run.watch.watched_programs import WatchedProgram, files_of, forget_imports, resolved
 
 LAUNCH = ""  # in place of the name of a process: the launch file
 UNKNOWN = "unknown"  # in place of a digest: not what is in the file now
@@ -187,11 +187,11 @@ class Watched:
         return is_whole and not missing
 
     def _check(self, name: str, path: str, program: WatchedProgram) -> bool:
-        error = checks.error_in(path, is_parameters=path in program.parameter_files)
+        error = file_checks.error_in(path, is_parameters=path in program.parameter_files)
         if error is not None:
             self._problem(path, error, name)
             return False
-        checks.forget_byte_code(path)
+        file_checks.forget_byte_code(path)
         return True
 
     # ---- what is told

@@ -27,7 +27,7 @@ from launcher.base.document.quantities import (
     WINDOW,
     NumberRange,
 )
-from launcher.smoke.expect.fields import (
+from launcher.smoke.expect.expectation_fields import (
     CONDITIONS,
     EXPRESSION,
     NUMBER,

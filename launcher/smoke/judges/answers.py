@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from launcher.smoke.expect.conditions import fits, wanted_text
 from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.expect.message_conditions import fits, wanted_text
 from launcher.smoke.judges import explain, graph
 from launcher.smoke.judges.common import (
     Window,

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 
 from launcher.base.model.run_events import NotStarted, exit_text
 from launcher.base.text import did_you_mean
-from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import faults, mismatches
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.observe.facts import Facts

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY
-from launcher.ros.snapshot.graph import INFINITE_NS, Endpoint
 from launcher.ros.snapshot.qos_matching import mismatches
+from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import (

@@ -7,8 +7,8 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.document.quantities import INFINITY
-from launcher.smoke.expect.conditions import Fields, values_at
 from launcher.smoke.expect.expectation import Expectation, Verdict
+from launcher.smoke.expect.message_conditions import Fields, values_at
 from launcher.smoke.judges import explain
 from launcher.smoke.judges.common import Window, condition_text, times_text, with_window
 from launcher.smoke.judges.traffic import fitting, sent_s, short

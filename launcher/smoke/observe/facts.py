@@ -22,11 +22,11 @@ from launcher.base.model.run_events import (
     Withdrawn,
     fields_of,
 )
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.traits import Traits
+    from launcher.bag.comparing.topic_statistics import Traits
 
 E = TypeVar("E", bound=RunEvent)
 

@@ -8,14 +8,14 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.event_entries import entry_of
+from launcher.control.active_runs import ListedRun, wait_for_run
 from launcher.control.client import Connection
-from launcher.control.runs import ListedRun, wait_for_run
 from launcher.posix.socket_directory import ControlError
 from launcher.smoke.observe import log_files
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import LogLine, UsageSample
 from launcher.smoke.observe.last_state import LastState
-from launcher.smoke.observe.leftovers import SharedMemory
-from launcher.smoke.observe.recorder import FactRecorder
+from launcher.smoke.observe.left_behind import SharedMemory
 
 if TYPE_CHECKING:
     from launcher.smoke.run.launcher_process import LauncherProcess

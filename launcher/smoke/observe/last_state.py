@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.control.runs import ListedRun
+from launcher.control.active_runs import ListedRun
 
 
 class LastState:

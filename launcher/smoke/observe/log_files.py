@@ -11,8 +11,8 @@ from launcher.base.model.event_entries import entry_in
 from launcher.base.model.run_events import Entry, RunEvent
 from launcher.output.lines import for_terminal
 from launcher.output.logs.rotating_file import BACKUPS
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import LogLine, ProcessEvent
-from launcher.smoke.observe.recorder import FactRecorder
 
 _STAMPED = re.compile(rb"(\d+\.\d{7}) (.*)", re.DOTALL)
 _OF_PROCESS = re.compile(rb"\[([^\]]+)\] ?(.*)", re.DOTALL)

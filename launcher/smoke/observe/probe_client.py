@@ -16,9 +16,9 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import GraphSeen, ObservedMessage
-from launcher.smoke.observe.recorder import FactRecorder
 
 READY_S = 20.0  # importing rclpy on a busy machine
 EXIT_S = 5.0

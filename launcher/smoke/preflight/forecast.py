@@ -13,12 +13,12 @@ from typing import Any
 from launcher.base.document.fields import near
 from launcher.base.document.source_location import Origin
 from launcher.base.run_verb import BadCallError
-from launcher.run.requests.selection import ProcessNames, resolve
+from launcher.run.requests.process_selection import ProcessNames, resolve
 from launcher.smoke.expect.expectation import LAUNCHER
 from launcher.smoke.expect.expectation_kinds import BY_NAME
 from launcher.smoke.expect.script import Script
 from launcher.smoke.observe.facts import label_of, matches
-from launcher.smoke.preflight.checks import Findings
+from launcher.smoke.preflight.script_checks import Findings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

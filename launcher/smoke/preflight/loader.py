@@ -9,18 +9,18 @@ from pathlib import Path
 
 import yaml
 
+from launcher.base.document.document_reader import DocumentReader, meant_names, text_of, together
 from launcher.base.document.fields import near
-from launcher.base.document.reader import DocumentReader, meant_names, text_of, together
 from launcher.base.document.source_location import KeyPath, Origin
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.text import suggest
 from launcher.smoke.expect.expectation import ALWAYS, START, Expectation
+from launcher.smoke.expect.expectation_entries import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.expectation_kinds import BY_NAME, KINDS, ExpectationKind
-from launcher.smoke.expect.grammar import STEP_FIELDS, TOP_FIELDS
 from launcher.smoke.expect.likeness import Likeness
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Step, StepCommand
-from launcher.smoke.preflight import checks
+from launcher.smoke.preflight import script_checks
 
 SUFFIXES = (".expect.yaml", ".expect.yml")
 
@@ -65,7 +65,7 @@ class _ExpectationsReader(DocumentReader):
         script = Script(path=self.path) if document is None else self._script(document)
         if self.errors:
             # What could be read is checked as well, to report all mistakes at once.
-            raise together([*self.errors, *checks.of_script(script).errors])
+            raise together([*self.errors, *script_checks.of_script(script).errors])
         return script
 
     # ---- the parts

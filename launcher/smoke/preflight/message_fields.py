@@ -15,7 +15,7 @@ from rosidl_parser import definition
 
 from launcher.base.document.fields import near
 from launcher.base.errors import LauncherError
-from launcher.smoke.expect.conditions import STEP, Conditions, Expression
+from launcher.smoke.expect.message_conditions import STEP, Conditions, Expression
 
 _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float, "octet": None}
 

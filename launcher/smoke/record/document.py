@@ -16,11 +16,11 @@ from launcher.base.yaml_dumper import Dumper
 from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.expect.script import Script
 from launcher.smoke.judges import judge
-from launcher.smoke.preflight import checks, forecast
+from launcher.smoke.preflight import forecast, script_checks
 from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.preflight.loader import parse_entry
 from launcher.smoke.record.entries import sections
-from launcher.smoke.record.runs import RecordedExpectation, Runs, limit_s, note
+from launcher.smoke.record.recorded_runs import RecordedExpectation, Runs, limit_s, note
 
 WIDTH = 100
 MORE_S, TIMES_SLOWER = 1.0, 1.2
@@ -124,7 +124,7 @@ def _checked(
     except LauncherError as error:
         return note(f"{kind} {subject}: {error.message}")
     script = Script(expectations=(expectation,))
-    errors = [*checks.of_script(script).errors]
+    errors = [*script_checks.of_script(script).errors]
     if foreseen is not None:
         errors += forecast.compare(script, foreseen).errors
     if errors:

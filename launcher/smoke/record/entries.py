@@ -7,14 +7,15 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from launcher.smoke.expect.conditions import Fields, json_of, values_at
 from launcher.smoke.expect.expectation import Decision, Expectation
+from launcher.smoke.expect.message_conditions import Fields, json_of, values_at
 from launcher.smoke.judges.common import shorten
 from launcher.smoke.judges.run import clean_shutdown
 from launcher.smoke.observe.facts import LogLine, ObservedMessage
-from launcher.smoke.record import topics
-from launcher.smoke.record.names import is_pattern
-from launcher.smoke.record.runs import (
+from launcher.smoke.record import topic_expectations
+from launcher.smoke.record.name_patterns import is_pattern
+from launcher.smoke.record.observed_run import SEND_GOAL, ObservedRun
+from launcher.smoke.record.recorded_runs import (
     RecordedExpectation,
     Runs,
     after_text,
@@ -22,9 +23,8 @@ from launcher.smoke.record.runs import (
     rounded_up_s,
     within,
 )
-from launcher.smoke.record.seen import SEND_GOAL, ObservedRun
-from launcher.smoke.record.topics import MANY_MESSAGES, names_of
-from launcher.smoke.record.watch import GET_STATE
+from launcher.smoke.record.topic_expectations import MANY_MESSAGES, names_of
+from launcher.smoke.record.watched_run import GET_STATE
 
 EARLY = 0.6  # of the watched time: what comes later may come after the end of another run
 MEMORY_FACTOR, MEMORY_MORE_MB, MEMORY_STEP_MB = 1.5, 20.0, 10
@@ -309,9 +309,9 @@ def constant(line: LogLine) -> str | None:
 _SECTIONS: Mapping[str, Callable[[Runs], Iterator[RecordedExpectation]]] = {
     "nodes": _nodes,
     "processes": _processes,
-    "topics": topics.topics,
-    "quality of service": topics.qualities,
-    "rates": topics.rates,
+    "topics": topic_expectations.topics,
+    "quality of service": topic_expectations.qualities,
+    "rates": topic_expectations.rates,
     "ids that do not repeat": identities,
     "services": _services,
     "the first line that says that a process is ready": _lines,

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from errno import EISDIR, ENOTDIR
 from pathlib import Path
 
-from launcher.base.document.reader import together
+from launcher.base.document.document_reader import together
 from launcher.base.errors import LauncherError, UsageError
 from launcher.output.logs.run_directory import log_root
 

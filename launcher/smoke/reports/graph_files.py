@@ -17,7 +17,7 @@ from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
 from launcher.posix.domain_lease import busy_domains
 from launcher.ros.snapshot.diff import load, to_document
-from launcher.ros.snapshot.graph import TopicGraph
+from launcher.ros.snapshot.ros_graph import TopicGraph
 from launcher.smoke.reports.artifacts import save
 
 if TYPE_CHECKING:

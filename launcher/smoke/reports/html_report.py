@@ -24,7 +24,7 @@ from launcher.web import assets
 from launcher.web.frozen import FrozenRun, freeze
 from launcher.web.graph_state import GraphState
 from launcher.web.layout import Layout, render, source
-from launcher.web.plan_tree import Tree, named, numbered
+from launcher.web.page_plan_tree import Tree, named, numbered
 
 _OUTLINE = "launcher.launch.outline"
 MAX_EVENTS = 20_000

@@ -13,7 +13,7 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
-from launcher.smoke.observe.recorder import FactRecorder
+from launcher.smoke.observe.fact_recorder import FactRecorder
 
 _STATES = {Decision.MET: "passed", Decision.VIOLATED: "failed", Decision.OPEN: "open"}
 

@@ -25,10 +25,10 @@ from launcher.smoke.preflight.forecast import Forecast
 from launcher.smoke.reports.graph_files import GraphFiles
 from launcher.smoke.reports.moments import LiveExpectations
 from launcher.smoke.reports.result import Judged, SmokeResult
+from launcher.smoke.run.pending_starts import lost
 from launcher.smoke.run.probe_requests import AnswerPoller, subscribed
-from launcher.smoke.run.progress import SmokeProgress
-from launcher.smoke.run.prospects import lost
 from launcher.smoke.run.scenario import Scenario
+from launcher.smoke.run.smoke_progress import SmokeProgress
 from launcher.smoke.run.system import STOP_S, System
 
 POLL_S = 0.1

@@ -20,7 +20,7 @@ from launcher.smoke.expect.steps import Chaos, Step, StepCommand
 from launcher.smoke.judges.common import TOO_SLOW, search_limit
 from launcher.smoke.observe.facts import Facts
 from launcher.smoke.reports.result import Judged
-from launcher.smoke.run.progress import SmokeProgress
+from launcher.smoke.run.smoke_progress import SmokeProgress
 from launcher.smoke.run.system import System
 
 POLL_S = 0.05

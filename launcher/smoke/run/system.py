@@ -13,23 +13,23 @@ from typing import Any
 
 from launcher.base.document.fields import near
 from launcher.base.model.run_events import Ended
-from launcher.hosts.file.model import LOCAL
+from launcher.hosts.file.hosts_model import LOCAL
 from launcher.posix import socket_directory
 from launcher.posix.domain_lease import leased_domain
 from launcher.posix.socket_directory import ControlError
 from launcher.smoke.expect.expectation import STOP
 from launcher.smoke.judges import explain
 from launcher.smoke.observe import log_files
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import Ending, Facts, LogLine, ObservedMessage, ProcessEvent
 from launcher.smoke.observe.followers import Followers
 from launcher.smoke.observe.last_state import LastState
-from launcher.smoke.observe.leftovers import SharedMemory, end_processes, is_of_run
+from launcher.smoke.observe.left_behind import SharedMemory, end_processes, is_of_run
 from launcher.smoke.observe.probe_client import ProbeClient, ProbeError
-from launcher.smoke.observe.recorder import FactRecorder
-from launcher.smoke.observe.recording import SNAPSHOT, Recording, RecordingError
-from launcher.smoke.observe.recording import STOP_S as RECORDING_STOP_S
+from launcher.smoke.observe.topic_recording import SNAPSHOT, Recording, RecordingError
+from launcher.smoke.observe.topic_recording import STOP_S as RECORDING_STOP_S
 from launcher.smoke.preflight.forecast import Forecast
-from launcher.smoke.run import network
+from launcher.smoke.run import system_network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from launcher.smoke.run.waits import Waits
 
@@ -105,7 +105,7 @@ class System(Waits):
             self.environment = {
                 **self._environment,
                 "ROS_DOMAIN_ID": str(self.domain_id),
-                **network.of_system(self.words),
+                **system_network.of_system(self.words),
                 "ROS_LOG_DIR": str(self.log_root.absolute()),
             }
             self._memory = SharedMemory(self.domain_id)
@@ -136,7 +136,7 @@ class System(Waits):
             raise
 
     def _start_observers(self, stack: contextlib.ExitStack) -> None:
-        environment = {**self.environment, **network.of_probe(self.words, self.environment)}
+        environment = {**self.environment, **system_network.of_probe(self.words, self.environment)}
         if self._wants_probe:
             log = self.folder / "probe.log"
             probe = ProbeClient(environment, self.recorder, log, self._on_graph)

@@ -10,8 +10,8 @@ from launcher.base.document.quantities import INFINITY, NumberRange
 from launcher.base.model.run_events import Ended
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges import explain, judge
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import Facts, LogLine, ProcessEvent
-from launcher.smoke.observe.recorder import FactRecorder
 
 T = TypeVar("T")
 

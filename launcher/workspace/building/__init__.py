@@ -1,8 +1,8 @@
 """Builds the packages of a workspace: colcon, in an environment of wheels.
 
-`builder` is the order of steps: `place` (which workspace), `lock` (one build at a time), `records`
-(what a package was built from, and what has changed), `preflight` (which packages are built),
-`progress` and `status_line` (what is shown meanwhile), `report` (the end).
+`builder` is the order of steps: `build_place` (which workspace), `lock` (one build at a time),
+`records` (what a package was built from, and what has changed), `preflight` (which packages are
+built), `build_progress` and `status_line` (what is shown meanwhile), `build_report` (the end).
 
 * `sources/` finds and reads packages without running them; `checks/` finds their mistakes before
   anything is compiled.

@@ -12,12 +12,12 @@ from typing import Any
 
 from launcher.packages.workspace import ROS_VARIABLES
 from launcher.workspace.building import lock, preflight, records, sources
+from launcher.workspace.building.build_place import Place, full_folders
+from launcher.workspace.building.build_progress import Progress
 from launcher.workspace.building.colcon import Colcon, Event
-from launcher.workspace.building.colcon import words as colcon_words
-from launcher.workspace.building.place import Place, full_folders
-from launcher.workspace.building.progress import Progress
+from launcher.workspace.building.colcon import colcon_arguments as colcon_words
 from launcher.workspace.building.sources import Package
-from launcher.workspace.building.toolchain import environment
+from launcher.workspace.building.toolchain import build_variables
 from launcher.workspace.building.toolchain import versions as tools
 from launcher.workspace.building.toolchain.compiler import Compiler, choose, zig_library_is_cached
 
@@ -108,11 +108,11 @@ class _Build:
         if not any(package.is_compiled for package in self._packages):
             return None
         folder = os.path.join(self._place.build, ".launcher", "zig")
-        env = environment.prepared(self._environ, self._place)
+        env = build_variables.prepared(self._environ, self._place)
         return choose(self._options.compiler, env, folder)
 
     def _make_records(self, compiler: Compiler | None) -> None:
-        prefixes = environment.prefixes(self._environ, self._place)
+        prefixes = build_variables.prefixes(self._environ, self._place)
         setting = records.BuildSetting(
             place=self._place,
             links=self._options.links,
@@ -150,7 +150,7 @@ class _Build:
     def _prepare(self, changed: Sequence[str]) -> None:
         """Remove what would be wrong to keep."""
         if any(one.has_interfaces for one in self._packages if one.name in changed):
-            environment.require_python_headers()
+            build_variables.require_python_headers()
         for name in changed:
             last, now = records.read(self._place, name), self._now[name]
             if records.must_start_afresh(last, now) or _was_moved(self._place, now):
@@ -175,7 +175,7 @@ class _Build:
 
     def _run_colcon(self, changed: Sequence[str], compiler: Compiler | None, held: int) -> None:
         place, words = self._place, self._options.words
-        env = environment.prepared(self._environ, place, compiler)
+        env = build_variables.prepared(self._environ, place, compiler)
         shows = colcon_words.show(words)
         self._progress.quiet = shows
         known = {*changed, *self._outcome.built, *self._outcome.unchanged}
@@ -185,7 +185,7 @@ class _Build:
         command = colcon_words.build(
             place,
             select=() if colcon_words.select(words) else changed,
-            cmake_args=environment.cmake_args(compiler, cpp=self._options.cpp),
+            cmake_args=build_variables.cmake_args(compiler, cpp=self._options.cpp),
             links=self._options.links,
             words=colcon_words.ignoring(words, [*self._outcome.refused, *others]),
         )

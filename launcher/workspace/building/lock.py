@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from launcher.base.errors import LauncherError
-from launcher.workspace.building.place import Place, not_written
+from launcher.workspace.building.build_place import Place, not_written
 
 _NAME = ".launcher.lock"
 

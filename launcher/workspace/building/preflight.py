@@ -11,9 +11,9 @@ from launcher.base.errors import ExitCode, SeveralErrors, UsageError
 from launcher.base.program import program
 from launcher.base.text import count, did_you_mean
 from launcher.workspace.building import checks, sources
-from launcher.workspace.building.colcon import options as colcon_options
-from launcher.workspace.building.colcon import words as colcon_words
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
+from launcher.workspace.building.colcon import colcon_arguments as colcon_words
+from launcher.workspace.building.colcon import colcon_options as colcon_options
 from launcher.workspace.building.sources import FoundPackages, Package
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from launcher.base import strict_json
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from launcher.workspace.building.sources import Package
 
 NAME = "launcher.json"

@@ -46,19 +46,19 @@ needs no build.""",
 def main(words: Sequence[str]) -> int:
     words, rest = split_at_dashes(words)
     options = COMMAND.parse(words)
-    from launcher.workspace.building import extra, place
-    from launcher.workspace.building.colcon import options as colcon_options
-    from launcher.workspace.building.colcon import words as colcon_words
+    from launcher.workspace.building import build_place, extra
+    from launcher.workspace.building.colcon import colcon_arguments as colcon_words
+    from launcher.workspace.building.colcon import colcon_options as colcon_options
 
     colcon_words.check(rest)
-    where = place.find(options.path)
-    place.require_writable(where)
+    where = build_place.find(options.path)
+    build_place.require_writable(where)
     extra.require()
     colcon_options.check(rest)
     from launcher.packages.environment import of_build, underlays
     from launcher.packages.workspace import Workspace
-    from launcher.workspace.building import builder, report
-    from launcher.workspace.building.colcon import signals
+    from launcher.workspace.building import build_report, builder
+    from launcher.workspace.building.colcon import build_signals
 
     workspace = Workspace(where.root, where.install)
     environ = of_build(workspace, os.environ)
@@ -75,12 +75,12 @@ def main(words: Sequence[str]) -> int:
         words=tuple(rest),
     )
     try:
-        with signals.end_the_build():
-            return report.show(builder.build(where, asked, environ))
-    except (KeyboardInterrupt, signals.BuildTerminated) as stop:
-        return signals.interrupted(stop, "the next build continues")
+        with build_signals.end_the_build():
+            return build_report.show(builder.build(where, asked, environ))
+    except (KeyboardInterrupt, build_signals.BuildTerminated) as stop:
+        return build_signals.interrupted(stop, "the next build continues")
     except OSError as error:
-        full = place.full_folders(where)
+        full = build_place.full_folders(where)
         if error.errno != errno.ENOSPC or not full:
             raise
-        raise report.full_disk(full) from None
+        raise build_report.full_disk(full) from None

@@ -74,7 +74,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _why_none() -> str:
-    from launcher.workspace.building.place import unbuilt
+    from launcher.workspace.building.build_place import unbuilt
 
     place = unbuilt()
     if place is None:

@@ -26,9 +26,9 @@ from launcher.packages.workspace import Workspace, is_install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.workspace.building.place import Place
+    from launcher.workspace.building.build_place import Place
     from launcher.workspace.building.sources import Package
-    from launcher.workspace.testing.report import Report
+    from launcher.workspace.testing.test_report import Report
 
 
 def _at_least_one(text: str) -> int:
@@ -64,22 +64,26 @@ terminal, so that `-- --pdb` works. To test a launch file against expectations: 
 def main(words: Sequence[str]) -> int:
     words, rest = split_at_dashes(words)
     options = _options(words)
-    from launcher.workspace.building import extra, lock, place
+    from launcher.workspace.building import build_place, extra, lock
 
-    where = place.find([])
+    where = build_place.find([])
     extra.require()
-    place.require_writable(where)
-    from launcher.workspace.testing import jobs, report, runner
+    build_place.require_writable(where)
+    from launcher.workspace.testing import (
+        job_runner,
+        test_jobs,
+        test_report,
+    )
 
     provide_log_root(os.environ)
     env = _environment(where)
-    chosen = jobs.select(where, options.package, env)
+    chosen = test_jobs.select(where, options.package, env)
     built, missing = _built(chosen, where)
-    todo = jobs.jobs(built, where, rest)
+    todo = test_jobs.jobs(built, where, rest)
     is_single = len(chosen) == 1
-    shown = report.Report(len(todo), in_foreground=is_single, verbose=options.verbose)
+    shown = test_report.Report(len(todo), in_foreground=is_single, verbose=options.verbose)
     with lock.held(where):
-        running = runner.JobRunner(
+        running = job_runner.JobRunner(
             todo,
             env,
             shown,
@@ -130,7 +134,7 @@ def _environment(where: Place) -> dict[str, str]:
 
 def _built(chosen: Sequence[Package], where: Place) -> tuple[list[Package], list[str]]:
     """The packages that are built, and the names of the others; tells what is stale."""
-    from launcher.doctor.workspace import inspect
+    from launcher.doctor.stale_workspace import inspect
     from launcher.packages.environment import packages
 
     installed, changed = {}, {}

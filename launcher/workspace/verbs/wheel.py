@@ -14,7 +14,7 @@ from launcher.base.verb_table import VERBS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.workspace.building.place import Place
+    from launcher.workspace.building.build_place import Place
 
 COMMAND = Command(
     "wheel",
@@ -49,20 +49,20 @@ def main(words: Sequence[str]) -> int:
         )
     from launcher.packages import workspace
     from launcher.packages.environment import of_build
-    from launcher.workspace.building import extra, place
-    from launcher.workspace.building.colcon import signals
+    from launcher.workspace.building import build_place, extra
+    from launcher.workspace.building.colcon import build_signals
     from launcher.workspace.building.sources.source_text import shown
 
     found = workspace.current()
-    where = place.find([found.root] if found else [])
+    where = build_place.find([found.root] if found else [])
     extra.require()
     env = of_build(found, os.environ) if found else dict(os.environ)
     output = os.path.abspath(options.output or os.path.join(where.root, "dist"))
     try:
-        with signals.end_the_build():
+        with build_signals.end_the_build():
             wheels = _make(where, options.package, output, env, alone=options.no_deps)
-    except (KeyboardInterrupt, signals.BuildTerminated) as stop:
-        return signals.interrupted(stop, "finished wheels are kept")
+    except (KeyboardInterrupt, build_signals.BuildTerminated) as stop:
+        return build_signals.interrupted(stop, "finished wheels are kept")
     # By their files: by name, pip would take a newer package of the same name from PyPI.
     print(f"install with: {shlex.join(['pip', 'install', *map(shown, wheels)])}")
     return ExitCode.OK

@@ -17,8 +17,8 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from launcher.bag.bag_model import Topic
 from launcher.bag.metadata import FILE
-from launcher.bag.model import Topic
 from launcher.bag.writer import BagWriter
 from tests.bag.ros.test_record import contents, recording
 from tests.support.bags import QOS, START_NS, counting, string_cdr, string_topic, write_bag

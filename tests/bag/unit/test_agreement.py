@@ -12,7 +12,7 @@ from mcap.writer import Writer
 
 from launcher.bag import check, metadata
 from launcher.bag import verbs as bag_verb
-from launcher.bag.model import BagError
+from launcher.bag.bag_model import BagError
 from launcher.bag.reader import Bag
 from tests.support.bags import START_NS, contents, convert, counting, string_cdr, write_bag
 

@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from launcher.bag import check, metadata
-from launcher.bag.model import BagError
+from launcher.bag.bag_model import BagError
 from launcher.bag.reader import Bag
 from launcher.bag.writer import Storage
 from tests.support.bags import counting, text_of, write_bag

@@ -12,7 +12,7 @@ import pytest
 
 from launcher.bag import metadata
 from launcher.bag import verbs as bag_verb
-from launcher.bag.model import BagError, Definition, Message, Topic
+from launcher.bag.bag_model import BagError, Definition, Message, Topic
 from launcher.bag.writer import BagWriter
 from launcher.base.errors import UsageError
 from tests.support.bags import (

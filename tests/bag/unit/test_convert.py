@@ -15,8 +15,8 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import metadata
-from launcher.bag.converting.moments import Moment, moment
-from launcher.bag.model import BagError, Message, Topic
+from launcher.bag.bag_model import BagError, Message, Topic
+from launcher.bag.converting.time_texts import Moment, moment
 from launcher.bag.reader import Bag
 from launcher.base.errors import LauncherError, UsageError
 from tests.support.bags import (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.model import BagError, Definition, Message, Topic
+from launcher.bag.bag_model import BagError, Definition, Message, Topic
 from launcher.bag.writer import BagWriter
 from tests.support.bags import (
     START_NS,

@@ -24,9 +24,9 @@ from mcap.writer import Writer
 
 from launcher.bag import check, compression, metadata
 from launcher.bag import verbs as bag_verb
+from launcher.bag.bag_model import BagError, Definition, Span, Topic
 from launcher.bag.decode import decoder
 from launcher.bag.mcap_records import HEAD, MAGIC
-from launcher.bag.model import BagError, Definition, Span, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.sqlite_file import SqliteFile
 from tests.support.bags import (

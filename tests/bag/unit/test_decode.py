@@ -12,10 +12,10 @@ pytest.importorskip("rclpy")
 from rclpy.serialization import serialize_message
 
 from launcher.bag.agreement import normalized
+from launcher.bag.bag_model import Definition, Topic
 from launcher.bag.decode import decoder, plain
-from launcher.bag.model import Definition, Topic
 from launcher.ros.messages.interfaces import all_interfaces, class_of, definition_path
-from launcher.ros.messages.schema import schema_text
+from launcher.ros.messages.message_schema import schema_text
 from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
 from tests.support.examples import examples

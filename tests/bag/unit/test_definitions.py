@@ -12,7 +12,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from launcher.bag import verbs as bag_verb
-from launcher.bag.model import BagError, Definition, Message, Topic
+from launcher.bag.bag_model import BagError, Definition, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter
 from tests.support.bags import (

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from rosbags.rosbag2 import StoragePlugin
 
-from launcher.bag import mcap_file, statistics
+from launcher.bag import mcap_file, topic_course
 from launcher.bag import verbs as bag_verb
-from launcher.bag.model import Message, Topic
+from launcher.bag.bag_model import Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import UsageError
@@ -175,13 +175,13 @@ def test_without_indexes_times_come_from_the_messages(tmp_path: Path, monkeypatc
 
 def test_a_slow_topic_is_steady_and_a_single_message_counts():
     second = 10**9
-    slow = statistics.course([0, 4 * second, 8 * second], 0, 10 * second, 20)
+    slow = topic_course.course([0, 4 * second, 8 * second], 0, 10 * second, 20)
     assert slow.parts_hz[:16] == pytest.approx([0.25] * 16)
     assert slow.parts_hz[16:] == (None,) * 4
-    single = statistics.course([5 * second], 0, 10 * second, 10)
+    single = topic_course.course([5 * second], 0, 10 * second, 10)
     assert single.parts_hz == (*[None] * 5, 1.0, *[None] * 4)
-    assert statistics.bar(single.parts_hz) == "     █    "
-    assert statistics.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
+    assert topic_course.bar(single.parts_hz) == "     █    "
+    assert topic_course.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.model import Span
+from launcher.bag.bag_model import Span
 from launcher.bag.reader import Bag
-from launcher.bag.ros import qos
-from launcher.bag.ros.play import PlayClock
+from launcher.bag.ros import bag_qos
+from launcher.bag.ros.player import PlayClock
 from launcher.bag.ros.read_ahead import ReadAhead
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.writer import BagWriter
@@ -127,12 +127,12 @@ def test_any_error_of_reading_ahead_is_raised_where_it_plays():
 def test_the_profile_of_several_publishers():
     best_effort = {**QOS, "reliability": "best_effort"}
     latched = {**QOS, "durability": "transient_local"}
-    assert qos.to_play([QOS, best_effort]).reliability.name == "RELIABLE"
-    assert qos.to_play([best_effort, best_effort]).reliability.name == "BEST_EFFORT"
-    assert qos.to_play([latched, QOS]).durability.name == "VOLATILE"
-    assert qos.to_play([latched]).durability.name == "TRANSIENT_LOCAL"
-    assert qos.to_play([]).reliability.name == "RELIABLE"
-    assert qos.to_play([QOS]).deadline.nanoseconds == 0
+    assert bag_qos.to_play([QOS, best_effort]).reliability.name == "RELIABLE"
+    assert bag_qos.to_play([best_effort, best_effort]).reliability.name == "BEST_EFFORT"
+    assert bag_qos.to_play([latched, QOS]).durability.name == "VOLATILE"
+    assert bag_qos.to_play([latched]).durability.name == "TRANSIENT_LOCAL"
+    assert bag_qos.to_play([]).reliability.name == "RELIABLE"
+    assert bag_qos.to_play([QOS]).deadline.nanoseconds == 0
     odd = {
         **QOS,
         "reliability": "sometimes",
@@ -141,12 +141,13 @@ def test_the_profile_of_several_publishers():
         "deadline": {"sec": "x"},
     }
     assert (
-        qos.to_play([{**odd, "durability": "transient_local"}]).durability.name == "TRANSIENT_LOCAL"
+        bag_qos.to_play([{**odd, "durability": "transient_local"}]).durability.name
+        == "TRANSIENT_LOCAL"
     )
-    assert qos.to_play([odd]).reliability.name == "RELIABLE"
-    assert qos.to_play([odd]).depth == 10
+    assert bag_qos.to_play([odd]).reliability.name == "RELIABLE"
+    assert bag_qos.to_play([odd]).depth == 10
     short = {**QOS, "deadline": {"sec": 1, "nsec": 5}}
-    assert qos.to_play([short]).deadline.nanoseconds == S + 5
+    assert bag_qos.to_play([short]).deadline.nanoseconds == S + 5
 
 
 @pytest.mark.parametrize(
@@ -166,5 +167,5 @@ def test_overrides_with_mistakes(tmp_path: Path, text: str, problem: str):
     file = tmp_path / "qos.yaml"
     file.write_text(text)
     with pytest.raises(UsageError) as raised:
-        qos.read_overrides(str(file))
+        bag_qos.read_overrides(str(file))
     assert problem in raised.value.message

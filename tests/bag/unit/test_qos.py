@@ -11,7 +11,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import check, metadata
-from launcher.bag.model import Qos
+from launcher.bag.bag_model import Qos
 from launcher.bag.reader import Bag
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.writer import BagWriter, Storage

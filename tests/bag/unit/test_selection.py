@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from launcher.bag.selection import Selection, expression
+from launcher.bag.topic_selection import Selection, expression
 from launcher.base.errors import UsageError
 
 STRING = "std_msgs/msg/String"

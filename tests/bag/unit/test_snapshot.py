@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag import snapshot
+from launcher.bag import snapshot_folder
 from launcher.bag.reader import Bag
-from launcher.bag.snapshot import SnapshotContents
+from launcher.bag.snapshot_folder import SnapshotContents
 from launcher.base.model.run_events import Entry
 from tests.support.bags import START_NS, message, string_topic
 from tests.support.run_events import event, line
@@ -67,7 +67,7 @@ def run_folder(tmp_path: Path) -> Path:
 
 def test_what_is_in_a_snapshot(tmp_path: Path, run_folder: Path):
     folder = tmp_path / "found"
-    snapshot.write(str(folder), contents(run_folder))
+    snapshot_folder.write(str(folder), contents(run_folder))
     assert sorted(path.name for path in folder.iterdir()) == [
         "bag",
         "events.jsonl",
@@ -88,7 +88,7 @@ def test_what_is_in_a_snapshot(tmp_path: Path, run_folder: Path):
 
 
 def test_the_index_says_what_happened_when(tmp_path: Path, run_folder: Path):
-    snapshot.write(str(tmp_path / "found"), contents(run_folder))
+    snapshot_folder.write(str(tmp_path / "found"), contents(run_folder))
     text = (tmp_path / "found" / "index.txt").read_text()
     _, _, rest = text.partition("seconds before the end\n")
     assert rest.partition("\n\n")[0].splitlines() == [
@@ -105,13 +105,13 @@ def test_the_index_says_what_happened_when(tmp_path: Path, run_folder: Path):
 
 def test_a_full_ring_is_told(tmp_path: Path):
     full = contents(None, dropped_ns=START_NS + 45 * 10**9)
-    snapshot.write(str(tmp_path / "found"), full)
+    snapshot_folder.write(str(tmp_path / "found"), full)
     text = (tmp_path / "found" / "index.txt").read_text()
     assert "span: the last 30 s; messages of the last 15.0 s, since memory was full\n" in text
 
 
 def test_an_error_leaves_nothing(tmp_path: Path, monkeypatch):
-    monkeypatch.setattr(snapshot, "_copy_plan", lambda folder, contents: 1 / 0)
+    monkeypatch.setattr(snapshot_folder, "_copy_plan", lambda folder, contents: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        snapshot.write(str(tmp_path / "found"), contents(None))
+        snapshot_folder.write(str(tmp_path / "found"), contents(None))
     assert list(tmp_path.iterdir()) == []

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from launcher.bag.converting import output_options
-from launcher.bag.ros.qos import read_overrides
+from launcher.bag.ros.bag_qos import read_overrides
 from launcher.base import text_file
-from launcher.base.document.reader import text_of
+from launcher.base.document.document_reader import text_of
 from launcher.base.errors import LauncherError
 from launcher.cli.dispatch import main
 from launcher.language.context import LaunchContext

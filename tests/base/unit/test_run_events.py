@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from launcher.bag import snapshot
+from launcher.bag import snapshot_folder
 from launcher.base import strict_json
 from launcher.base.model.event_entries import FIELD_TYPES, annotations_of, entry_in, entry_of
 from launcher.base.model.events import signal_name
@@ -28,13 +28,13 @@ from launcher.base.model.run_events import (
     UnknownEvent,
     fields_of,
 )
-from launcher.control.format import event_line
+from launcher.control.answer_lines import event_line
 from launcher.hosts.agent.workload import AgentRunLog
-from launcher.launch.analyze import report, timeline
+from launcher.launch.analyze import timeline, timeline_report
 from launcher.output.logs.event_log import EventLog
 from launcher.smoke.observe import log_files
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import Facts
-from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.reports import html_report, page_processes
 from launcher.smoke.reports.result import SmokeResult
 from launcher.web.hub import Hub, PageOutbox
@@ -153,11 +153,11 @@ def index_of_a_snapshot(entries: Sequence[Entry], folder: Path) -> Iterator[str]
     run = folder / "run"
     run.mkdir()
     (run / "events.jsonl").write_text("\n".join(map(line, entries)))
-    contents = snapshot.SnapshotContents(
+    contents = snapshot_folder.SnapshotContents(
         reason="x", end_ns=round((T0 + 3600) * 1e9), keep_s=7200.0, topics=[], messages=[],
         run_folder=str(run),
     )  # fmt: skip
-    snapshot.write(str(folder / "found"), contents)
+    snapshot_folder.write(str(folder / "found"), contents)
     kept = (folder / "found" / "events.jsonl").read_text()
     assert kept == "".join(f"{line(one)}\n" for one in entries)
     index = (folder / "found" / "index.txt").read_text()
@@ -226,8 +226,8 @@ def reports_of_analyze(entries: Sequence[Entry], folder: Path) -> Iterator[str]:
     found = timeline.read(str(folder))
     assert list(found.processes) == ["a-1"]
     assert found.until_s == pytest.approx(max(one.wall_s for one in entries) - T0, abs=1e-3)
-    texts = report.lines(found, 80)
-    json.dumps(report.document(found))
+    texts = timeline_report.lines(found, 80)
+    json.dumps(timeline_report.document(found))
     assert not BAD_WORDS.search("\n".join(texts))
     return iter([f"a-1 {one.event.event}" for one in entries])  # it shows times only
 

@@ -11,16 +11,16 @@ import pytest
 
 from launcher.bag import metadata
 from launcher.bag.converting import output_options
-from launcher.bag.ros.qos import read_overrides
+from launcher.bag.ros.bag_qos import read_overrides
 from launcher.base import text_file, yaml_bounds
 from launcher.base.errors import LauncherError, LaunchFileError
-from launcher.hosts.file import file as hosts
+from launcher.hosts.file import hosts_reader as hosts
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.parser import read_text
 from launcher.language.sources import load_python_launch_file_as_module
-from launcher.launch.supervise import file as supervision
-from launcher.packages.sources import has_interfaces
+from launcher.launch.supervise import supervise_reader as supervision
+from launcher.packages.source_packages import has_interfaces
 from launcher.ros import parameters
 from launcher.ros.snapshot import diff
 from launcher.smoke.preflight import loader

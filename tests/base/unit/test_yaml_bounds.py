@@ -9,15 +9,15 @@ import pytest
 import yaml
 
 from launcher.bag.converting import output_options
-from launcher.bag.ros.qos import read_overrides
+from launcher.bag.ros.bag_qos import read_overrides
 from launcher.base import yaml_bounds
-from launcher.base.document.reader import DocumentReader
+from launcher.base.document.document_reader import DocumentReader
 from launcher.base.errors import LauncherError
 from launcher.base.model import parameter_text
 from launcher.language.ros.component_parameters import _from_file
 from launcher.ros.helpers.parameter_check import file_parameters
 from launcher.ros.messages import from_yaml
-from launcher.run.watch.checks import error_in
+from launcher.run.watch.file_checks import error_in
 from launcher.smoke.expect.steps import _value
 
 DEEP = ["[" * 50_000, "{a: " * 3000 + "1" + "}" * 3000, "- " * 20_000 + "x"]

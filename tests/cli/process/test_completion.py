@@ -11,7 +11,7 @@ from pathlib import Path
 import pexpect
 import pytest
 
-from launcher.control.runs import wait_for_run
+from launcher.control.active_runs import wait_for_run
 from tests.support.benches import TIMEOUT_S, Bench
 from tests.support.repository import REPOSITORY
 

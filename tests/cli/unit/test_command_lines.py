@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import RestartMode
 from launcher.control import verb as control
 from launcher.control import verbs

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
-from launcher.cli.completion import sources
-from launcher.cli.completion.grammar import split
+from launcher.cli.completion import name_sources
+from launcher.cli.completion.candidates import split
 from launcher.cli.dispatch import main
 
 LAUNCH_FILE = """
@@ -131,14 +131,14 @@ def test_processes_are_those_of_the_run_that_is_named(complete: Complete, monkey
         asked.append(run)
         return [("robot_1-3", "fleet")]
 
-    monkeypatch.setattr(sources, "processes", processes)
+    monkeypatch.setattr(name_sources, "processes", processes)
     for line in ("kill ro", "logs -f ro", "ps --run 7 ro", "stop --run=8 -- ro"):
         assert complete(f"launcher {line}") == ["robot_1-3 "]
     assert asked == [None, None, "7", "8"]
 
 
 def test_names_of_the_graph_are_what_the_verbs_list(complete: Complete, monkeypatch):
-    monkeypatch.setattr(sources, "_lines", lambda *words: [("/" + "/".join(words), "")])
+    monkeypatch.setattr(name_sources, "_lines", lambda *words: [("/" + "/".join(words), "")])
     assert complete("launcher topic echo ") == ["/topic/list "]
     assert complete("launcher node info ") == ["/node/list "]
     assert complete("launcher param get /a ") == ["/param/list//a "]
@@ -162,7 +162,7 @@ def test_types_are_those_of_the_kind_and_transitions_those_of_the_node(
             "- shutdown [5]",
         ],
     }
-    monkeypatch.setattr(sources, "_lines", lambda *words: [(one, "") for one in lists[words]])
+    monkeypatch.setattr(name_sources, "_lines", lambda *words: [(one, "") for one in lists[words]])
     assert complete("launcher action send_goal /new ") == ["pkg/action/Fold "]
     assert complete("launcher action find ") == ["pkg/action/Fold "]
     assert complete("launcher lifecycle set /pump ") == ["configure ", "shutdown "]

@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.command_line import WORKSPACE
 from launcher.base.errors import UsageError
-from launcher.cli.completion.grammar import candidates
+from launcher.cli.completion.candidates import candidates
 from launcher.cli.workspace_option import choose_workspace
 from launcher.packages.workspace import VARIABLE
 

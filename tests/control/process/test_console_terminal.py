@@ -200,7 +200,7 @@ import os, sys, threading, time
 
 def strike():
     while not os.path.exists("{go}"): time.sleep(0.02)
-    import launcher.control.console.session as session
+    import launcher.control.console.console_session as session
     def broken(*_, **__): raise ZeroDivisionError("a broken bar")
     session.status_lines = broken
 

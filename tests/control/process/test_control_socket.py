@@ -18,7 +18,7 @@ import psutil
 import pytest
 
 from launcher.control.client import Connection, ControlError, RefusedError
-from launcher.control.server import Server
+from launcher.control.control_server import Server
 from launcher.posix.reactor import Reactor
 from tests.support.benches import ControlBench
 from tests.support.controlled_run import TIMEOUT_S, ControlledRun, state_of

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from launcher.base.model.run_events import Sample
-from launcher.control.format import (
+from launcher.control.answer_lines import (
     event_line,
     filters,
     info_lines,

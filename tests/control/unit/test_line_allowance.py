@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.control.logs import BURST_S, LineAllowance
+from launcher.control.log_followers import BURST_S, LineAllowance
 
 RATE = 100
 

@@ -18,7 +18,7 @@ from launcher.control.protocol import RequestError, parse_request, raw_item, raw
 from launcher.control.verbs import VERBS, find, parse
 from launcher.posix import socket_directory
 from launcher.posix.socket_directory import ControlError
-from launcher.run.requests.selection import ProcessNames, resolve
+from launcher.run.requests.process_selection import ProcessNames, resolve
 
 FLEET = (
     ProcessNames("dispatcher-1", "dispatcher", ("/fleet/dispatcher",), "/fleet"),
@@ -260,7 +260,7 @@ def test_all_reasons_for_having_no_socket_are_reported():
 
 def test_the_server_imports_no_interactive_or_ros_module():
     script = (
-        "import sys, launcher.control.service\n"
+        "import sys, launcher.control.control_service\n"
         "print(*sorted(sys.modules.keys() & {'rich', 'prompt_toolkit', 'asyncio', 'rclpy'}))"
     )
     done = subprocess.run(

@@ -7,7 +7,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.base.run_verb import Call
-from launcher.control.runs import all_runs
+from launcher.control.active_runs import all_runs
 from launcher.control.verb import command_of
 from launcher.control.verbs import VERBS, call_of, find, parse, parsed_by
 

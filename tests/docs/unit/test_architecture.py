@@ -33,7 +33,7 @@ WINGS: dict[str, set[str]] = {
 NAMES_WINGS = {
     "launcher.base.verb_table",
     "launcher.run.parts",
-    "launcher.run.helpers.programs",
+    "launcher.run.helpers.helper_programs",
 }
 
 # Packages that cost start-up time or bring threads, and the rooms that may use them.

@@ -15,7 +15,14 @@ from launcher.cli import dispatch as cli
 from launcher.doctor import verb as doctor
 from launcher.doctor.checks import CHECKS, MB, check_all
 from launcher.doctor.collect import MARKERS, obstacle, prefixes, space
-from launcher.doctor.facts import DoctorFacts, Finding, Leftover, Prefix, Space, Unreachable
+from launcher.doctor.doctor_facts import (
+    DoctorFacts,
+    Finding,
+    Leftover,
+    Prefix,
+    Space,
+    Unreachable,
+)
 from launcher.posix import proc
 from launcher.posix.cleanup.run_id import abandoned_runs, is_abandoned, run_id_of
 from launcher.run.monitor.shared_memory import Stale

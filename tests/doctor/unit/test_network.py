@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from launcher.base.model.level import Level
-from launcher.doctor.facts import Finding, NetworkFacts, ParticipantProcess
-from launcher.doctor.network import _unknown_servers
+from launcher.doctor.doctor_facts import Finding, NetworkFacts, ParticipantProcess
 from launcher.doctor.network_checks import check_network
+from launcher.doctor.network_facts import _unknown_servers
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.level import Level
-from launcher.doctor.facts import Finding, SettingsFacts
+from launcher.doctor.doctor_facts import Finding, SettingsFacts
 from launcher.doctor.settings import collect_settings
 from launcher.doctor.settings_checks import check_settings
 

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from launcher.base.model.level import Level
-from launcher.doctor import workspace
-from launcher.doctor.facts import WorkspaceFacts
+from launcher.doctor import stale_workspace
+from launcher.doctor.doctor_facts import WorkspaceFacts
 from launcher.doctor.workspace_checks import check_workspace
 from launcher.packages.workspace import Workspace
 from launcher.workspace.building import records, sources
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from tests.workspace.unit.building.source_tree import python_package, write
 
 ROOT = "/my ws"
@@ -143,12 +143,12 @@ def test_a_build_by_another_environment_is_told(tmp_path: Path, monkeypatch: pyt
     write(tmp_path, {"install/.colcon_install_layout": "isolated\n", index: "", "build/p/x": ""})
     place = Place(str(tmp_path), package.folder)
     version = f"{sys.version_info.major}.{sys.version_info.minor}.2"
-    monkeypatch.setattr(workspace.tools, "fingerprint", lambda: f"{version} /my envs/b 34cd")
+    monkeypatch.setattr(stale_workspace.tools, "fingerprint", lambda: f"{version} /my envs/b 34cd")
 
     def after(tools: str, *prefixes: str) -> WorkspaceFacts:
         setting = records.BuildSetting(place, True, tools, "", (), prefixes or (sys.prefix,))
         records.complete(place, records.make(package, setting, {}, None))
-        return workspace.inspect(Workspace(str(tmp_path), place.install), {})
+        return stale_workspace.inspect(Workspace(str(tmp_path), place.install), {})
 
     assert after(f"{version} /my envs/a 12ab").changed == {
         "p": f"built with Python {version} of /my envs/a"

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 import yaml
 
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import ProcessSpec
-from launcher.export.model import ExportedFiles, ExportedSystem
-from launcher.export.system import system_of
-from launcher.hosts.file.model import Discovery, Host
+from launcher.export.export_model import ExportedFiles, ExportedSystem
+from launcher.export.exported_system import system_of
+from launcher.hosts.file.hosts_model import Discovery, Host
 from launcher.launch.plan.planner import make_plan
 
 Export = Callable[..., ExportedSystem]

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from launcher.base.model.spec import ProcessSpec
-from launcher.export.model import ExportedSystem
-from launcher.hosts.file.model import Discovery, DiscoveryMode, Host
+from launcher.export.export_model import ExportedSystem
+from launcher.hosts.file.hosts_model import Discovery, DiscoveryMode, Host
 
 Export = Callable[..., ExportedSystem]
 HOSTS = {

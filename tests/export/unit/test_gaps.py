@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from launcher.base.model.options import RunOptions
-from launcher.export.engines import ExportSettings, export
-from launcher.export.model import ExportedSystem
-from launcher.launch.options import with_settings_beside
+from launcher.base.model.run_options import RunOptions
+from launcher.export.export_model import ExportedSystem
+from launcher.export.export_settings import ExportSettings, export
+from launcher.launch.launch_options import with_settings_beside
 
 Export = Callable[..., ExportedSystem]
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.record import replace
-from launcher.export.engines import ExportSettings, export
+from launcher.export.export_model import ExportedSystem
+from launcher.export.export_settings import ExportSettings, export
 from launcher.export.image import build_commands, files, image_of
-from launcher.export.model import ExportedSystem
 from launcher.export.verbs.export import ENGINES
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from tests.support.repository import REPOSITORY
 
 

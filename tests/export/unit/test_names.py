@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from launcher.base.model.spec import ProcessSpec, RosIdentity
-from launcher.export.names import (
+from launcher.export.unit_names import (
     MAX_DNS_LABEL,
     MAX_PREFIX,
     dns_label,

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from launcher.export.engines import ExportSettings, export
+from launcher.export.export_settings import ExportSettings, export
 from launcher.export.verbs.export import ENGINES
 from tests.export.unit.conftest import Export, first_on_bot, manifests
 

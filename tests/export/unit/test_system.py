@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from launcher.export.command import Where, words_of
-from launcher.export.model import ExportedSystem
-from launcher.hosts.file.model import Host
+from launcher.export.export_model import ExportedSystem
+from launcher.export.process_command import Where, words_of
+from launcher.hosts.file.hosts_model import Host
 
 Export = Callable[..., ExportedSystem]
 THERE = Where(python="PYTHON", folder="/files", scratch="/scratch")

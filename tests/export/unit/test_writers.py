@@ -12,15 +12,15 @@ from typing import Any
 import pytest
 import yaml
 
-from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
-from launcher.export.engines import ExportSettings, export
+from launcher.export.export_model import ExportedSystem
+from launcher.export.export_settings import ExportSettings, export
 from launcher.export.kubernetes import Kubernetes
-from launcher.export.model import ExportedSystem
 from launcher.export.verbs.export import ENGINES
 from launcher.export.yaml_text import document
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.launch.process_options import parse_limit
 from tests.export.unit.conftest import BOT, Export, first_on_bot, manifests
 

@@ -17,8 +17,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.messages.schema import schema_text
-from launcher.ros.snapshot.graph import Direction
+from launcher.ros.messages.message_schema import schema_text
+from launcher.ros.snapshot.ros_graph import Direction
 from tests.ros.ros.test_bridge import SLEEPERS, run_of
 from tests.support.foxglove_client import SUBPROTOCOL, FoxgloveClient, cdr, connected, texts
 from tests.support.foxglove_server import Server, serving

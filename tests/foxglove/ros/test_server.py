@@ -18,8 +18,8 @@ from std_srvs.srv import Trigger
 from websockets.sync.client import ClientConnection, connect
 
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.messages.schema import rihs_hash, schema_text
-from launcher.ros.snapshot.graph import Direction
+from launcher.ros.messages.message_schema import rihs_hash, schema_text
+from launcher.ros.snapshot.ros_graph import Direction
 from tests.support.foxglove_client import SUBPROTOCOL, FoxgloveClient, cdr, connected, texts
 from tests.support.foxglove_server import serving
 from tests.support.ros_domain import ros_domain

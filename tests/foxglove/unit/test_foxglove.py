@@ -14,15 +14,15 @@ pytest.importorskip("rclpy")
 from rcl_interfaces.msg import ParameterEvent
 
 from launcher.base.ros_errors import VerbError
-from launcher.foxglove import protocol, session
+from launcher.foxglove import client_session, protocol
 from launcher.foxglove.catalogue import Catalogue
-from launcher.foxglove.look import Connections, TopicChoice, look
-from launcher.foxglove.parameters import changed_by, to_json, to_parameter
+from launcher.foxglove.client_session import ClientOutbox
+from launcher.foxglove.graph_view import Connections, TopicChoice, look
+from launcher.foxglove.parameter_services import changed_by, to_json, to_parameter
 from launcher.foxglove.protocol import ClientData, ProtocolError, ServiceCall
-from launcher.foxglove.session import ClientOutbox
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.snapshot.graph import Endpoint, EndpointInfo
+from launcher.ros.snapshot.ros_graph import Endpoint, EndpointInfo
 
 NOTHING = Connections()
 
@@ -80,7 +80,7 @@ def test_data_of_an_ended_subscription_is_forgotten():
 
 
 def test_a_client_that_does_not_even_take_other_messages_is_lost(monkeypatch):
-    monkeypatch.setattr(session, "CONTROL_BYTES", 10)
+    monkeypatch.setattr(client_session, "CONTROL_BYTES", 10)
     box = ClientOutbox(100)
     box.put("123456")
     assert not box.is_overfull

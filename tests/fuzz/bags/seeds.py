@@ -10,8 +10,8 @@ from pathlib import Path
 from mcap.writer import CompressionType, Writer
 
 from launcher.bag import metadata
+from launcher.bag.bag_model import Definition, Message, Topic
 from launcher.bag.check import check
-from launcher.bag.model import Definition, Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
 from tests.support.bags import QOS, START_NS, foreign_bag, imu_bag, string_cdr, string_topic

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import launcher.bag.ros.play as play_module
+import launcher.bag.ros.player as play_module
 from launcher.cli.dispatch import main
 from tests.fuzz.bags.mutations import mutate
 from tests.fuzz.bags.seeds import mutable

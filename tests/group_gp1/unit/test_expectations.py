@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 import yaml
 
-from launcher.smoke.expect.grammar import json_schema
+from launcher.smoke.expect.expectation_entries import json_schema
 from launcher.smoke.preflight import loader
 from tests.support.repository import REPOSITORY
 

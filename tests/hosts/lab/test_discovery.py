@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 from launcher.hosts.discovery import MAX_WITH_PEERS, RESTART_DELAY_S, DiscoveryServer, Wiring
-from launcher.hosts.file.model import LOCAL, DiscoveryMode
+from launcher.hosts.file.hosts_model import LOCAL, DiscoveryMode
 from tests.support.hosts import Computer, Host, Lab
 from tests.support.hosts.checks import module
 from tests.support.hosts.entered import Entered

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from jsonschema import Draft7Validator
 
-from launcher.export.names import dns_label
+from launcher.export.unit_names import dns_label
 from tests.support.exports import COMPOSE_SCHEMA, export, tool
 from tests.support.hosts.requirements import program
 

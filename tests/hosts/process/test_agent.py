@@ -15,7 +15,7 @@ import pytest
 
 from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.link import LinkState
-from launcher.hosts.file.model import Host, LinkPolicy
+from launcher.hosts.file.hosts_model import Host, LinkPolicy
 from launcher.hosts.file.order import SentFile
 from launcher.run.machine import Exited, MachineCommand, ProcessState, SignalSent, SpawnError
 from tests.support.children import is_alive

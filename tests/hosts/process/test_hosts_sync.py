@@ -15,7 +15,7 @@ import pytest
 
 from launcher.base.errors import LauncherError
 from launcher.hosts.sync.host_sync import SyncOutcome
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.release_tree import TreeEntry
 from tests.support import ended_main_thread
 from tests.support.sync_hosts import Site, brought, fails
 from tests.support.waiting import wait_until

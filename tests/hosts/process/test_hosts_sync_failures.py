@@ -20,14 +20,14 @@ import pytest
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import replace
 from launcher.hosts.failures import HostError, Problem
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import host_python
 from launcher.hosts.sync.fleet_sync import FleetSync
 from launcher.hosts.sync.host_sync import SyncOptions, SyncOutcome
 from launcher.hosts.sync.on_host import wire
 from launcher.hosts.sync.on_host.main import Requests, SyncService
 from launcher.hosts.sync.on_host.store import HostStore, Refusal, disk_errors
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.release_tree import TreeEntry
 from launcher.hosts.verbs.sync_report import SyncReport, joined
 from tests.support.sync_hosts import Site, brought, fails
 from tests.support.waiting import wait_until
@@ -99,7 +99,7 @@ def test_a_full_disk_is_told_before_anything_is_sent(site: Site):
     files = brought()
     files.tree.add(huge)
     fleet = site.fleet()
-    from launcher.hosts.sync.tree import Release
+    from launcher.hosts.sync.release_tree import Release
 
     release = Release(list(files.tree.entries.values()))
     release.sizes = dict.fromkeys(release.sizes, 10**18)

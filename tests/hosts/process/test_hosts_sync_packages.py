@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.hosts.sync.packages import Brought, collect
+from launcher.hosts.sync.synced_packages import Brought, collect
 from launcher.packages.workspace import workspace_at
 from tests.support.environments import environment_with_ros
 from tests.support.own_package import write_package
@@ -63,7 +63,7 @@ def test_a_package_that_pip_has_installed_from_a_folder_runs(
     if is_legacy:
         to_legacy_installation(env.prefix)
     bring = (
-        "from pathlib import Path; from launcher.hosts.sync.packages import collect\n"
+        "from pathlib import Path; from launcher.hosts.sync.synced_packages import collect\n"
         "from tests.support.sync_hosts import Site\n"
         f"site = Site(Path({str(tmp_path / 'far/bot')!r}), python={sys.executable!r})\n"
         "site.sync(collect(None))\n"

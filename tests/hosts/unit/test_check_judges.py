@@ -11,13 +11,20 @@ import pytest
 import launcher
 from launcher.base.model.level import Level
 from launcher.base.model.record import replace
+from launcher.hosts.check.check_report import as_text
 from launcher.hosts.check.examine import Examination, missing_secrets
-from launcher.hosts.check.facts import Arrival, CheckedHost, Clock, HostFinding, Needs, Survey
+from launcher.hosts.check.host_findings import (
+    Arrival,
+    CheckedHost,
+    Clock,
+    HostFinding,
+    Needs,
+    Survey,
+)
 from launcher.hosts.check.host_judges import check_member
 from launcher.hosts.check.pair_judges import check_pairs
-from launcher.hosts.check.report import as_text
 from launcher.hosts.failures import HostError, Problem
-from launcher.hosts.file.model import LOCAL, DiscoveryMode, Host, HostEngine, Secret
+from launcher.hosts.file.hosts_model import LOCAL, DiscoveryMode, Host, HostEngine, Secret
 
 GB = 1024**3
 

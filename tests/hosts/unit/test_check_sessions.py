@@ -14,7 +14,7 @@ from launcher.base.model.level import Level
 from launcher.hosts import discovery
 from launcher.hosts.check import examine
 from launcher.hosts.check.probe_session import ProbeSession, remote_command
-from launcher.hosts.file.model import Discovery, DiscoveryMode, Host, HostsFile
+from launcher.hosts.file.hosts_model import Discovery, DiscoveryMode, Host, HostsFile
 
 
 def test_a_login_is_told_before_a_setup_file_fails(tmp_path: Path):

@@ -9,7 +9,7 @@ import pytest
 from launcher.base.errors import UsageError
 from launcher.hosts import discovery
 from launcher.hosts.discovery import DEFAULT_PORT, Wiring, address_of, usual_port, wire
-from launcher.hosts.file.model import LOCAL, Discovery, DiscoveryMode, Host
+from launcher.hosts.file.hosts_model import LOCAL, Discovery, DiscoveryMode, Host
 
 HOSTS = [Host(name="bot1", address="127.0.0.11"), Host(name="bot2", address="127.0.0.12")]
 NEUTRAL = {

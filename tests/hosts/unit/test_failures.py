@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher.hosts.failures import Problem, failure, no_ssh
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 
 HOST = Host(
     name="bot1",

@@ -7,12 +7,12 @@ from textwrap import dedent
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.file import file
-from launcher.hosts.file.model import Host, HostEngine, HostsFile, LinkPolicy, Secret
+from launcher.hosts.file import hosts_reader
+from launcher.hosts.file.hosts_model import Host, HostEngine, HostsFile, LinkPolicy, Secret
 
 
 def read(text: str, environ: dict[str, str] | None = None, **more: bool) -> HostsFile:
-    return file.parse(dedent(text), "hosts.yaml", environ or {}, **more)
+    return hosts_reader.parse(dedent(text), "hosts.yaml", environ or {}, **more)
 
 
 def host(text: str, environ: dict[str, str] | None = None) -> Host:
@@ -123,7 +123,7 @@ def test_a_secret_comes_from_a_file_beside_the_hosts_file(tmp_path):
     path = tmp_path / "hosts.yaml"
     path.write_text("hosts: {b: {address: b, environment: {T: {from_file: token}}}}")
 
-    found = file.read(str(path))
+    found = hosts_reader.read(str(path))
 
     assert found.hosts["b"].environment == {"T": "s3cret"}
     assert found.warnings == (

@@ -11,16 +11,16 @@ from typing import Any
 import pytest
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import ProcessSpec, RestartMode
 from launcher.hosts import discovery_server
 from launcher.hosts.discovery import MAX_WITH_PEERS
 from launcher.hosts.engine.fleet import FleetPlan
-from launcher.hosts.launching.preparation import HostsPreparation
+from launcher.hosts.launching.hosts_preparation import HostsPreparation
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.interpreter import Interpreter
-from launcher.launch.core import LaunchCore
+from launcher.launch.launch_core import LaunchCore
 from launcher.launch.target import LaunchRequest
 
 HEAD = """\

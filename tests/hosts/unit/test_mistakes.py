@@ -11,8 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from launcher.base.errors import LauncherError, SeveralErrors
-from launcher.hosts.file import file
-from launcher.hosts.file.model import HostsFile
+from launcher.hosts.file import hosts_reader
+from launcher.hosts.file.hosts_model import HostsFile
 from launcher.hosts.file.ssh_options import KNOWN, REFUSED
 
 GOOD = "hosts: {bot1: 10.0.0.2}\n"
@@ -21,7 +21,7 @@ GOOD = "hosts: {bot1: 10.0.0.2}\n"
 def mistakes(text: str) -> list[str]:
     """`LINE:COLUMN message [| hint]` of each."""
     with pytest.raises(LauncherError) as caught:
-        file.parse(text, "hosts.yaml", {"SET": "1"})
+        hosts_reader.parse(text, "hosts.yaml", {"SET": "1"})
     error = caught.value
     found = error.errors if isinstance(error, SeveralErrors) else (error,)
     assert {one.exit_code for one in found} == {2}
@@ -153,7 +153,7 @@ def test_a_host_cannot_be_trusted_anew_each_time(known_files: Path, known: str):
 
     assert "would trust any machine each time" in found
     assert f"'{known}' keeps nothing" in found
-    file.parse(text.replace("accept-new", "yes"), "hosts.yaml", {})
+    hosts_reader.parse(text.replace("accept-new", "yes"), "hosts.yaml", {})
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_a_host_cannot_be_trusted_anew_each_time(known_files: Path, known: str):
     ],
 )  # fmt: skip
 def test_keys_may_be_kept_in_any_file_that_can_be_written(known_files: Path, known: str):
-    file.parse(with_known_hosts(known), "hosts.yaml", {})
+    hosts_reader.parse(with_known_hosts(known), "hosts.yaml", {})
 
 
 def test_an_option_is_either_known_or_refused():
@@ -275,7 +275,7 @@ def test_a_file_that_is_not_utf_8_is_told_with_the_line(
     path.write_bytes(content)
 
     with pytest.raises(LauncherError, match=f"the byte {byte} is not UTF-8") as caught:
-        file.read(str(path))
+        hosts_reader.read(str(path))
 
     assert (caught.value.where, caught.value.exit_code) == (f"{path}:{line}", 2)
     assert caught.value.hint == "save the file as UTF-8"
@@ -308,7 +308,9 @@ def test_mistakes_in_a_pattern(pattern: str):
 
 def test_a_host_with_a_bad_name_hides_no_other_mistake():
     with pytest.raises(LauncherError) as caught:
-        file.parse("hosts:\n  'bot 1': {addres: 10.0.0.2, engine: docker}\n", "hosts.yaml", {})
+        hosts_reader.parse(
+            "hosts:\n  'bot 1': {addres: 10.0.0.2, engine: docker}\n", "hosts.yaml", {}
+        )
 
     text = caught.value.render()
     assert "'bot 1' is not a name of a host" in text
@@ -346,7 +348,7 @@ TREE = st.recursive(
 
 def refused_or_read(text: str) -> HostsFile | None:
     try:
-        return file.parse(text, "hosts.yaml", {})
+        return hosts_reader.parse(text, "hosts.yaml", {})
     except LauncherError as error:
         assert error.exit_code == 2
         assert "hosts.yaml" in error.render()

@@ -37,7 +37,7 @@ from launcher.hosts.file.order import (
 )
 from launcher.hosts.file.order_words import as_words, files_of
 from launcher.hosts.file.resolution import resolve
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 
 SYSTEM = {"PATH": "/usr/bin:/bin", "HOME": "/home/operator"}
 

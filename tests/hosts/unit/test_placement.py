@@ -8,7 +8,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.base.model.spec import ProcessSpec, RosIdentity, Scope
-from launcher.hosts.file import file
+from launcher.hosts.file import hosts_reader
 from launcher.hosts.file.placement import Candidates, Component, Placement, PlacementFindings
 
 
@@ -28,7 +28,7 @@ def process(label: str, number: int = 1, *argv: str, **more: object) -> ProcessS
 
 def placement(rules: str) -> Placement:
     hosts = "hosts: {a: 10.0.0.1, b: 10.0.0.2}\nplace:\n"
-    return Placement(file.parse(hosts + rules, "hosts.yaml", {}))
+    return Placement(hosts_reader.parse(hosts + rules, "hosts.yaml", {}))
 
 
 def host(rules: str, spec: ProcessSpec) -> str | None:

@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.file import file
-from launcher.hosts.file.fields import HOST_FIELDS
+from launcher.hosts.file import hosts_reader
+from launcher.hosts.file.host_fields import HOST_FIELDS
 from launcher.hosts.file.pattern import PREFIXES
 from launcher.hosts.file.schema import json_schema
 from tests.support.repository import REPOSITORY
@@ -64,14 +64,14 @@ def fits_schema(text: str) -> bool:
 
 @pytest.mark.parametrize("name", GOOD)
 def test_good_files_are_good_for_both(name: str):
-    file.parse(GOOD[name], "hosts.yaml", {"HOME": "/"})
+    hosts_reader.parse(GOOD[name], "hosts.yaml", {"HOME": "/"})
     assert fits_schema(GOOD[name])
 
 
 @pytest.mark.parametrize("text", BAD)
 def test_bad_files_are_bad_for_both(text: str):
     with pytest.raises(LauncherError):
-        file.parse(text, "hosts.yaml", {})
+        hosts_reader.parse(text, "hosts.yaml", {})
     assert not fits_schema(text)
 
 
@@ -101,13 +101,13 @@ def test_the_examples_of_the_documentation_are_good_files():
     examples = [part.split("```")[0] for part in document.split("```yaml\n")[1:]]
     assert examples
     for example in examples:
-        file.parse(example, "hosts.yaml", {}, with_secrets=False)
+        hosts_reader.parse(example, "hosts.yaml", {}, with_secrets=False)
         assert fits_schema(example)
 
 
 def test_the_example_is_a_good_file():
     path = REPOSITORY / "examples" / "hosts.yaml"
-    found = file.read(str(path), {})
+    found = hosts_reader.read(str(path), {})
     assert len(found.hosts) == 3
     assert fits_schema(path.read_text(encoding="utf-8"))
     (line,) = [x for x in path.read_text().splitlines() if "$schema=" in x]

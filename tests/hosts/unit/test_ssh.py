@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from launcher.base.errors import UsageError
 from launcher.hosts.failures import failure
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import (
     MADE_WITH,
     SYNCED_PYTHON,

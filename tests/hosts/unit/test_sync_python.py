@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from launcher.hosts.sync import release_python
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.release_tree import TreeEntry
 
 NAMES = st.text(st.characters(blacklist_categories=["Cs"], blacklist_characters="\0/"), min_size=1)
 PRINTS = """#!/bin/sh

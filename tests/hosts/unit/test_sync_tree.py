@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.hosts.sync.tree import Release, Tree
+from launcher.hosts.sync.release_tree import Release, Tree
 
 
 @pytest.fixture

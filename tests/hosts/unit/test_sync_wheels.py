@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.hosts.sync import requirements, wheels
+from launcher.hosts.sync import pinned_list, wheels
 from launcher.hosts.sync.natives import Native, check, natives
 from launcher.hosts.sync.on_host import pip_messages
-from launcher.hosts.sync.requirements import PinnedList
-from launcher.hosts.sync.tree import TreeEntry
+from launcher.hosts.sync.pinned_list import PinnedList
+from launcher.hosts.sync.release_tree import TreeEntry
 from launcher.hosts.sync.wheels import PythonTarget
 
 MARKERS = {"python_version": "3.12", "python_full_version": "3.12.3", "sys_platform": "linux"}
@@ -41,7 +41,7 @@ def house(folder: Path, *names: str) -> str:
 
 
 def test_markers_are_those_of_the_host():
-    found = requirements.pins(
+    found = pinned_list.pins(
         listed(
             "numpy==2.2.6 ; python_full_version < '3.11'",
             "numpy==2.5.5 ; python_full_version >= '3.12'",
@@ -57,7 +57,7 @@ def test_markers_are_those_of_the_host():
 
 
 def test_continued_lines_with_hashes():
-    (pin,) = requirements.pins(listed("a==1 \\", "  --hash=sha256:12 \\", "  --hash=sha256:34"), {})
+    (pin,) = pinned_list.pins(listed("a==1 \\", "  --hash=sha256:12 \\", "  --hash=sha256:34"), {})
 
     assert (pin.version, pin.hashes) == ("1", ("sha256:12", "sha256:34"))
 
@@ -65,13 +65,13 @@ def test_continued_lines_with_hashes():
 @pytest.mark.parametrize("line", ["a", "a>=1", "a==1.*", "a==1,==2"])
 def test_a_version_that_is_not_exact_is_an_error(line: str):
     with pytest.raises(UsageError, match="has no exact version") as caught:
-        requirements.pins(listed("# one", line), {})
+        pinned_list.pins(listed("# one", line), {})
     assert caught.value.where == "list.txt:2"
 
 
 def test_what_is_no_requirement_is_an_error():
     with pytest.raises(UsageError, match="is no requirement"):
-        requirements.pins(listed("a b c"), {})
+        pinned_list.pins(listed("a b c"), {})
 
 
 @pytest.mark.parametrize("line", ["-r more.txt", "-e .", "./here", "--constraint=c.txt"])
@@ -80,13 +80,13 @@ def test_a_list_that_leads_to_other_files_is_an_error(tmp_path: Path, line: str)
     path.write_text(f"a==1\n{line}\n")
 
     with pytest.raises(UsageError, match="leads to files that the hosts do not have") as caught:
-        requirements.read(str(path))
+        pinned_list.read(str(path))
     assert caught.value.where == f"{path}:2"
 
 
 def test_a_list_that_is_missing_is_an_error(tmp_path: Path):
     with pytest.raises(UsageError, match="No such file"):
-        requirements.read(str(tmp_path / "none.txt"))
+        pinned_list.read(str(tmp_path / "none.txt"))
 
 
 def test_comments_and_order_make_no_other_environment():
@@ -95,7 +95,7 @@ def test_comments_and_order_make_no_other_environment():
 
 
 def test_without_a_checkout_the_installed_versions_are_the_list():
-    lines = [*requirements._installed()]
+    lines = [*pinned_list._installed()]
 
     assert any(line.startswith("pyyaml==") for line in lines)
     assert any(line.startswith("ros-rclpy==") for line in lines)
@@ -124,7 +124,7 @@ def test_without_a_checkout_the_installed_versions_are_the_list():
 )
 def test_what_a_host_can_use(tmp_path: Path, monkeypatch, name: str, fits: bool):
     monkeypatch.setattr(wheels, "_download", lambda *_: "no network")
-    pins = requirements.pins(listed("A==1.0"), {})
+    pins = pinned_list.pins(listed("A==1.0"), {})
     folder = house(tmp_path, name)
 
     if fits:
@@ -145,7 +145,7 @@ def test_a_machine_without_a_network_is_told_at_once_for_all_hosts(tmp_path: Pat
 
     monkeypatch.setattr(wheels.subprocess, "run", run)
     monkeypatch.setattr(wheels, "_is_offline", False)
-    pins = requirements.pins(listed("a==1.0"), {})
+    pins = pinned_list.pins(listed("a==1.0"), {})
     said: list[str] = []
     for _ in range(2):
         with pytest.raises(LauncherError, match=r"pip reaches no index of packages from here"):
@@ -173,7 +173,7 @@ def test_a_warning_about_another_page_does_not_keep_pip_from_building_a_wheel(
     monkeypatch.setattr(wheels.subprocess, "run", run)
     monkeypatch.setattr(wheels, "_is_offline", False)
     house(tmp_path, "b-1.0-py3-none-any.whl")
-    pins = requirements.pins(listed("a-a==1.0", "b==1.0"), {})
+    pins = pinned_list.pins(listed("a-a==1.0", "b==1.0"), {})
 
     files = wheels.chosen(str(tmp_path), pins, TARGET)
 
@@ -206,7 +206,7 @@ def test_the_wheel_for_the_newest_platform_is_taken(tmp_path: Path):
     names = [f"a-1.0-cp312-cp312-manylinux_2_{n}_x86_64.whl" for n in (17, 28, 34)]
     folder = house(tmp_path, "a-1.0-py3-none-any.whl", *names)
 
-    assert wheels.chosen(folder, requirements.pins(listed("a==1.0"), {}), TARGET) == [names[1]]
+    assert wheels.chosen(folder, pinned_list.pins(listed("a==1.0"), {}), TARGET) == [names[1]]
 
 
 def test_a_wheel_with_another_hash_is_not_used(tmp_path: Path, monkeypatch):
@@ -214,7 +214,7 @@ def test_a_wheel_with_another_hash_is_not_used(tmp_path: Path, monkeypatch):
     folder = house(tmp_path, "a-1.0-py3-none-any.whl")
     digest = wheels.digest_of(f"{folder}/a-1.0-py3-none-any.whl")
     right, wrong = (
-        requirements.pins(listed(f"a==1.0 --hash=sha256:{text}"), {}) for text in (digest, "00")
+        pinned_list.pins(listed(f"a==1.0 --hash=sha256:{text}"), {}) for text in (digest, "00")
     )
 
     assert wheels.chosen(folder, right, TARGET)

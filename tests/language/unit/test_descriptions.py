@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from launcher.language.compat.table import MODULES
+from launcher.language.compat.compat_table import MODULES
 from launcher.language.conditions import (
     Condition,
     IfCondition,

@@ -295,7 +295,7 @@ def test_a_generator_and_an_empty_text_are_lists_of_actions(tmp_path: Path):
 
 
 def failing(monkeypatch, error_of):
-    from launcher.language.actions.events import LogInfo
+    from launcher.language.actions.event_actions import LogInfo
 
     monkeypatch.setattr(LogInfo, "execute", error_of)
 
@@ -357,7 +357,7 @@ def test_a_value_of_a_wrong_type_that_nothing_checks_leaves_a_doubt(entry, tmp_p
 
 
 def test_a_fault_of_the_launcher_in_an_xml_file_says_so(monkeypatch, tmp_path: Path):
-    from launcher.language.actions.events import LogInfo
+    from launcher.language.actions.event_actions import LogInfo
 
     monkeypatch.setattr(LogInfo, "__init__", lambda self, **_: own_code()["index"](self, None))
     file = tmp_path / "x.launch.xml"

@@ -11,8 +11,8 @@ from types import ModuleType
 
 import pytest
 
-from launcher.language import session
-from launcher.language.actions.events import LogInfo
+from launcher.language import logging_session
+from launcher.language.actions.event_actions import LogInfo
 from launcher.language.compat import vocabulary
 
 
@@ -82,8 +82,8 @@ def test_nesting_keeps_the_outer_vocabulary_and_session():
     with vocabulary() as outer:
         first = importlib.import_module("launch")
         with vocabulary() as inner:
-            assert session.current() is inner
-        assert session.current() is outer
+            assert logging_session.current() is inner
+        assert logging_session.current() is outer
         assert importlib.import_module("launch") is first
 
 

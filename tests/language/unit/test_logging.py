@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from launcher.base.model.events import LogMessage
-from launcher.language.actions.events import LogInfo, OpaqueFunction
+from launcher.language.actions.event_actions import LogInfo, OpaqueFunction
 from launcher.language.compat import vocabulary
-from launcher.language.session import LoggingSession
+from launcher.language.logging_session import LoggingSession
 from launcher.run.logs.run_log import RunLog
 from tests.language.unit.interpreter.interpreting import interpreting
 

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from launcher.language.compat import TOOL_NAMES, TOP_NAMES, vocabulary
-from launcher.language.compat.table import MODULES, SUBMODULES
+from launcher.language.compat.compat_table import MODULES, SUBMODULES
 from launcher.language.naming import read_only
 
 PUBLIC_MODULES = {

@@ -339,10 +339,14 @@ def test_a_description_is_formatted_without_addresses():
 
 def test_handlers_that_emit_for_ever_let_others_have_their_turn():
     from launcher.base.model import events as model
-    from launcher.language.actions.events import EmitEvent, OpaqueFunction, RegisterEventHandler
+    from launcher.language.actions.event_actions import (
+        EmitEvent,
+        OpaqueFunction,
+        RegisterEventHandler,
+    )
     from launcher.language.actions.timer import TimerAction
     from launcher.language.events.base import Event, EventHandler
-    from launcher.language.interpreter.core import MAX_EVENTS
+    from launcher.language.interpreter.interpreter import MAX_EVENTS
     from tests.language.unit.interpreter.interpreting import interpreting
 
     class Again(Event):

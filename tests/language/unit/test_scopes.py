@@ -17,10 +17,10 @@ from launcher.language.actions.configuration import (
     UnsetEnvironmentVariable,
     UnsetLaunchConfiguration,
 )
-from launcher.language.actions.events import OpaqueFunction
+from launcher.language.actions.event_actions import OpaqueFunction
 from launcher.language.actions.group import GroupAction
 from launcher.language.context import LaunchContext
-from launcher.language.ros.names import make_namespace_absolute, prefix_namespace
+from launcher.language.ros.node_and_topic_names import make_namespace_absolute, prefix_namespace
 from launcher.language.ros.scope import PushROSNamespace
 from tests.language.unit.interpreter.interpreting import interpreting
 from tests.support.examples import examples

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from launcher.language import type_utils
 from launcher.language.actions.configuration import SetLaunchConfiguration
-from launcher.language.actions.events import LogInfo
+from launcher.language.actions.event_actions import LogInfo
 from launcher.language.conditions import (
     InvalidConditionExpressionError,
     evaluate_condition_expression,
@@ -32,6 +32,7 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.substitutions.anon_name import ForEachVar, ForLoopIndex
 from launcher.language.substitutions.configuration import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -56,7 +57,6 @@ from launcher.language.substitutions.logic import (
     NotSubstitution,
     OrSubstitution,
 )
-from launcher.language.substitutions.names import ForEachVar, ForLoopIndex
 from launcher.language.substitutions.python import PythonExpression
 from launcher.language.substitutions.text import StringJoinSubstitution, StringStripSubstitution
 from tests.language.unit.interpreter.interpreting import logged

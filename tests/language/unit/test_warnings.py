@@ -10,7 +10,7 @@ import pytest
 from launcher.base.model import events as model
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetEnvironmentVariable, SetLaunchConfiguration
-from launcher.language.actions.events import RegisterEventHandler
+from launcher.language.actions.event_actions import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import RosTimer, TimerAction

@@ -7,7 +7,7 @@ import json
 import subprocess
 import sys
 
-from launcher.web.plan_tree import read_tree
+from launcher.web.page_plan_tree import read_tree
 from tests.support.benches import TIMEOUT_S, Workspace
 
 

@@ -165,7 +165,7 @@ def test_an_idle_run_imports_nothing_large(tmp_path: Path):
         check=True,
     )
     modules = set(done.stderr.splitlines()[-1].split())
-    assert {"launcher.control.service", "launcher.run.monitor.resources"} <= modules
+    assert {"launcher.control.control_service", "launcher.run.monitor.resources"} <= modules
     assert "launcher.launch.run_plan" in modules
     assert modules & LARGE == set(), done.stderr
 
@@ -175,7 +175,7 @@ def test_the_watchdog_imports_little():
         import sys
         before = set(sys.modules)
         sys.path.append({str(REPOSITORY)!r})
-        import launcher.posix.cleanup.watch, launcher.posix.cleanup.watchdog
+        import launcher.posix.cleanup.run_watch, launcher.posix.cleanup.watchdog
         print(*(set(sys.modules) - before))
     """
     command = [sys.executable, "-I", "-S", "-c", code]

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from launcher.base.errors import UsageError
 from launcher.base.model.run_events import Entry
-from launcher.launch.analyze.report import document, lines
 from launcher.launch.analyze.timeline import critical_chain, read, timeline
+from launcher.launch.analyze.timeline_report import document, lines
 from tests.support import run_events
 from tests.support.run_events import T0
 

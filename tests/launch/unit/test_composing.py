@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from launcher.base.errors import UsageError
-from launcher.base.model.options import RunOptions
 from launcher.base.model.record import replace
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import (
     Limits,
     OutputPolicy,
@@ -23,7 +23,7 @@ from launcher.base.model.spec import (
 )
 from launcher.base.model.supervision import StartRule
 from launcher.launch.composing import composition
-from launcher.launch.options import run_options
+from launcher.launch.launch_options import run_options
 from launcher.launch.verbs import launch, plan
 
 

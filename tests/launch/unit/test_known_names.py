@@ -12,7 +12,7 @@ import pytest
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.interpreter import Interpreter
-from launcher.launch import checks
+from launcher.launch import launch_checks
 
 HEAD = """\
 import argparse, functools, sys
@@ -85,7 +85,7 @@ def judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Judged:
             description = frontends.load("a.launch.py")
             interpreter = Interpreter(description, path="a.launch.py", arguments=arguments)
             interpreter.start()
-            errors, warnings = checks.unknown_arguments(interpreter, description)
+            errors, warnings = launch_checks.unknown_arguments(interpreter, description)
             interpreter.close()
         found = [re.findall(r"argument '(\w+)'", str(one)) for one in (*errors, *warnings)]
         return [one for (one,) in found[: len(errors)]], [one for (one,) in found[len(errors) :]]

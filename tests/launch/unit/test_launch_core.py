@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from launcher.base.model.events import ProcessExited, ProcessOutput, ProcessStarted
-from launcher.language.actions.events import LogInfo, RegisterEventHandler
+from launcher.language.actions.event_actions import LogInfo, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess, OnProcessStart
 from launcher.language.compat import vocabulary
 from launcher.language.description import LaunchDescription
 from launcher.language.interpreter import Interpreter
-from launcher.launch.core import LaunchCore
+from launcher.launch.launch_core import LaunchCore
 from launcher.launch.target import LaunchRequest
 from tests.language.unit.interpreter.interpreting import texts
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher.base.errors import UsageError
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import ProcessSpec, RosIdentity
 from launcher.launch.process_options import parse_log_levels
 from launcher.run.option_warnings import unmatched, without_node

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from launcher.base.model.spec import ProcessSpec
-from launcher.launch.plan.command_line import ParameterFileWriter, command_line
 from launcher.launch.plan.entities import short_path
 from launcher.launch.plan.plan_tree import plan_tree
 from launcher.launch.plan.planner import make_plan
+from launcher.launch.plan.shell_command import ParameterFileWriter, command_line
 from launcher.launch.plan.tree import Branch, draw
 from launcher.launch.verbs.args import describe_arguments
 

@@ -10,15 +10,15 @@ import pytest
 import yaml
 
 from launcher.base.errors import LauncherError
-from launcher.base.model.options import RunOptions, matches
+from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.spec import ProcessSpec, RestartMode, RosIdentity
 from launcher.base.model.supervision import After, Fact, StartRule, rule_for
-from launcher.launch.options import supervision_file, with_settings_beside
+from launcher.launch.launch_options import supervision_file, with_settings_beside
 from launcher.launch.plan.planner import make_plan
 from launcher.launch.supervise.circles import circle_among
-from launcher.launch.supervise.fields import json_schema
-from launcher.launch.supervise.file import parse, read
 from launcher.launch.supervise.ready_fields import KINDS
+from launcher.launch.supervise.supervise_fields import json_schema
+from launcher.launch.supervise.supervise_reader import parse, read
 from launcher.run.monitor.budget_parser import parse_words
 from tests.support.repository import REPOSITORY
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from launcher.base.errors import LauncherError, LaunchFileError
-from launcher.launch.supervise.file import parse, read
+from launcher.launch.supervise.supervise_reader import parse, read
 from tests.launch.unit.test_supervise_file import rendered, rules
 
 

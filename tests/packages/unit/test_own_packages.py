@@ -16,7 +16,7 @@ from launcher.base.package_origins import needs_ros
 from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
-from launcher.packages import finder, overlay, sources
+from launcher.packages import finder, overlay, source_packages
 from tests.support.own_package import write_package
 
 MANIFEST = "<package><name>{}</name></package>"
@@ -210,7 +210,7 @@ def test_a_prefix_that_was_cleaned_up_is_completed(work: Path):
 
 def test_a_folder_of_somebody_else_is_not_used(work: Path, tmp_path: Path):
     write_package(work, "bot")
-    taken = tmp_path / "tmp" / f"{sources.OVERLAY_FOLDER}{os.getuid()}"
+    taken = tmp_path / "tmp" / f"{source_packages.OVERLAY_FOLDER}{os.getuid()}"
     taken.mkdir()
     taken.chmod(0o777)
 
@@ -263,16 +263,18 @@ def test_packages_below_beside_and_in_a_workspace_are_found(work: Path, monkeypa
 
     for start in ("ws", "ws/src/one", "ws/src/group/two", "ws/build"):
         monkeypatch.chdir(work / start)
-        names = {name for name, folder in sources.around() if folder.startswith(f"{work}/ws/src")}
+        names = {
+            name for name, folder in source_packages.around() if folder.startswith(f"{work}/ws/src")
+        }
         assert names == {"one", "two"}, start
 
 
 def test_the_search_ends_in_a_large_folder(work: Path, monkeypatch):
-    monkeypatch.setattr(sources, "_MAX_FOLDERS", 3)
+    monkeypatch.setattr(source_packages, "_MAX_FOLDERS", 3)
     for index in range(9):
         made(work / f"pkg{index}")
 
-    found = [name for name, folder in sources.around() if folder.startswith(str(work))]
+    found = [name for name, folder in source_packages.around() if folder.startswith(str(work))]
 
     assert found == ["pkg0", "pkg1", "pkg2"]
 
@@ -280,7 +282,7 @@ def test_the_search_ends_in_a_large_folder(work: Path, monkeypatch):
 def test_packages_of_merged_and_isolated_workspaces_are_found(tmp_path: Path):
     merged, isolated = tmp_path / "merged", tmp_path / "isolated"
     for prefix, name in ((merged, "one"), (isolated / "two", "two")):
-        marker = prefix / sources.MARKERS / name
+        marker = prefix / source_packages.MARKERS / name
         marker.parent.mkdir(parents=True)
         marker.touch()
     env = {"COLCON_PREFIX_PATH": f"{merged}:{isolated}"}
@@ -344,7 +346,7 @@ def test_ament_index_python_finds_them_while_a_launch_file_is_read(work: Path):
             with pytest.raises(module.PackageNotFoundError) as caught:
                 function("group_gp2")
             assert caught.value.message == "package 'group_gp2' not found"
-            assert sources.OVERLAY_FOLDER not in str(caught.value)
+            assert source_packages.OVERLAY_FOLDER not in str(caught.value)
             assert caught.value.hint == "did you mean 'group_gp1'?"
 
     assert module.get_package_share_directory is original

@@ -14,7 +14,7 @@ from launcher.base.errors import (
     UsageError,
 )
 from launcher.language.frontends.locate import locate
-from launcher.packages import finder, overlay, sources
+from launcher.packages import finder, overlay, source_packages
 from tests.support.own_package import write_package
 
 
@@ -132,7 +132,7 @@ def test_a_launch_file_that_was_not_installed_is_explained(
 ):
     prefix, site = tmp_path / "prefix", tmp_path / "site"
     for file in (
-        prefix / sources.MARKERS / "bot",
+        prefix / source_packages.MARKERS / "bot",
         site / "bot-1.dist-info/METADATA",
         *(prefix / "share/bot/launch" / name for name in installed),
     ):

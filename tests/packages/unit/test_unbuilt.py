@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.ros_errors import VerbError
 from launcher.packages import finder, unbuilt
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from launcher.ros.messages import interfaces
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import (
@@ -22,7 +22,7 @@ from launcher.ros.messages.interfaces import (
     warn_if_unknown,
 )
 from launcher.workspace.building import records, sources
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from tests.support.own_package import write_package
 from tests.workspace.unit.building.source_tree import interface_package, write
 
@@ -65,7 +65,7 @@ def test_interfaces_that_are_not_built_are_told_once_before_the_start(ws, capsys
 
 def test_nothing_is_searched_for_a_package_that_is_in_no_workspace(ws: Path, monkeypatch):
     (ws / "src").rename(ws / "sources")
-    monkeypatch.setattr("launcher.packages.sources._below", pytest.fail)
+    monkeypatch.setattr("launcher.packages.source_packages._below", pytest.fail)
     unbuilt.warn_of_dependencies("bot", str(ws / "sources/bot"), os.environ)
 
 

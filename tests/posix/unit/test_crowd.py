@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from launcher.hosts.discovery import PROFILES, RANGE, SERVERS, Wiring
-from launcher.hosts.file.model import DiscoveryMode
+from launcher.hosts.file.hosts_model import DiscoveryMode
 from launcher.posix.crowd import DOMAIN_MAX, LOCALHOST_MAX, limit, too_many
 
 LOCALHOST = {RANGE: "LOCALHOST", "ROS_DOMAIN_ID": "7"}

@@ -21,9 +21,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 
 from launcher.ros.discovery import graph_socket
+from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.discovery.reader import read_graph
-from launcher.ros.services import ServiceCaller
+from launcher.ros.service_caller import ServiceCaller
 from launcher.run.monitor.shared_memory import FOLDER, held
 from tests.support.benches import HEAD
 from tests.support.children import children_with, is_alive

@@ -10,9 +10,9 @@ import pytest
 from std_msgs.msg import String
 
 from launcher.posix.ports import participants_by_domain
+from launcher.ros.discovery.discovery_reader import _VENDOR as VENDOR
+from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.discovery.reader import _VENDOR as VENDOR
-from launcher.ros.discovery.reader import read_graph
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import eventually, launcher
 from tests.support.waiting import wait_until
@@ -44,7 +44,9 @@ def test_both_ways_see_the_same_in_every_detail(tmp_path, remote):
 
 
 def test_a_reader_is_forgotten_at_once(env, observer, monkeypatch):
-    monkeypatch.setattr("launcher.ros.discovery.reader._LEASE_S", 3600)  # so it says that it leaves
+    monkeypatch.setattr(
+        "launcher.ros.discovery.discovery_reader._LEASE_S", 3600
+    )  # so it says that it leaves
 
     def gids() -> list[bytes]:
         infos = observer.node.get_subscriptions_info_by_topic("ros_discovery_info", no_mangle=True)

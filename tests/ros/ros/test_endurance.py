@@ -13,10 +13,10 @@ from std_srvs.srv import Empty
 from launcher.bag.ros import recorder as recorder_module
 from launcher.bag.ros.recorder import Recorder, RecorderOptions
 from launcher.bag.ros.sinks import Ring
-from launcher.bag.selection import Selection
+from launcher.bag.topic_selection import Selection
 from launcher.ros.discovery.follower import DiscoveryFollower
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.probe.snapshot import GraphWatcher
+from launcher.ros.probe.probe_snapshot import GraphWatcher
 from tests.support.domain import Domain, private_domain
 from tests.support.waiting import wait_until
 

@@ -10,7 +10,7 @@ import pytest
 
 from launcher.posix.ports import participants_by_domain
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.snapshot.graph import Direction
+from launcher.ros.snapshot.ros_graph import Direction
 from tests.support.foxglove_client import connected
 from tests.support.foxglove_server import serving
 from tests.support.ros_domain import ros_domain

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.discovery.prefetch import Prefetch
-from launcher.ros.discovery.reader import read_graph
 from tests.ros.ros.test_discovery_reader import threads_stand_still
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import launcher

@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from launcher.ros.discovery.reader import read_graph
+from launcher.ros.discovery.discovery_reader import read_graph
 from launcher.run.monitor.shared_memory import FOLDER, held
 from tests.support.drawing import CAN_DRAW, HOW_TO_DRAW, is_drawn
 from tests.support.probe_process import ProbeProcess, names

@@ -10,7 +10,7 @@ from typing import Any
 import psutil
 import pytest
 
-from launcher.ros.discovery.changes import GraphChanges
+from launcher.ros.discovery.graph_changes import GraphChanges
 from launcher.ros.discovery.observer import Observer
 from tests.support.probe_process import ProbeProcess, names
 from tests.support.ros_domain import ros_domain, talking

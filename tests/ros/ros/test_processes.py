@@ -14,8 +14,8 @@ from std_srvs.srv import Trigger
 
 from launcher.ros.discovery.gids import all_live, find_pid, innermost_pid, scheme_holds
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.nodes import rows
-from launcher.ros.services import NoAnswerError, ServiceCaller
+from launcher.ros.node_tables import rows
+from launcher.ros.service_caller import NoAnswerError, ServiceCaller
 from tests.ros.ros.test_discovery_reader import threads_stand_still
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import launcher

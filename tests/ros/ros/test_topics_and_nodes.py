@@ -15,8 +15,8 @@ from rclpy.qos import (
     qos_check_compatible,
 )
 
-from launcher.ros.snapshot.graph import Endpoint
 from launcher.ros.snapshot.qos_matching import faults
+from launcher.ros.snapshot.ros_graph import Endpoint
 from tests.support.verbs import launcher
 
 TOPICS = ["/chatter", "/latched", "/numbers", "/parameter_events", "/points", "/rosout", "/weak"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.composed.arguments import log_levels, node_arguments
+from launcher.ros.composed.member_arguments import log_levels, node_arguments
 
 
 def test_words_of_ros_are_those_of_the_node_without_levels():

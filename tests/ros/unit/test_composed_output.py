@@ -12,9 +12,9 @@ from typing import Any, TextIO
 
 import pytest
 
-from launcher.ros.composed import current, output
-from launcher.ros.composed.output import MemberStream
-from launcher.run.compose.output import GroupOutput
+from launcher.ros.composed import current, member_output
+from launcher.ros.composed.member_output import MemberStream
+from launcher.run.compose.group_output import GroupOutput
 
 LINES = 500
 PIECES = 10000
@@ -38,7 +38,7 @@ class Pipe:
         names = [(f"m-{index}", b"") for index in range(members)]
         self.group = GroupOutput(("group", b""), names, lambda index, code: None)
         self.buffer = self.group.buffer()
-        self.group.hear(b"token " + output._TOKEN)
+        self.group.hear(b"token " + member_output._TOKEN)
         self.lines: dict[str, bytes] = {}
 
     def write(self, index: int, *texts: str) -> None:
@@ -91,7 +91,7 @@ def test_lines_of_many_threads_are_whole_whatever_is_written_between(pipe: Pipe,
     def write_pieces() -> None:
         for number in range(PIECES):
             for piece in (b"<%d " % number, b"in pieces", b">\n"):
-                output.write_all(pipe.writer, piece)
+                member_output.write_all(pipe.writer, piece)
 
     pipe.run(write_pieces, *(partial(pipe.write, index, *own[index]) for index in own))
     for index, lines in own.items():

@@ -18,7 +18,7 @@ from launcher.ros.discovery import rtps
 from launcher.ros.discovery.endpoints import contact_in, endpoint_in, locator, nodes_in
 from launcher.ros.discovery.gids import widen_sockets
 from launcher.ros.discovery.participant import Participant, SampleStream, snapshot_of
-from launcher.ros.snapshot.graph import (
+from launcher.ros.snapshot.ros_graph import (
     Direction,
     EndpointInfo,
     GraphSnapshot,

@@ -5,7 +5,7 @@ import pytest
 from launcher.base.errors import UsageError
 from launcher.base.model.events import StartProcess
 from launcher.base.model.spec import ProcessSpec, RosIdentity
-from launcher.launch.checks import refuse_domain
+from launcher.launch.launch_checks import refuse_domain
 from launcher.posix.domains import is_domain
 
 GOOD = ["", "0", "00", "-0", "232", " 7", "+7", "0x10", "010", "5abc"]

@@ -15,11 +15,11 @@ from launcher.ros.discovery.gids import ghosts, pid_low16, scheme_holds
 from launcher.ros.discovery.reannounce import disposal, silent_ports
 from launcher.ros.draw.dot import to_dot, to_html
 from launcher.ros.draw.filter import Filter, Mode
+from launcher.ros.draw.graph_text import to_tree
 from launcher.ros.draw.mermaid import to_mermaid
-from launcher.ros.draw.tree import to_tree
-from launcher.ros.nodes import vitals
+from launcher.ros.node_tables import vitals
 from launcher.ros.snapshot.diff import difference, load, to_document
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 
 
 def end(node: str, direction: str, topic: str = "/t", reliability: str = "RELIABLE") -> Endpoint:

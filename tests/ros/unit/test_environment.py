@@ -8,7 +8,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.cli import dispatch as cli
-from launcher.ros.discovery.environment import check_environment
+from launcher.ros.discovery.environment_check import check_environment
 
 INDEX = "share/ament_index/resource_index/rmw_typesupport"
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from launcher.ros.snapshot.graph import Direction, Endpoint
+from launcher.ros.snapshot.ros_graph import Direction, Endpoint
 from launcher.ros.topics import fitted as module
 from launcher.ros.topics.fitted import Fitted, Numbers
 from launcher.ros.topics.raw import RawMessage

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.topics.history import TopicHistory
+from launcher.ros.topics.topic_history import TopicHistory
 
 S = 1_000_000_000
 START = 1_000 * S

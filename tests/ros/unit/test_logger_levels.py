@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from launcher.ros import nodes
+from launcher.ros import node_tables
 from launcher.ros.helpers import logger_levels, parameter_check
 from launcher.ros.helpers.parameter_check import NodeToCheck, ParameterComparison
-from launcher.ros.nodes import Owner
+from launcher.ros.node_tables import Owner
 
 OURS = os.getpid()
 FIRST, SECOND = Owner(node="/first", pid=OURS), Owner(node="/second", pid=OURS)
@@ -24,7 +24,7 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[list[Owner]]:
     """What is found at each look, the last of them again and again."""
     found: list[list[Owner]] = []
     monkeypatch.setattr(
-        nodes, "owners", lambda *_, **__: found.pop(0) if len(found) > 1 else found[0]
+        node_tables, "owners", lambda *_, **__: found.pop(0) if len(found) > 1 else found[0]
     )
     monkeypatch.setattr(logger_levels, "PERIOD_S", 0.0)
     return found

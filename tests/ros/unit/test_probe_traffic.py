@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.probe.traffic import NANOS, Traffic
+from launcher.ros.probe.topic_traffic import NANOS, Traffic
 
 
 def received(*times_s: float, size_bytes: int = 100) -> Traffic:

@@ -4,13 +4,13 @@ import pytest
 
 from launcher.posix.ports import participants_of
 from launcher.ros.draw.dot import to_dot
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
 from launcher.ros.snapshot.qos_matching import (
     explain,
     mismatched_policy,
     mismatches,
     silent_subscriptions,
 )
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.ros.topics.qos import publisher_options
 
 

@@ -24,7 +24,7 @@ from rosidl_adapter.parser import parse_message_string
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import all_interfaces, definition_path, load_message
-from launcher.ros.messages.schema import rihs_hash, schema_text
+from launcher.ros.messages.message_schema import rihs_hash, schema_text
 from tests.support.any_message import messages
 from tests.support.examples import examples
 from tests.support.interfaces import PACKAGE, SOURCES

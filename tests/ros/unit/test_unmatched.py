@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.ros.snapshot.graph import UNKNOWN_NAMESPACE, UNKNOWN_NODE, Direction, Endpoint
 from launcher.ros.snapshot.qos_matching import Mismatch
+from launcher.ros.snapshot.ros_graph import UNKNOWN_NAMESPACE, UNKNOWN_NODE, Direction, Endpoint
 from launcher.ros.topics import unmatched
 from launcher.ros.topics.unmatched import Unmatched
 

@@ -12,9 +12,9 @@ import pytest
 from launcher.posix import proc
 from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.posix.cleanup.run_id import run_id_of
-from launcher.ros.nodes import vitals
+from launcher.ros.node_tables import vitals
 from launcher.run.stacks.dump import of_kernel
-from launcher.smoke.observe.leftovers import processes_of
+from launcher.smoke.observe.left_behind import processes_of
 from tests.support.benches import Bench
 from tests.support.ended_main_thread import PROGRAM, started
 from tests.support.waiting import wait_until

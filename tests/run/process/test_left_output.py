@@ -15,8 +15,8 @@ from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import BOTH, Child
-from launcher.run.compose.output import GroupOutput
-from launcher.run.output.reader import OutputReader
+from launcher.run.compose.group_output import GroupOutput
+from launcher.run.output.output_reader import OutputReader
 from launcher.run.process import Process
 from tests.support.benches import Bench, ControlBench
 from tests.support.link_recorder import Recorder, python

@@ -16,7 +16,7 @@ from typing import Any, cast
 import pytest
 
 from launcher.base.errors import ExitCode
-from launcher.base.model.options import RunOptions
+from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import ProcessSpec, StopPolicy
 from launcher.output.stdout import StdoutWriter
 from launcher.posix import proc

@@ -189,7 +189,7 @@ def test_a_process_that_forks_in_a_loop_does_not_outlive_a_killed_launcher(
 ORPHAN = """
 import os, sys
 from launcher.posix.socket_directory import ControlError
-from launcher.control.runs import wait_for_run
+from launcher.control.active_runs import wait_for_run
 parent = os.getpid()
 if os.fork():
     os._exit(0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.control import format
+from launcher.control import answer_lines
 from tests.launch.process.test_startup import LAUNCH_FILE, TELL_AT_THE_END, python
 from tests.support.benches import Bench, ControlBench, Workspace
 from tests.support.controlled_run import ControlledRun
@@ -186,4 +186,4 @@ def test_looking_for_the_file_is_one_system_call(tmp_path: Path):
 
 def test_rows_of_a_run_without_a_file_do_not_mention_it(run: ControlledRun):
     assert "ready" not in run.row("cat")
-    assert format.readiness(run.row("cat")) == ""
+    assert answer_lines.readiness(run.row("cat")) == ""

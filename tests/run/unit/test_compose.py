@@ -11,8 +11,8 @@ from launcher.base.model import events
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec
 from launcher.output.lines import CUT_MARK, LINE_LIMIT
-from launcher.run.compose.core import ComposedCore, Composition
-from launcher.run.compose.output import GroupOutput
+from launcher.run.compose.composed_core import ComposedCore, Composition
+from launcher.run.compose.group_output import GroupOutput
 
 GROUP = 1 << 29
 

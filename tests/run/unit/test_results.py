@@ -11,7 +11,7 @@ from launcher.base.model.events import Outcome
 from launcher.run.machine import ProcessState
 from launcher.run.output.screen_filters import FilterChange, Shown
 from launcher.run.requests.request_result import Kind, Result
-from launcher.run.requests.results import sentence, shown_sentences
+from launcher.run.requests.result_sentences import sentence, shown_sentences
 
 INT, KILL = signal.SIGINT, signal.SIGKILL
 

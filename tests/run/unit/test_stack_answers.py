@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.run.stacks.answers import parse
+from launcher.run.stacks.warm_stacks import parse
 
 ANSWER = """pid 7
 thread 8 left

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from launcher.base.model.spec import ProcessSpec, RosIdentity
 from launcher.base.model.supervision import After, Fact, StartRule, circle
-from launcher.run.ready.order import (
+from launcher.run.ready.start_order import (
     Action,
     Circle,
     Expire,

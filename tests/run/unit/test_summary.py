@@ -10,7 +10,7 @@ from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.remote_host import RemoteHost
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.posix.spawn import Child
 from launcher.run.logs import messages, summary
 from launcher.run.machine import Exited, MachineCommand, ProcessMachine, ReportExit

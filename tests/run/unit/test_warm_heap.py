@@ -10,7 +10,7 @@ import pytest
 # Prints how many of 1000 blocks are allocated in gaps, as a forked process would.
 PROGRAM = """
 import ctypes, gc
-from launcher.run.warm.service import fill_gaps
+from launcher.run.warm.preparing_service import fill_gaps
 
 gc.disable()
 libc = ctypes.CDLL(None)

@@ -10,13 +10,13 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from launcher.smoke.expect.conditions import Conditions, Expression
 from launcher.smoke.expect.evaluator import (
     EvaluatedCondition,
     Evaluator,
     NotYetError,
     TooExpensiveError,
 )
+from launcher.smoke.expect.message_conditions import Conditions, Expression
 from tests.smoke.process.bench import PATIENT, Bench
 from tests.support.children import children_with
 from tests.support.waiting import wait_until
@@ -87,7 +87,7 @@ def test_one_who_cannot_wait_asks_again(evaluator: Evaluator):
 # What the parent does while the process is in the middle of arithmetic.
 _PARENT = f"""
 import threading
-from launcher.smoke.expect.conditions import Expression
+from launcher.smoke.expect.message_conditions import Expression
 from launcher.smoke.expect.evaluator import EVALUATOR
 EVALUATOR.judged([Expression.parse("m")], [1])
 print("ready", flush=True)

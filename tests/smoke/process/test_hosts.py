@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.model.run_events import Ended
 from launcher.smoke import System
-from launcher.smoke.run import network
+from launcher.smoke.run import system_network
 from launcher.smoke.run.launcher_process import LauncherProcess
 from tests.smoke.process.test_system import PATIENT, launch_file
 from tests.support.loopback.run import SWITCHES
@@ -69,6 +69,8 @@ def test_a_lost_host_is_no_end_of_its_processes(tmp_path: Path, hosts: Path):
 def test_the_probe_discovers_as_the_nodes_do(hosts: Path, words: list[str], expected: object):
     words = [word.replace("HOSTS", str(hosts)) for word in words]
     is_local = "--hosts" not in " ".join(words)
-    assert network.of_system(words)[network.RANGE] == ("LOCALHOST" if is_local else "SUBNET")
-    found = network.of_probe(words, os.environ)
+    assert system_network.of_system(words)[system_network.RANGE] == (
+        "LOCALHOST" if is_local else "SUBNET"
+    )
+    found = system_network.of_probe(words, os.environ)
     assert {found["ROS_STATIC_PEERS"]} == expected if expected else found == {}

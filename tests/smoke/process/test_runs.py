@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.smoke.observe.leftovers import processes_of
+from launcher.smoke.observe.left_behind import processes_of
 from tests.smoke.process.bench import BRIEF, DEAF, DONE, IMPATIENT, PATIENT, SHORT, Bench
 from tests.support.children import is_alive
 from tests.support.hostile_parent import with_signals

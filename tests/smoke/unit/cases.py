@@ -8,7 +8,7 @@ from typing import Any
 from launcher.base.command_line import Command
 from launcher.smoke.expect.expectation import Decision, Expectation
 from launcher.smoke.observe.facts import QueryAnswer
-from launcher.smoke.options import EXPECTATIONS
+from launcher.smoke.smoke_options import EXPECTATIONS
 from tests.smoke.unit.facts import EMPTY, lines, verdict
 
 STEPS = {"steps": {"kill": 5.0}}

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from launcher.ros.snapshot.graph import Endpoint, TopicGraph
+from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import Expectation, Verdict
 from launcher.smoke.judges import judge
 from launcher.smoke.observe.facts import (

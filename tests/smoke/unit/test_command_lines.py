@@ -20,7 +20,7 @@ F = "a.launch.py"
 def smoked(monkeypatch) -> Any:
     """What `smoke WORDS` would run: (script, options, words for the launcher)."""
     seen: list[Any] = []
-    from launcher.smoke.run.session import Session
+    from launcher.smoke.run.smoke_session import Session
 
     def note(session: Any) -> int:
         seen.append(session)

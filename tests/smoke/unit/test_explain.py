@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from launcher.smoke.judges import explain
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import Facts, GraphSeen, ObservedMessage, QueryAnswer
-from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.run.waits import NotSeenError, Waits
 from tests.smoke.unit.facts import graph, lines, publisher, running, started, verdict
 

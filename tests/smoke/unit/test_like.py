@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.comparing.traits import Traits, traits_of
+from launcher.bag.comparing.topic_statistics import Traits, traits_of
 from launcher.base.errors import LauncherError
 from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.likeness import traits_of_bag
 from launcher.smoke.judges import judge
-from launcher.smoke.preflight import checks
+from launcher.smoke.preflight import script_checks
 from launcher.smoke.preflight.loader import parse
 from tests.smoke.unit.facts import running, seen
 from tests.support.bags import START_NS, counting, message, string_topic, write_bag
@@ -131,7 +131,7 @@ def test_it_is_open_while_the_system_runs(folder: Path):
 def test_mistakes_are_told_with_their_lines(folder: Path, entry: str, text: str, hint):
     (folder / "x.expect.yaml").write_text(f"expect:\n- like: {entry}\n")
     script = parse((folder / "x.expect.yaml").read_text(), str(folder / "x.expect.yaml"))
-    (error,) = checks.of_script(script).errors
+    (error,) = script_checks.of_script(script).errors
     assert text in error.render()
     assert hint is None or hint in (error.hint or "")
 

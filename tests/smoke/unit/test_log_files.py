@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from launcher.smoke.observe import log_files
-from launcher.smoke.observe.recorder import FactRecorder
+from launcher.smoke.observe.fact_recorder import FactRecorder
 
 
 def test_a_line_is_what_a_terminal_shows_of_it(tmp_path: Path):

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
+from launcher.smoke.observe.fact_recorder import FactRecorder
 from launcher.smoke.observe.facts import LogLine
-from launcher.smoke.observe.recorder import FactRecorder
 from launcher.smoke.preflight import loader
 from launcher.smoke.reports import text_report
 from launcher.smoke.reports.result import Judged, SmokeResult

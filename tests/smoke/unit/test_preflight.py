@@ -13,15 +13,15 @@ from launcher.base.errors import UsageError
 from launcher.language import frontends
 from launcher.language.compat import vocabulary
 from launcher.language.interpreter import Interpreter
-from launcher.launch.core import LaunchCore
-from launcher.launch.forecast import document
-from launcher.launch.plan.certainty import is_certain
+from launcher.launch.launch_core import LaunchCore
+from launcher.launch.plan.plan_certainty import is_certain
+from launcher.launch.run_forecast import document
 from launcher.launch.target import LaunchRequest
 from launcher.launch.verbs import plan as planning
-from launcher.run.requests.selection import ProcessNames
-from launcher.smoke.expect.conditions import Conditions, Expression
+from launcher.run.requests.process_selection import ProcessNames
+from launcher.smoke.expect.message_conditions import Conditions, Expression
 from launcher.smoke.expect.script import Script
-from launcher.smoke.preflight import checks
+from launcher.smoke.preflight import script_checks
 from launcher.smoke.preflight.forecast import Forecast, ForecastTime, compare
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.preflight.message_fields import fault_of_expression, faults_of_fields
@@ -29,7 +29,7 @@ from tests.smoke.unit.cases import expectation_of
 
 
 def told(text: str) -> list[str]:
-    return [error.render() for error in checks.of_script(parse(text, "x.yaml")).errors]
+    return [error.render() for error in script_checks.of_script(parse(text, "x.yaml")).errors]
 
 
 BAD = {
@@ -133,14 +133,14 @@ def test_an_expectation_that_may_be_met_is_no_mistake(text: str):
 
 def test_a_misspelt_package_of_a_type_that_is_only_compared_is_a_warning():
     script = parse("expect: [{topic: /a, type: std_msg/msg/String}]", "x.yaml")
-    (warning,) = checks.of_script(script).warnings
+    (warning,) = script_checks.of_script(script).warnings
     assert "x.yaml:1: " in warning and "did you mean std_msgs/msg/String?" in warning
 
 
 def test_a_mistake_in_an_option_names_the_option():
     flag = expectation_of("--expect-message", "/a=m.dat == 1")
     kind = expectation_of("--expect-topic", "/a=std_msgs/String")
-    (error,) = checks.of_script(Script(expectations=(flag, kind))).errors
+    (error,) = script_checks.of_script(Script(expectations=(flag, kind))).errors
     assert isinstance(error, UsageError)
     assert error.message.startswith("--expect-message /a=m.dat == 1: std_msgs/msg/String has no")
 

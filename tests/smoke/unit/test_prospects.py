@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from launcher.run.requests.selection import ProcessNames
+from launcher.run.requests.process_selection import ProcessNames
 from launcher.smoke.preflight.forecast import Forecast, ForecastTime
 from launcher.smoke.preflight.loader import parse
-from launcher.smoke.run.prospects import lost
+from launcher.smoke.run.pending_starts import lost
 from tests.smoke.unit.facts import EMPTY, ended, graph, running, started
 
 ROBOT = ProcessNames("robot_1-1", "robot_1", ("/robot_1",), "/")

@@ -14,11 +14,11 @@ from launcher.smoke.observe.facts import Ending, Facts, LogLine, UsageSample
 from launcher.smoke.preflight.loader import parse
 from launcher.smoke.record import entries
 from launcher.smoke.record.document import Head, document_of
-from launcher.smoke.record.names import Names, without_random
-from launcher.smoke.record.runs import Runs
-from launcher.smoke.record.seen import ObservedRun
-from launcher.smoke.record.session import write
-from launcher.smoke.record.topics import Rate, number_text, rate_of
+from launcher.smoke.record.name_patterns import Names, without_random
+from launcher.smoke.record.observed_run import ObservedRun
+from launcher.smoke.record.recorded_runs import Runs
+from launcher.smoke.record.recording_session import write
+from launcher.smoke.record.topic_expectations import Rate, number_text, rate_of
 from tests.smoke.unit.facts import (
     EMPTY,
     END_S,

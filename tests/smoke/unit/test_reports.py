@@ -20,8 +20,8 @@ from launcher.smoke.reports import github, junit, text_report
 from launcher.smoke.reports.artifacts import KEPT, evidence, prune, refuse_unwritable, save
 from launcher.smoke.reports.failure import describe
 from launcher.smoke.reports.result import Judged, SmokeResult
-from launcher.smoke.run.progress import PipeSafeStdout, SmokeProgress
-from launcher.smoke.run.session import Options
+from launcher.smoke.run.smoke_progress import PipeSafeStdout, SmokeProgress
+from launcher.smoke.run.smoke_session import Options
 from tests.smoke.unit.facts import ended, lines, seen, signalled
 
 # ---- beforehand

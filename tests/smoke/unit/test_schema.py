@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from launcher.base.errors import LauncherError
+from launcher.smoke.expect.expectation_entries import json_schema
 from launcher.smoke.expect.expectation_kinds import KINDS
-from launcher.smoke.expect.grammar import json_schema
 from launcher.smoke.preflight import loader
 from tests.support.repository import REPOSITORY
 

@@ -15,16 +15,16 @@ from launcher.base.command_line import Command
 from launcher.base.document import quantities
 from launcher.base.document.fields import FieldType
 from launcher.base.errors import ExitCode, LauncherError, UsageError
-from launcher.smoke.expect.conditions import Conditions, Expression, fits
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.expect.expectation_kinds import KINDS
+from launcher.smoke.expect.message_conditions import Conditions, Expression, fits
 from launcher.smoke.observe.facts import Ending, Facts
-from launcher.smoke.options import EXPECTATIONS
 from launcher.smoke.preflight.loader import parse, parse_entry
 from launcher.smoke.reports import measures
 from launcher.smoke.reports.measures import Measure
 from launcher.smoke.reports.result import Judged, SmokeResult, worst
 from launcher.smoke.run.scenario import ChaosTimeline, StepSchedule
+from launcher.smoke.smoke_options import EXPECTATIONS
 from tests.smoke.unit.cases import expectation_of
 from tests.smoke.unit.facts import OVER, lines, running, seen, started
 from tests.support.repository import REPOSITORY

@@ -10,7 +10,7 @@ import os
 import sys
 
 from launcher.__main__ import main
-from launcher.hosts.engine import engines
+from launcher.hosts.engine import host_links
 from launcher.hosts.engine.link import LinkContext
 from tests.support.loopback.link import LoopbackLink
 
@@ -33,5 +33,5 @@ def obey(text: str) -> None:
 
 
 if __name__ == "__main__":
-    engines.make_link = make_link
+    host_links.make_link = make_link
     sys.exit(main())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from launcher.web.plan_tree import Tree, named
+from launcher.web.page_plan_tree import Tree, named
 
 
 def entry(name: str | None, *children: dict[str, Any], text: str = "x") -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import uvicorn
 
-from launcher.web.server import _Http, _Server
+from launcher.web.web_server import _Http, _Server
 
 DEADLINE_S = 60.0
 GET = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"

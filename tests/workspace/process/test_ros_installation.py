@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from launcher.hosts.sync.packages import collect
+from launcher.hosts.sync.synced_packages import collect
 from tests.support.ros_installation import Installation
 from tests.support.sync_hosts import PLAIN_PYTHON, Site, pinned
 from tests.support.verbs import Answer

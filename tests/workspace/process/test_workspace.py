@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from launcher.doctor.facts import WorkspaceFacts
-from launcher.doctor.workspace import inspect
+from launcher.doctor.doctor_facts import WorkspaceFacts
+from launcher.doctor.stale_workspace import inspect
 from launcher.packages.workspace import Workspace, ros_variables
 from tests.support.own_package import MANIFEST, write_package
 from tests.workspace.unit.building.source_tree import interface_package, write

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from launcher.hosts.engine.link import Attached, LinkListener
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.facts import HostFacts
+from launcher.hosts.engine.systemd.host_facts import HostFacts
 from launcher.hosts.engine.systemd.journal_events import JournalEvents
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.sessions import Sessions

@@ -13,8 +13,8 @@ from typing import Any
 from launcher.base import strict_json
 from launcher.hosts import unit
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.facts import HostFacts
-from launcher.hosts.file.model import Host
+from launcher.hosts.engine.systemd.host_facts import HostFacts
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.order_words import as_words, files_of
 from launcher.hosts.ssh import quoted, setup_script

@@ -14,8 +14,8 @@ from typing import Protocol
 from launcher.base.errors import LauncherError
 from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.channel import ChannelProcess
-from launcher.hosts.engine.systemd.facts import HostFacts, hello, read_facts
+from launcher.hosts.engine.systemd.channel_process import ChannelProcess
+from launcher.hosts.engine.systemd.host_facts import HostFacts, hello, read_facts
 from launcher.hosts.engine.systemd.journal import Entry
 from launcher.hosts.engine.systemd.shell import START, Answers, ScriptRequest, ScriptResult
 from launcher.hosts.engine.timers import Timers

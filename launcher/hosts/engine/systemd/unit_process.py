@@ -16,11 +16,11 @@ from collections.abc import Callable, Mapping
 
 from launcher.base.model.events import Outcome, signal_name
 from launcher.hosts.engine.replica import ReportingMachine
-from launcher.hosts.engine.systemd.doubt import Doubt
 from launcher.hosts.engine.systemd.exits import outcome_of_unit, why_not_started
 from launcher.hosts.engine.systemd.recent_output import RecentOutput
 from launcher.hosts.engine.systemd.scripts import Scripts, read_properties
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
+from launcher.hosts.engine.systemd.unit_check import Doubt
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.file import order as orders
 from launcher.posix.reactor import Reactor

@@ -141,8 +141,8 @@ def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
 
 def _iteration(entity: Entity, parser: Any, values: dict[str, Any]) -> list[Any]:
     """New actions for each iteration, since an action runs once; `values` are locals for them."""
-    from launcher.language.actions.events import OpaqueFunction
-    from launcher.language.substitutions.names import ForEachVar
+    from launcher.language.actions.event_actions import OpaqueFunction
+    from launcher.language.substitutions.anon_name import ForEachVar
 
     local_values = {ForEachVar.get_local_arg_name(name): values[name] for name in values}
     return [
@@ -161,7 +161,7 @@ def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
         if entity.type_name == "log":
             warnings.warn(_WITHOUT_LEVEL, PendingDeprecationWarning, stacklevel=2)
         return cls, arguments
-    from launcher.language.actions.events import Log
+    from launcher.language.actions.event_actions import Log
 
     return Log, {**arguments, "level": parser.parse_substitution(level)}
 

@@ -59,7 +59,7 @@ def _add_on_exit(arguments: dict[str, Any], entity: Entity) -> None:
     if on_exit != "shutdown":
         message = f"'on_exit' can only be 'shutdown', not '{on_exit}'"
         raise UnexpectedContentError(message, place=entity.place)
-    from launcher.language.actions.events import Shutdown
+    from launcher.language.actions.event_actions import Shutdown
 
     arguments["on_exit"] = [Shutdown()]
 

@@ -35,7 +35,7 @@ ACTIONS = _by_name(
             "reset_env=ResetEnvironment set_env=SetEnvironmentVariable "
             "unset=UnsetLaunchConfiguration unset_env=UnsetEnvironmentVariable"
         ),
-        "launcher.language.actions.events": (
+        "launcher.language.actions.event_actions": (
             "log=LogInfo log_debug=LogDebug log_error=LogError log_info=LogInfo "
             "log_warning=LogWarning shutdown=Shutdown"
         ),
@@ -80,7 +80,7 @@ SUBSTITUTIONS = _by_name(
             "not=NotSubstitution not-empty=NotEmptySubstitution "
             "not-equals=NotEqualsSubstitution or=OrSubstitution"
         ),
-        "launcher.language.substitutions.names": (
+        "launcher.language.substitutions.anon_name": (
             "anon=AnonName for-var=ForEachVar index=ForLoopIndex"
         ),
         "launcher.language.substitutions.python": "eval=PythonExpression",

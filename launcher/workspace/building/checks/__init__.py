@@ -14,10 +14,10 @@ from importlib import metadata
 from launcher.base.package_origins import is_of_launcher
 from launcher.base.text import did_you_mean, one_of, several
 from launcher.workspace.building.checks import origins
-from launcher.workspace.building.checks.cmake import CMakeCheck
+from launcher.workspace.building.checks.cmake_check import CMakeCheck
 from launcher.workspace.building.checks.interface_index import InterfaceIndex
 from launcher.workspace.building.checks.known import Environment
-from launcher.workspace.building.checks.python import check_python
+from launcher.workspace.building.checks.python_check import check_python
 from launcher.workspace.building.sources import FoundPackages, Package, cycles
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning, shown
 

@@ -10,7 +10,7 @@ from functools import cache, cached_property
 from pathlib import Path
 
 from launcher.packages.finder import search_prefixes
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 
 _INTERFACES = os.path.join(os.path.dirname(MARKERS), "rosidl_interfaces")
 _DEPENDENCIES = os.path.join(os.path.dirname(MARKERS), "package_run_dependencies")

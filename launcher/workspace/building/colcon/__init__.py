@@ -12,8 +12,8 @@ from typing import IO, Any
 import launcher
 from launcher.base import strict_json
 from launcher.posix import proc
-from launcher.workspace.building.colcon import descendants, signals
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
+from launcher.workspace.building.colcon import build_signals, descendants
 
 Event = dict[str, Any]
 
@@ -73,7 +73,7 @@ class Colcon:
 
     def __exit__(self, *_: object) -> None:
         """End colcon and everything that it has started, if it runs."""
-        with signals.ignored():
+        with build_signals.ignored():
             os.close(self._life)
             self._process.wait()
             descendants.kill(self._others)  # colcon itself may have been killed

@@ -13,13 +13,13 @@ from functools import partial
 from launcher.base.errors import UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
-from launcher.packages import sources
+from launcher.packages import source_packages
 from launcher.packages.environment import environment
 from launcher.packages.finder import package_names, resource_prefix, share_directory
 from launcher.packages.workspace import VARIABLE
 from launcher.packages.workspace import find as find_workspace
-from launcher.workspace.building.create import names, place
-from launcher.workspace.building.create.names import is_email
+from launcher.workspace.building.create import name_rules, target_folder
+from launcher.workspace.building.create.name_rules import is_email
 from launcher.workspace.building.create.templates import (
     PackageMetadata,
     interface_files,
@@ -71,7 +71,7 @@ class CreateRequest:
         """The name of the package of interfaces."""
         if not self.with_interfaces:
             return None
-        return f"{self.name}{names.INTERFACES}" if self.nodes else self.name
+        return f"{self.name}{name_rules.INTERFACES}" if self.nodes else self.name
 
     @property
     def packages(self) -> list[str]:
@@ -81,12 +81,12 @@ class CreateRequest:
 
 def create(request: CreateRequest, env: Mapping[str, str]) -> Created:
     """Make the packages. UsageError before anything is written, LauncherError."""
-    names.check_package(request.name, partial(_is_usable, request, env))
+    name_rules.check_package(request.name, partial(_is_usable, request, env))
     _check(request)
     folder = _free_folder(request, env)
     warnings = list(_check_dependencies(request, folder, env)) if request.dependencies else []
     packages = _contents(request, folder)
-    place.write(folder, packages)
+    target_folder.write(folder, packages)
     return Created(warnings, list(_report(request, folder, packages)))
 
 
@@ -96,7 +96,7 @@ def create(request: CreateRequest, env: Mapping[str, str]) -> Created:
 def _is_usable(request: CreateRequest, env: Mapping[str, str], name: str) -> bool:
     """Whether the packages can be made under this name."""
     try:
-        names.check_package(name)
+        name_rules.check_package(name)
         _free_folder(replace(request, name=name), env)
     except UsageError:
         return False
@@ -105,8 +105,8 @@ def _is_usable(request: CreateRequest, env: Mapping[str, str], name: str) -> boo
 
 def _free_folder(request: CreateRequest, env: Mapping[str, str]) -> str:
     """The folder for the packages; UsageError if a package or module has one of the names."""
-    folder = place.destination(request.folder)
-    place.check_free(folder, request.packages)
+    folder = target_folder.destination(request.folder)
+    target_folder.check_free(folder, request.packages)
     known = package_names(env)
     for name in request.packages:
         _check_unknown(name, known, env)
@@ -115,15 +115,15 @@ def _free_folder(request: CreateRequest, env: Mapping[str, str]) -> str:
 
 def _check(request: CreateRequest) -> None:
     """UsageError if the command line alone tells that it is wrong."""
-    names.check_nodes(request.nodes)
+    name_rules.check_nodes(request.nodes)
     for dependency in request.dependencies:
-        names.check_dependency(dependency)
+        name_rules.check_dependency(dependency)
         if dependency in request.packages:
             raise UsageError(f"--dependencies: '{dependency}' is a package that is to be created")
     for option in ("description", "license", "maintainer"):
         if (text := getattr(request, option)) is not None:
-            names.check_line(f"--{option}{'-name' if option == 'maintainer' else ''}", text)
-    stem = request.name.removesuffix("_msgs").removesuffix(names.INTERFACES)
+            name_rules.check_line(f"--{option}{'-name' if option == 'maintainer' else ''}", text)
+    stem = request.name.removesuffix("_msgs").removesuffix(name_rules.INTERFACES)
     if request.with_interfaces and request.nodes and stem != request.name:
         raise UsageError(
             f"'{request.name}' would be the package of the nodes, and the interfaces would be in "
@@ -146,9 +146,9 @@ def _check(request: CreateRequest) -> None:
 def _check_unknown(name: str, known: Iterable[str], env: Mapping[str, str]) -> None:
     """UsageError if there is a package or module of this name."""
     if name in known:
-        where = sources.find(name) or share_directory(name, env)
+        where = source_packages.find(name) or share_directory(name, env)
         raise UsageError(f"there is a package '{name}' already: {where}", hint="another name")
-    place_of_module = names.module_in_environment(name)
+    place_of_module = name_rules.module_in_environment(name)
     if place_of_module is not None:
         raise UsageError(
             f"'{name}' is a module of this environment, which the package would hide: "
@@ -161,10 +161,13 @@ def _check_dependencies(
     request: CreateRequest, folder: str, env: Mapping[str, str]
 ) -> Iterator[str]:
     """Warnings about dependencies; UsageError for one that a package of interfaces cannot have."""
-    workspace = find_workspace(place.existing(folder))
+    workspace = find_workspace(target_folder.existing(folder))
     if workspace is not None:  # what it has built counts as well
         env = environment(workspace, env)
-    folders = (place.sources_of_workspace(folder), *map(sources.find, request.dependencies))
+    folders = (
+        target_folder.sources_of_workspace(folder),
+        *map(source_packages.find, request.dependencies),
+    )
     found = find_packages(filter(None, folders), env).packages
     manifests = {package.name: package.manifest for package in found}
     known = package_names(env) | {*manifests}
@@ -184,7 +187,7 @@ def _check_dependencies(
 
 
 def _contents(request: CreateRequest, folder: str) -> dict[str, dict[str, str]]:
-    person, email = maintainer(request.maintainer, request.email, place.existing(folder))
+    person, email = maintainer(request.maintainer, request.email, target_folder.existing(folder))
 
     def metadata(what: str) -> PackageMetadata:
         description = request.description or f"{TO_DO}: {what} of {request.name}"
@@ -227,7 +230,7 @@ def _report(
     if open_fields:
         where = "package.xml and setup.py" if request.with_nodes else "package.xml"
         yield f"to fill in, in {where}: {', '.join(open_fields)}"
-    if place.sources_of_workspace(folder) is None:
+    if target_folder.sources_of_workspace(folder) is None:
         yield (
             "hint: this folder is not in a workspace; to make one: "
             f"mkdir -p ws/src && mv {' '.join(packages)} ws/src/ && cd ws"
@@ -259,7 +262,7 @@ def _workspace_option(request: CreateRequest) -> str:
     workspace = os.environ.get(VARIABLE)
     if request.folder is not None or not workspace:
         return ""
-    if os.path.realpath(workspace) in place.and_above(os.getcwd()):
+    if os.path.realpath(workspace) in target_folder.and_above(os.getcwd()):
         return ""
     return f" --workspace {shlex.quote(shown(workspace))}"
 

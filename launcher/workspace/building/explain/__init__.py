@@ -6,9 +6,14 @@ import os
 import re
 
 from launcher.base.errors import LauncherError
-from launcher.workspace.building.explain import cmake, compiler, interfaces, python
-from launcher.workspace.building.explain.output import BuildOutput
-from launcher.workspace.building.place import FULL_DISK_HINT
+from launcher.workspace.building.build_place import FULL_DISK_HINT
+from launcher.workspace.building.explain import (
+    cmake_errors,
+    compiler_errors,
+    python_errors,
+    rosidl_errors,
+)
+from launcher.workspace.building.explain.build_output import BuildOutput
 from launcher.workspace.building.sources.source_text import SourceError, shown
 
 __all__ = ["BuildOutput", "explain"]
@@ -19,12 +24,12 @@ def explain(output: BuildOutput) -> LauncherError | None:
     for reader in (
         _full_disk,
         _out_of_memory,
-        interfaces.explain,
+        rosidl_errors.explain,
         _same_output,
-        cmake.explain,
-        compiler.explain,
+        cmake_errors.explain,
+        compiler_errors.explain,
         _not_writable,
-        python.explain,
+        python_errors.explain,
         _missing_file,
         _failed_command,
     ):

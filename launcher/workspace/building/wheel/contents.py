@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from launcher.base.errors import LauncherError
 from launcher.base.program import program
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.sources.source_text import shown
 from launcher.workspace.building.wheel.archive import WheelEntry

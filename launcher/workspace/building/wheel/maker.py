@@ -13,14 +13,14 @@ from launcher.base.errors import LauncherError, SeveralErrors, UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.workspace.building import records, sources
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.sources.source_text import shown
 from launcher.workspace.building.toolchain import versions as tools
 from launcher.workspace.building.wheel import (
     archive,
     contents,
-    description,
+    dist_info,
     libraries,
     python_package,
     requirements,
@@ -135,7 +135,7 @@ class _Maker:
 
     def make(self, output: str, seconds: int) -> Wheel:
         package = self._package
-        fields = description.fields_of(package)
+        fields = dist_info.fields_of(package)
         self._check_fresh()
         found, named = self._contents()
         modules, native = _with_libraries(found.modules, "lib/python/site-packages")
@@ -145,7 +145,7 @@ class _Maker:
         platform = self._platform(native) if native else "any"
         python = f"cp{found.python.replace('.', '')}" if found.python else "py3"
         tag = f"{python}-{python if found.python else 'none'}-{platform}"
-        stem = description.stem(fields)
+        stem = dist_info.stem(fields)
         entries = [
             *modules,
             *(
@@ -155,9 +155,9 @@ class _Maker:
         ]
         self._check_paths(entries)
         legal = contents.legal_files(package)
-        entries += description.entries(fields, found, tag, needs, legal)
+        entries += dist_info.entries(fields, found, tag, needs, legal)
         path = os.path.join(output, f"{stem}-{tag}.whl")
-        is_new = archive.write(path, entries, description.dist_info(fields), seconds)
+        is_new = archive.write(path, entries, dist_info.dist_info(fields), seconds)
         return Wheel(path, os.path.getsize(path), is_new, tuple(self._warnings))
 
     def _check_fresh(self) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
 
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from launcher.packages.workspace import find as find_workspace
 from launcher.workspace.building.sources import Package
 

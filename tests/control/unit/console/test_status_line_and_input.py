@@ -26,7 +26,6 @@ from launcher.control.console.bar import (
 )
 from launcher.control.console.completion import WordCompleter
 from launcher.control.console.feed import split
-from launcher.control.console.format import duration, memory
 from launcher.control.console.prompt import MAX_LINES, history_path, open_history
 from launcher.control.console.requests import (
     SHELL_VERBS,
@@ -35,6 +34,7 @@ from launcher.control.console.requests import (
     read_call,
     read_shell_words,
 )
+from launcher.control.console.short_forms import duration, memory
 from launcher.control.verbs import VERBS
 from tests.control.unit.console.rows import process
 

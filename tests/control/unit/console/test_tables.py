@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from rich.cells import cell_len
 
-from launcher.control.console.format import killed_text
-from launcher.control.console.tables import process_table, render
+from launcher.control.console.process_tables import process_table, render
+from launcher.control.console.short_forms import killed_text
+from launcher.control.console.stream_view import table_rows
 from launcher.control.console.top import Top
-from launcher.control.console.watch import table_rows
 from launcher.posix.keys import parse_keys
 from tests.control.unit.console.rows import process
 

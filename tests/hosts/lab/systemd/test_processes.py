@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.hosts.engine.systemd.facts import hello, read_facts
+from launcher.hosts.engine.systemd.host_facts import hello, read_facts
 from launcher.hosts.engine.systemd.scripts import Scripts
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from tests.hosts.lab.systemd.conftest import (
     COUNT,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from launcher.hosts.engine.channel import WRITE_BYTES, FrameChannel
+from launcher.hosts.engine.frame_channel import WRITE_BYTES, FrameChannel
 from launcher.hosts.engine.frames import Frame, FrameKind
 from launcher.posix.reactor import Reactor
 

@@ -7,12 +7,12 @@ from typing import Any, cast
 
 import pytest
 
-from launcher.hosts.engine import backlog
-from launcher.hosts.engine.backlog import HostsBacklog, last_lines
+from launcher.hosts.engine import hosts_backlog
 from launcher.hosts.engine.driver import HostsDriver
+from launcher.hosts.engine.hosts_backlog import HostsBacklog, last_lines
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteHost
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.posix.reactor import Reactor
 
 
@@ -77,7 +77,7 @@ def test_new_output_is_not_cut(lines: int):
 
 @pytest.mark.parametrize("is_event", [False, True])
 def test_the_past_of_a_late_host_is_cut_and_in_order(monkeypatch, is_event: bool):
-    monkeypatch.setattr(backlog, "WAIT_S", 0.1)
+    monkeypatch.setattr(hosts_backlog, "WAIT_S", 0.1)
     with Reactor() as reactor:
         one = Begun(reactor)
         one.line("bot1", b"a\n", 2.0)

@@ -10,7 +10,7 @@ from launcher.base.model.events import Outcome
 from launcher.base.model.spec import ProcessSpec, StopPolicy
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.run.logs import messages
 from launcher.run.machine import MachineCommand, ReportExit
 from launcher.run.process import Process

@@ -10,7 +10,7 @@ import pytest
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy
-from launcher.hosts.engine.systemd import facts, journal, manifest
+from launcher.hosts.engine.systemd import host_facts, journal, run_manifest
 from launcher.hosts.engine.systemd.exits import outcome_of_record, outcome_of_unit
 from launcher.hosts.engine.systemd.journal import JournalLine, JournalReader, Note, UnitMessage
 from launcher.hosts.engine.systemd.journal_events import Owners
@@ -228,15 +228,15 @@ def test_facts():
         "installed launcher-a\ninstalled launcher-b c\n"
         'entry {"__CURSOR":"c9"}\npython ./p\nlauncher yes\n'
     )
-    found = facts.read_facts(text)
+    found = host_facts.read_facts(text)
 
     assert (found.version, found.cursor, found.has_launcher) == (254, "c9", True)
     assert found.installed == ("launcher-a", "launcher-b c")
     assert not found.lingers
-    assert facts.why_unusable(found) == ""
+    assert host_facts.why_unusable(found) == ""
     root = text.replace("uid 1000", "uid 0")
     why = [
-        facts.why_unusable(facts.read_facts(one.replace("state degraded", state)))
+        host_facts.why_unusable(host_facts.read_facts(one.replace("state degraded", state)))
         for one, state in ((text, "state offline"), (text, "state "), (root, "state "))
     ]
     assert why == [
@@ -245,7 +245,7 @@ def test_facts():
         "its service manager does not answer: look at systemctl status there",
     ]
     with pytest.raises(KeyError):
-        facts.read_facts("This account is not available.")
+        host_facts.read_facts("This account is not available.")
 
 
 def test_much_output_may_have_more_behind_it():
@@ -342,26 +342,26 @@ def test_a_manifest_has_no_values_of_variables():
         restart=RestartPolicy(RestartMode.ALWAYS, delay_s=2.0),
         number=4,
     )
-    text = json.dumps(manifest.encode("k3abcd", "t.launch.py", 5.0, {7: order}))
+    text = json.dumps(run_manifest.encode("k3abcd", "t.launch.py", 5.0, {7: order}))
 
     assert "secret" not in text
-    found = manifest.decode(text)
+    found = run_manifest.decode(text)
     assert (found.run, found.title, found.started) == ("k3abcd", "t.launch.py", 5.0)
     assert (found.orders[7].restart, found.orders[7].number) == (order.restart, 4)
     with pytest.raises(ValueError, match="record"):
-        manifest.decode("{}")
+        run_manifest.decode("{}")
 
 
 @pytest.mark.parametrize("run", ["", "..", "../..", "k3abc", "k3abcd\n", "k3/bcd", "K3ABCD", "*"])
 def test_a_manifest_with_another_id_is_none(run: str):
-    text = json.dumps(manifest.encode(run, "t", 5.0, {}))
+    text = json.dumps(run_manifest.encode(run, "t", 5.0, {}))
 
     with pytest.raises(ValueError, match="id"):
-        manifest.decode(text)
+        run_manifest.decode(text)
 
 
 def test_texts_of_a_manifest_are_shown_without_control_characters():
-    document = manifest.encode("k3abcd", "a\x1b[2J\nb", 5.0, {})
-    found = manifest.decode(json.dumps({**document, "operator": "\x9b0m"}))
+    document = run_manifest.encode("k3abcd", "a\x1b[2J\nb", 5.0, {})
+    found = run_manifest.decode(json.dumps({**document, "operator": "\x9b0m"}))
 
     assert (found.title, found.operator) == ("a\\x1b[2J\\nb", "\\x9b0m")

@@ -18,12 +18,12 @@ import pytest
 from launcher.base.model.record import replace
 from launcher.hosts.engine.link import LinkContext, LinkListener
 from launcher.hosts.engine.systemd import journal
-from launcher.hosts.engine.systemd.facts import HostFacts, hello, read_facts
-from launcher.hosts.engine.systemd.link import SystemdLink
+from launcher.hosts.engine.systemd.host_facts import HostFacts, hello, read_facts
 from launcher.hosts.engine.systemd.samples import Samples
 from launcher.hosts.engine.systemd.scripts import Scripts
 from launcher.hosts.engine.systemd.shell import Answers, ScriptRequest, ScriptResult
-from launcher.hosts.file.model import Host
+from launcher.hosts.engine.systemd.systemd_link import SystemdLink
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.hosts.file.references import SentFile
 from launcher.hosts.ssh import posix_shell, python_script

@@ -9,12 +9,12 @@ import pytest
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
-from launcher.hosts.engine.systemd.doubt import SUSPICIOUS
-from launcher.hosts.engine.systemd.facts import HostFacts
+from launcher.hosts.engine.systemd.host_facts import HostFacts
 from launcher.hosts.engine.systemd.scripts import Scripts
 from launcher.hosts.engine.systemd.shell import ScriptRequest, ScriptResult
+from launcher.hosts.engine.systemd.unit_check import SUSPICIOUS
 from launcher.hosts.engine.systemd.unit_process import UnitProcess
-from launcher.hosts.file.model import Host
+from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
 from launcher.run.machine import Exited, MachineCommand, MachineEvent, ProcessState, ReportExit

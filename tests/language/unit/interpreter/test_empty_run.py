@@ -10,7 +10,12 @@ import pytest
 from launcher.base.model import events as model
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import SetLaunchConfiguration
-from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler, Shutdown
+from launcher.language.actions.event_actions import (
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import TimerAction

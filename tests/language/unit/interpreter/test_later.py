@@ -9,7 +9,7 @@ import pytest
 from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.spec import Scope
 from launcher.language.actions.configuration import SetLaunchConfiguration
-from launcher.language.actions.events import (
+from launcher.language.actions.event_actions import (
     EmitEvent,
     LogInfo,
     OpaqueFunction,

@@ -9,7 +9,7 @@ import pytest
 
 from launcher.base.model import events as model
 from launcher.language.actions.configuration import SetLaunchConfiguration
-from launcher.language.actions.events import EmitEvent, LogInfo, RegisterEventHandler
+from launcher.language.actions.event_actions import EmitEvent, LogInfo, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.events.launch import matches_action

@@ -8,7 +8,12 @@ from typing import Any
 import pytest
 
 from launcher.base.model import events as model
-from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler, Shutdown
+from launcher.language.actions.event_actions import (
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
 from launcher.language.actions.process import ExecuteProcess, OnProcessExit
 from launcher.language.actions.timer import TimerAction
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer

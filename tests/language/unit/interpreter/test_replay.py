@@ -6,10 +6,10 @@ import os
 from collections.abc import Sequence
 
 from launcher.base.model import events as model
-from launcher.base.model.reload import Known, Reload
+from launcher.base.model.reload_changes import Known, Reload
 from launcher.base.model.spec import ProcessSpec
 from launcher.base.model.spec_diff import comparable
-from launcher.language.actions.events import LogInfo, OpaqueFunction, RegisterEventHandler
+from launcher.language.actions.event_actions import LogInfo, OpaqueFunction, RegisterEventHandler
 from launcher.language.actions.process import ExecuteProcess, OnProcessStart
 from launcher.language.actions.timer import TimerAction
 from launcher.language.compat import vocabulary

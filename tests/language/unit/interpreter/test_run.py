@@ -13,7 +13,7 @@ from launcher.base.errors import ExitCode, LaunchFileError
 from launcher.base.model import events as model
 from launcher.base.model.spec import RestartMode
 from launcher.language.actions.coroutine import OpaqueCoroutine
-from launcher.language.actions.events import (
+from launcher.language.actions.event_actions import (
     EmitEvent,
     LogInfo,
     OpaqueFunction,

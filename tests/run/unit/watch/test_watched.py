@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from launcher.run.watch import checks
-from launcher.run.watch.programs import WatchedProgram, files_of
+from launcher.run.watch import file_checks
 from launcher.run.watch.watched import Broken, Changed, Deleted, Report, Watched
+from launcher.run.watch.watched_programs import WatchedProgram, files_of
 
 LATER_NS = time.time_ns() + 10**15
 MODULE = "X = {}\n"
@@ -285,7 +285,7 @@ def test_byte_code_of_a_file_that_was_changed_is_deleted(scene: Scene):
 def test_the_form_of_parameter_files(tmp_path: Path, text: str, error: str | None):
     file = tmp_path / "p.yaml"
     file.write_text(text)
-    found = checks.error_in(str(file), is_parameters=True)
+    found = file_checks.error_in(str(file), is_parameters=True)
     assert (found is None) == (error is None)
     if found is not None and error is not None:
         assert f"{file}{error}" in found.render()
@@ -295,7 +295,7 @@ def test_the_form_of_parameter_files(tmp_path: Path, text: str, error: str | Non
 def test_python_that_cannot_be_read_is_an_error_not_an_exception(tmp_path: Path, content: bytes):
     file = tmp_path / "x.py"
     file.write_bytes(content)
-    assert checks.error_in(str(file), is_parameters=False) is not None
+    assert file_checks.error_in(str(file), is_parameters=False) is not None
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.doctor.workspace import inspect
+from launcher.doctor.stale_workspace import inspect
 from launcher.packages.environment import environment, underlays
 from launcher.packages.workspace import ROS_VARIABLES, Workspace
 from tests.workspace.process.building.small_packages import (

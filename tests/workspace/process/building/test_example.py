@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.packages import sources
+from launcher.packages import source_packages
 from tests.support.repository import REPOSITORY
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once, launcher
 
@@ -69,7 +69,7 @@ def test_colcon_finds_the_packages_of_the_example_in_the_example_only(tmp_path: 
 
 def test_the_checkout_does_not_use_the_example_from_its_source(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(REPOSITORY)
-    assert not [folder for _, folder in sources.around() if folder.startswith(f"{EXAMPLE}")]
+    assert not [folder for _, folder in source_packages.around() if folder.startswith(f"{EXAMPLE}")]
     monkeypatch.chdir(EXAMPLE)
-    here = {name for name, folder in sources.around() if folder.startswith(f"{EXAMPLE}")}
+    here = {name for name, folder in source_packages.around() if folder.startswith(f"{EXAMPLE}")}
     assert here == {*PACKAGES}

@@ -280,7 +280,7 @@ def generate_launch_description():
 
 HASHES = """
 from launcher.ros.messages.interfaces import interfaces_of
-from launcher.ros.messages.schema import rihs_hash, schema_text
+from launcher.ros.messages.message_schema import rihs_hash, schema_text
 from tests.ros.unit.test_schema import hash_by_rosbags, messages_of
 for interface in interfaces_of("type_matrix"):
     for full in messages_of(interface):

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import UsageError
-from launcher.workspace.building.colcon import options
-from launcher.workspace.building.colcon import words as colcon_words
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
+from launcher.workspace.building.colcon import colcon_arguments as colcon_words
+from launcher.workspace.building.colcon import colcon_options
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_options_that_the_launcher_has_itself(flag: str):
 )
 def test_options_that_colcon_does_not_have(given: list[str], hint: str | None):
     with pytest.raises(UsageError) as raised:
-        options.check(given)
+        colcon_options.check(given)
     assert (raised.value.hint or "").startswith(hint or "")
     assert repr(given[0 if hint is None or given[0] == "a" else 1]) in raised.value.message
 
@@ -73,7 +73,7 @@ def test_options_that_colcon_does_not_have(given: list[str], hint: str | None):
     ],
 )
 def test_options_that_colcon_has(given: list[str]):
-    options.check(given)
+    colcon_options.check(given)
 
 
 def test_only_words_that_change_what_is_built_count():

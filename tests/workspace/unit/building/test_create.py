@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from launcher.base.errors import UsageError
-from launcher.workspace.building.create import place
+from launcher.workspace.building.create import target_folder
 from launcher.workspace.building.create.create import UNKNOWN_EMAIL, maintainer
 from launcher.workspace.building.create.templates import class_name
 from tests.support.verbs import in_process
@@ -396,7 +396,7 @@ def _umask() -> int:
 def test_a_destination_below_a_file_is_refused(workspace):
     (workspace / "file").touch()
     with pytest.raises(UsageError, match="file is not a folder"):
-        place.destination("file/src")
+        target_folder.destination("file/src")
 
 
 # ---- the maintainer

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from launcher.base.program import program
-from launcher.workspace.building import report
+from launcher.workspace.building import build_report
 from launcher.workspace.building.explain import BuildOutput, explain
 from tests.workspace.unit.building.source_tree import python_package, write
 
@@ -366,14 +366,17 @@ def test_what_colcon_drops_is_asked_for_again(tmp_path: Path):
     setup_py = "print('before')\nraise ValueError('no \\u00fcmlaut')\n"
     write(tmp_path, {"setup.py": setup_py, "log/stdout_stderr.log": "Traceback\n"})
     log = tmp_path / "log" / "stdout_stderr.log"
-    assert report.output_of(str(tmp_path), str(log.parent), "") == "Traceback\n"
+    assert build_report.output_of(str(tmp_path), str(log.parent), "") == "Traceback\n"
 
     log.write_text("in _get_setup_information\nsubprocess.CalledProcessError: Command ...\n")
-    text = report.output_of(str(tmp_path), str(log.parent), "")
+    text = build_report.output_of(str(tmp_path), str(log.parent), "")
 
     assert text.startswith("before\n")
     assert "ValueError: no ümlaut" in text
 
 
 def test_without_a_log_there_is_what_was_written_to_stderr(tmp_path: Path):
-    assert report.output_of(str(tmp_path), str(tmp_path / "none"), "from stderr") == "from stderr"
+    assert (
+        build_report.output_of(str(tmp_path), str(tmp_path / "none"), "from stderr")
+        == "from stderr"
+    )

@@ -8,7 +8,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.packages import workspace
-from launcher.workspace.building import place
+from launcher.workspace.building import build_place
 from tests.workspace.process.building.small_packages import files_package, write
 
 
@@ -30,7 +30,7 @@ def root(tmp_path: Path) -> Path:
     ],
 )
 def test_a_folder_of_a_workspace(root: Path, path: str, named: list[str]):
-    found = place.find([str(root / path)])
+    found = build_place.find([str(root / path)])
 
     assert found.root == str(root)
     assert found.base == str(root / "src")
@@ -52,23 +52,23 @@ def test_src_may_be_a_link_that_the_shell_went_through(
     there = workspace.find()
     assert (there.root if there else None) == (str(root) if is_found else None)
     if is_found:
-        assert place.find([]).root == place.find(["."]).root == str(root)
-        assert [*place.find([]).named] == ([str(root / "src/one")] if path else [])
+        assert build_place.find([]).root == build_place.find(["."]).root == str(root)
+        assert [*build_place.find([]).named] == ([str(root / "src/one")] if path else [])
 
 
 def test_a_folder_beside_src_needs_a_workspace_that_was_built(root: Path):
     (root / "docs").mkdir()
     with pytest.raises(UsageError, match="no workspace"):
-        place.find([str(root / "docs")])
+        build_place.find([str(root / "docs")])
 
     write(root / "install/.colcon_install_layout", "isolated\n")
-    assert place.find([str(root / "docs")]).root == str(root)
+    assert build_place.find([str(root / "docs")]).root == str(root)
 
 
 def test_the_variable_names_a_workspace_below_the_home_folder(root: Path, monkeypatch):
     monkeypatch.setenv("HOME", str(root.parent))
     monkeypatch.setenv("LAUNCHER_WORKSPACE", "~/ws")
-    assert place.find([]).root == str(root)
+    assert build_place.find([]).root == str(root)
 
 
 def test_a_package_in_the_sources_of_the_user_is_alone_until_these_are_a_workspace(
@@ -76,24 +76,24 @@ def test_a_package_in_the_sources_of_the_user_is_alone_until_these_are_a_workspa
 ):
     monkeypatch.setenv("HOME", str(root))
     package = root / "src/one"
-    assert place.find([str(package)]).root == str(package)
-    assert place.find([str(root / "src")]).root == str(root)
+    assert build_place.find([str(package)]).root == str(package)
+    assert build_place.find([str(root / "src")]).root == str(root)
 
     write(root / "install/.colcon_install_layout", "isolated\n")
-    assert place.find([str(package)]).root == str(root)
+    assert build_place.find([str(package)]).root == str(root)
 
 
 def test_a_link_to_a_workspace_is_the_workspace(root: Path):
     link = root.parent / "link"
     link.symlink_to(root)
-    found = place.find([str(link / "src/one")])
+    found = build_place.find([str(link / "src/one")])
     assert (found.root, found.base) == (str(root), str(root / "src"))
 
 
 def test_a_workspace_without_packages(tmp_path: Path):
     write(tmp_path / "install/.colcon_install_layout", "isolated\n")
     with pytest.raises(UsageError, match="has no packages in src/ any more"):
-        place.find([str(tmp_path)])
+        build_place.find([str(tmp_path)])
 
 
 def test_a_package_alone_is_its_own_workspace(tmp_path: Path):
@@ -101,12 +101,12 @@ def test_a_package_alone_is_its_own_workspace(tmp_path: Path):
     (folder / "src").mkdir()  # as C++ packages have it
 
     for path in (folder, folder / "src", folder / "launch"):
-        found = place.find([str(path)])
+        found = build_place.find([str(path)])
         assert (found.root, found.base, found.named) == (str(folder), str(folder), ())
 
 
 def test_several_packages_of_one_workspace(root: Path):
-    found = place.find([str(root / "src/one"), str(root / "src/group/two")])
+    found = build_place.find([str(root / "src/one"), str(root / "src/group/two")])
 
     assert [*found.named] == [str(root / "src/one"), str(root / "src/group/two")]
 
@@ -115,7 +115,7 @@ def test_paths_of_two_workspaces(root: Path, tmp_path: Path):
     other = files_package(tmp_path / "other/src", "three")
 
     with pytest.raises(UsageError, match="another workspace"):
-        place.find([str(root), str(other)])
+        build_place.find([str(root), str(other)])
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_a_path_that_cmake_cannot_take(tmp_path: Path, character: str, why: str)
     files_package(tmp_path / f"a{character}b/src", "one")
 
     with pytest.raises(UsageError, match="cannot be built in a folder with") as raised:
-        place.find([str(tmp_path / f"a{character}b")])
+        build_place.find([str(tmp_path / f"a{character}b")])
     assert why in (raised.value.hint or "")
 
 
@@ -143,6 +143,6 @@ def test_a_path_without_packages(tmp_path: Path, path: str):
     (tmp_path / "bare").mkdir()
 
     with pytest.raises(UsageError) as raised:
-        place.find([str(tmp_path / path)])
+        build_place.find([str(tmp_path / path)])
 
     assert raised.value.hint

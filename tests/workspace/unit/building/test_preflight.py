@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import ExitCode, UsageError
-from launcher.workspace.building import place, preflight
-from launcher.workspace.building.colcon import words as colcon_words
+from launcher.workspace.building import build_place, preflight
+from launcher.workspace.building.colcon import colcon_arguments as colcon_words
 from tests.workspace.unit.building.source_tree import (
     MINIMUM,
     interface_package,
@@ -40,7 +40,7 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def approved(*paths: str, words: tuple[str, ...] = (), keep_going: bool = False):
-    found = preflight.approved(place.find(paths), {}, words, keep_going=keep_going)
+    found = preflight.approved(build_place.find(paths), {}, words, keep_going=keep_going)
     return [package.name for package in found.packages], [*found.refused]
 
 

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from launcher.workspace.building.progress import Progress
+from launcher.workspace.building.build_progress import Progress
 
 
 class Screen(io.StringIO):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from launcher.workspace.building import records, sources
-from launcher.workspace.building.place import Place
+from launcher.workspace.building.build_place import Place
 from tests.workspace.unit.building.source_tree import interface_package, write
 
 

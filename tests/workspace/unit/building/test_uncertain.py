@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from launcher.workspace.building import checks, sources
-from launcher.workspace.building.colcon import words as colcon_words
+from launcher.workspace.building.colcon import colcon_arguments as colcon_words
 from tests.workspace.unit.building.source_tree import (
     INTERFACE_TAGS,
     MINIMUM,

@@ -12,7 +12,7 @@ SCRIPT = """
 import subprocess, sys
 from launcher.posix import proc
 from launcher.posix.cleanup import subreaper
-from launcher.workspace.testing import runner
+from launcher.workspace.testing import job_runner as runner
 
 orphan = "import time; memory = bytearray(400 << 20); print(flush=True); time.sleep(1000)"
 parent = f'''

@@ -8,7 +8,7 @@ import zipfile
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.workspace.building import place, sources
+from launcher.workspace.building import build_place, sources
 from launcher.workspace.building.wheel import contents, maker, python_package
 from tests.workspace.unit.building import source_tree
 from tests.workspace.unit.building.source_tree import INTERFACE_TAGS, manifest
@@ -53,7 +53,7 @@ def workspace(tmp_path, request):
 
 
 def found(root):
-    where = place.find([str(root)])
+    where = build_place.find([str(root)])
     return contents.installed(where, sources.read(str(root / "src/p")))
 
 
@@ -92,7 +92,7 @@ def test_a_moved_workspace(workspace):
 def test_a_package_that_cannot_be_read_is_an_error_unless_others_are_named(workspace):
     text = manifest("q").replace("0.1.0", "first")
     source_tree.write(workspace / "src", {"q/package.xml": text})
-    where = place.find([str(workspace)])
+    where = build_place.find([str(workspace)])
     with pytest.raises(LauncherError, match="version"):
         maker.selected(where, [], {}, alone=True)
     assert [one.name for one in maker.selected(where, ["p"], {}, alone=True)[0]] == ["p"]
@@ -109,7 +109,7 @@ def test_a_source_that_cannot_be_copied_is_named(tmp_path):
 def test_folders_of_this_machine_are_a_warning(workspace, tmp_path):
     script = next(workspace.glob("install/**/tool"))
     script.write_text(f"exec {workspace}/program\n")
-    where = place.find([str(workspace)])
+    where = build_place.find([str(workspace)])
     chosen, packages = maker.selected(where, ["p"], {}, alone=True)
     (wheel,) = maker.make(where, chosen, packages, str(tmp_path / "dist"), {})
     assert any("named in p-0.1.0.data/data/lib/p/tool" in text for text in wheel.warnings)

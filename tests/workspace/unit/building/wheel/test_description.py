@@ -8,10 +8,10 @@ from email import message_from_string
 import pytest
 
 from launcher.base.errors import LauncherError
-from launcher.packages.sources import MARKERS
+from launcher.packages.source_packages import MARKERS
 from launcher.packages.workspace import MARKER
 from launcher.workspace.building import sources
-from launcher.workspace.building.wheel import description, requirements
+from launcher.workspace.building.wheel import dist_info, requirements
 from launcher.workspace.building.wheel.archive import WheelEntry
 from launcher.workspace.building.wheel.contents import WheelContents
 from launcher.workspace.building.wheel.requirements import (
@@ -117,10 +117,10 @@ def test_installed_knows_the_wheels_of_ros():
 
 
 def test_metadata(package):
-    fields = description.fields_of(package("stations"))
+    fields = dist_info.fields_of(package("stations"))
     legal = [WheelEntry("LICENSE", b"As you like.")]
     contents = WheelContents((), (), "3.11", "[console_scripts]\n")
-    made = description.entries(fields, contents, "cp311-cp311-linux_x86_64", ["a==1"], legal)
+    made = dist_info.entries(fields, contents, "cp311-cp311-linux_x86_64", ["a==1"], legal)
     texts = {entry.name.partition("/")[2]: entry.read().decode() for entry in made}
     metadata = message_from_string(texts["METADATA"])
     assert metadata["Name"] == "stations" and metadata["Version"] == "1.2.3"
@@ -135,8 +135,8 @@ def test_metadata(package):
 
 
 def test_a_wheel_without_libraries_is_pure(package):
-    fields = description.fields_of(package("stations"))
-    made = description.entries(fields, WheelContents((), ()), "py3-none-any", [], [])
+    fields = dist_info.fields_of(package("stations"))
+    made = dist_info.entries(fields, WheelContents((), ()), "py3-none-any", [], [])
     texts = {entry.name.partition("/")[2]: entry.read().decode() for entry in made}
     assert "Root-Is-Purelib: true\n" in texts["WHEEL"]
     assert "Requires-Python" not in texts["METADATA"] and "entry_points.txt" not in texts
@@ -146,7 +146,7 @@ def test_a_package_without_package_xml(tmp_path):
     (tmp_path / "CMakeLists.txt").write_text("project(bare)\n")
     package = sources.read(str(tmp_path))
     with pytest.raises(LauncherError, match=r"bare has no package\.xml"):
-        description.fields_of(package)
+        dist_info.fields_of(package)
 
 
 def test_packages_of_other_workspaces_are_found_by_their_prefix(tmp_path):
