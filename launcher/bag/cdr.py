@@ -120,7 +120,7 @@ class _CompiledTypes:
         _dynamic._for_each_msgdef(name, text, self._define)
         self._definitions.setdefault(_short(also), self._definitions[_short(name)])
 
-    def _define(self, full_name: str, short_name: str, definition: Any) -> None:
+    def _define(self, full_name: str, short_name: str, definition: object) -> None:
         self._definitions[short_name] = definition
 
     def known(self, name: str) -> _Known:

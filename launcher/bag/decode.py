@@ -83,16 +83,16 @@ def _guarded(topic: Topic, decode: Decoder) -> Decoder:
     return guarded
 
 
-def fields_of(message: Any) -> tuple[str, ...]:
+def fields_of(message: object) -> tuple[str, ...]:
     """The names of the fields of a decoded message; none for other values."""
     return tuple(getattr(type(message), "__slots__", ())) if is_message(message) else ()
 
 
-def is_message(value: Any) -> bool:
+def is_message(value: object) -> bool:
     return hasattr(type(value), "_full_text")
 
 
-def is_list(value: Any) -> bool:
+def is_list(value: object) -> bool:
     return isinstance(value, list | bytes | bytearray | memoryview)
 
 
@@ -107,7 +107,7 @@ def plain(value: Any) -> Any:
     return list(value) if is_list(value) else value
 
 
-def cell(value: Any) -> str:
+def cell(value: object) -> str:
     """The value as a field of a CSV file; of arrays and messages, JSON."""
     if isinstance(value, str):
         return value
@@ -128,7 +128,7 @@ def field_of(message: Any, path: str) -> Any:
     return value
 
 
-def _attribute(value: Any, name: str) -> Any:
+def _attribute(value: object, name: str) -> Any:
     if name not in fields_of(value):
         raise AttributeError(f"there is no '{name}'")
     return getattr(value, name)
@@ -140,7 +140,7 @@ def _hint(value: Any) -> str | None:
     return f"it has {len(value)} values: [0] is the first" if is_list(value) else None
 
 
-def leaves(message: Any, prefix: str = "") -> Iterator[str]:
+def leaves(message: object, prefix: str = "") -> Iterator[str]:
     """The paths of all fields that are not messages themselves; an array is one of them."""
     for name in fields_of(message):
         value = getattr(message, name)

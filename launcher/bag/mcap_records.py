@@ -183,7 +183,7 @@ def parse(kind: Any, contents: bytes) -> Any:
     return record
 
 
-def check_times(record: Any) -> None:
+def check_times(record: object) -> None:
     """Damage if a record has a time after 2262, which ROS has no room for."""
     for name in _TIMES:
         if getattr(record, name, 0) > LAST_NS:

@@ -280,7 +280,7 @@ class _DataReader:
         if sorted(index.records) != sorted(self._found.indexes.get(index.channel_id, ())):
             raise Damage("an index does not fit the messages of its chunk")
 
-    def _count(self, record: Any) -> None:
+    def _count(self, record: object) -> None:
         found = self._found
         match record:
             case Schema():

@@ -90,7 +90,7 @@ def check_footer(stream: IO[bytes], offset: int, footer: Footer) -> None:
         raise Damage("its summary is damaged")
 
 
-def _add(found: Summary, record: Any) -> None:
+def _add(found: Summary, record: object) -> None:
     match record:
         case Schema():
             found.schemas[record.id] = record

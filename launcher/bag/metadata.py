@@ -74,7 +74,7 @@ def document_in(path: str) -> Any:
     return document
 
 
-def qos_from(value: Any) -> tuple[Qos, ...]:
+def qos_from(value: object) -> tuple[Qos, ...]:
     """The profiles of an entry `offered_qos_profiles`: a list, or a YAML text of one.
 
     ValueError if it is something else.
@@ -91,7 +91,7 @@ def qos_from(value: Any) -> tuple[Qos, ...]:
     return tuple(_with_words(profile) for profile in value)
 
 
-def known_qos(topic: str, value: Any, notes: list[str]) -> tuple[Qos, ...]:
+def known_qos(topic: str, value: object, notes: list[str]) -> tuple[Qos, ...]:
     """The profiles as a storage file has them; none, and a note, if they cannot be read."""
     try:
         return qos_from(value)
@@ -117,7 +117,7 @@ def _with_words(profile: Mapping[Any, Any]) -> dict[str, Any]:
     return known
 
 
-def _duration(name: str, value: Any) -> dict[str, int]:
+def _duration(name: str, value: object) -> dict[str, int]:
     if not isinstance(value, dict) or not all(
         type(value.get(unit, 0)) is int and 0 <= value.get(unit, 0) <= LAST_NS
         for unit in ("sec", "nsec")
@@ -223,7 +223,7 @@ def read(folder: str) -> Metadata | None:
 _REPAIR = "to write it anew: bag check --repair {}"
 
 
-def _text(value: Any, name: str) -> str:
+def _text(value: object, name: str) -> str:
     if not isinstance(value, str | int | float):
         raise ValueError(f"{name} is no text")
     text = str(value)
@@ -231,11 +231,11 @@ def _text(value: Any, name: str) -> str:
     return text
 
 
-def _optional(value: Any, name: str) -> str:
+def _optional(value: object, name: str) -> str:
     return "" if value is None else _text(value, name)
 
 
-def _number(value: Any, name: str) -> int:
+def _number(value: object, name: str) -> int:
     """At most what 63 bits have, as times and counts of ROS."""
     if type(value) is not int or not 0 <= value <= LAST_NS:
         raise ValueError(f"{name} is not a number from 0 to 2^63 - 1")

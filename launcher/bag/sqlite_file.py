@@ -156,7 +156,7 @@ class SqliteFile:
             name = self._topic_of(topic_id)
             yield topic_id, Extent({name: count}, _time(start), _time(end))
 
-    def _topic_of(self, topic_id: Any) -> str:
+    def _topic_of(self, topic_id: object) -> str:
         """ValueError if there is no such topic."""
         if topic_id not in self._ids:
             raise ValueError(f"a message belongs to the unknown topic {topic_id!r:.40}")
@@ -203,7 +203,7 @@ class SqliteFile:
         self._database.close()
 
 
-def _time(value: Any) -> int:
+def _time(value: object) -> int:
     """ValueError if a row has something else; columns of SQLite have any type."""
     if type(value) is not int:
         raise ValueError("a message has no time")

@@ -17,6 +17,6 @@ def load(path: str) -> Any:
     return getattr(sys.modules[module], name)
 
 
-def lazy(path: str, **more: Any) -> Callable[[Any], Any]:
+def lazy(path: str, **more: object) -> Callable[[Any], Any]:
     """A function of one argument that calls the one that `module:name` stands for."""
     return lambda value: load(path)(value, **more)

@@ -42,8 +42,8 @@ class Option(Record):
     count: str
     help: str = ""
     read: Callable[[str], Any] = str
-    default: Any = None
-    value: Any = True
+    default: object = None
+    value: object = True
     choices: tuple[str, ...] = ()
     repeat: str = "last"
     kind: str = "text"
@@ -57,7 +57,7 @@ def option(
     spelling: str,
     help: str = "",
     read: Callable[[str], Any] = str,
-    default: Any = None,
+    default: object = None,
     *,
     name: str = "",
     count: str = "",
@@ -381,7 +381,7 @@ class _WordReader:
             hint = getattr(error, "hint", None) or example
             raise UsageError(f"{flag}: {error}", hint=hint) from None
 
-    def _set(self, option: Option, words: list[str], value: Any) -> None:
+    def _set(self, option: Option, words: list[str], value: object) -> None:
         self._given.append((option, words, value))
         if option.repeat == "all":
             self._values[option.name] = (*self._values.get(option.name, ()), value)

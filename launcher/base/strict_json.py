@@ -36,7 +36,7 @@ def dumps(
     What is no character becomes U+FFFD, and numbers that JSON does not have what `not_finite` says.
     """
 
-    def finite(one: Any) -> Any:
+    def finite(one: object) -> Any:
         if isinstance(one, float):
             return one if math.isfinite(one) else not_finite(one)
         if isinstance(one, dict):
@@ -105,7 +105,7 @@ def _is_unicode(text: str) -> bool:
     return True
 
 
-def _is_deep(value: Any) -> bool:
+def _is_deep(value: object) -> bool:
     level = [value]
     for _ in range(MAX_DEPTH):
         level = [child for one in level for child in _children(one)]
@@ -114,7 +114,7 @@ def _is_deep(value: Any) -> bool:
     return True
 
 
-def _children(value: Any) -> Any:
+def _children(value: object) -> Any:
     if isinstance(value, dict):
         return value.values()
     return value if isinstance(value, list) else ()

@@ -83,7 +83,7 @@ class _Bounds:
         self._open: list[tuple[str | None, int]] = []  # (anchor, values before it)
         self._sizes: dict[str, int] = {}
 
-    def problem(self, event: Any) -> str | None:
+    def problem(self, event: object) -> str | None:
         """What is wrong with the next event of the text; None if nothing is."""
         if isinstance(event, yaml.AliasEvent):
             if any(anchor == event.anchor for anchor, _ in self._open):

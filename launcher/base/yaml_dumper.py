@@ -12,7 +12,7 @@ _LINE_BREAKS = frozenset("\x85\u2028\u2029")  # for YAML; PyYAML loses the first
 class Dumper(yaml.SafeDumper):
     """Writes repeated values out instead of aliases, and escapes rare line breaks."""
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: object) -> bool:
         return True
 
     def analyze_scalar(self, scalar: str) -> Any:

@@ -29,7 +29,7 @@ class Exchange:
     `before_last` is called before the last answer, and may send items.
     """
 
-    def __init__(self, peer: Peer, request_id: Any) -> None:
+    def __init__(self, peer: Peer, request_id: object) -> None:
         self._peer = peer
         self.id = request_id
         self.is_open = True

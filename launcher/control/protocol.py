@@ -32,7 +32,7 @@ REQUEST_LIMIT = 64 * 1024  # bytes of a request with its newline
 class Request(Record):
     """A request; every answer to it repeats its `id`."""
 
-    id: Any
+    id: object
     verb: str
     names: tuple[str, ...]
     options: Mapping[str, Any]
@@ -47,7 +47,7 @@ class Request(Record):
 class RequestError(Exception):
     """A line that is not a request; `id` is the one it gave, if it could be read."""
 
-    def __init__(self, cause: BadCallError, request_id: Any = None) -> None:
+    def __init__(self, cause: BadCallError, request_id: object = None) -> None:
         super().__init__(cause.message)
         self.cause = cause
         self.id = request_id
@@ -75,7 +75,7 @@ def parse_request(line: bytes) -> Request:
     return _request(document, request_id)
 
 
-def _request(document: dict[str, Any], request_id: Any) -> Request:
+def _request(document: dict[str, Any], request_id: object) -> Request:
     verb = document.get("verb")
     names = document.get("names") or []
     options = document.get("options") or {}
@@ -88,7 +88,7 @@ def _request(document: dict[str, Any], request_id: Any) -> Request:
     return Request(request_id, verb, tuple(names), options)
 
 
-def _bad(message: str, request_id: Any = None) -> RequestError:
+def _bad(message: str, request_id: object = None) -> RequestError:
     return RequestError(BadCallError("bad-request", message), request_id)
 
 
@@ -103,24 +103,24 @@ def to_json(document: Mapping[str, Any]) -> str:
     return strict_json.dumps(document, separators=(",", ":"), default=str)
 
 
-def reply(request_id: Any, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
+def reply(request_id: object, result: Mapping[str, Any], text: Sequence[str]) -> bytes:
     """The last answer to a request that succeeded."""
     return encode({"id": request_id, "ok": True, "result": result, "text": list(text)})
 
 
-def raw_item(request_id: Any, text: str) -> bytes:
+def raw_item(request_id: object, text: str) -> bytes:
     """An item of a stream that is JSON already."""
     return f'{{"id":{strict_json.dumps(request_id)},"item":{text}}}\n'.encode()
 
 
-def raw_reply(request_id: Any, name: str, values: Sequence[str]) -> bytes:
+def raw_reply(request_id: object, name: str, values: Sequence[str]) -> bytes:
     """Values that are JSON already, as the result and as the text."""
     number, text = strict_json.dumps(request_id), strict_json.dumps(list(values))
     result = f'{{"{name}":[{",".join(values)}]}}'
     return f'{{"id":{number},"ok":true,"result":{result},"text":{text}}}\n'.encode()
 
 
-def failure(request_id: Any, problem: BadCallError) -> bytes:
+def failure(request_id: object, problem: BadCallError) -> bytes:
     """The last answer to a request that failed."""
     error = {"code": problem.code, "message": problem.message, "hint": problem.hint}
     return encode({"id": request_id, "ok": False, "error": error})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping
-from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError, UsageError
@@ -75,7 +74,7 @@ class Folder:
         """Digests by name; None if there was no export."""
         try:
             with open(self._full(LIST), encoding="utf-8") as file:
-                data: Any = strict_json.loads(file.read())
+                data: object = strict_json.loads(file.read())
         except (OSError, ValueError):
             return None
         files = data.get("files") if isinstance(data, dict) else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.supervision import rule_for
@@ -39,7 +39,7 @@ class Places:
     def __init__(self, launch_file: str) -> None:
         self._folder = os.path.dirname(os.path.abspath(launch_file)) + os.sep
 
-    def of_entity(self, entity: Any) -> str:
+    def of_entity(self, entity: object) -> str:
         """`file:line` of an entity of a launch file."""
         origin = getattr(entity, "_origin", None)
         return THE_FILE if origin is None else self.of_text(f"{origin.path}:{origin.line}")
@@ -142,7 +142,7 @@ def _of_visit(
             )
 
 
-def _handler(plan: Plan, handler: Any, where: str, names: Mapping[int, str]) -> Unsupported:
+def _handler(plan: Plan, handler: object, where: str, names: Mapping[int, str]) -> Unsupported:
     target, _ = handler_target(handler)
     about = {
         names[number]: None

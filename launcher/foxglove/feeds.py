@@ -6,7 +6,7 @@ import contextlib
 import time
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rclpy.qos import DurabilityPolicy
 
@@ -18,6 +18,9 @@ from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.topics.fitted import OVERLAP_S, Numbers, fitting, is_equal
 from launcher.ros.topics.raw import RawMessage, subscribed
+
+if TYPE_CHECKING:
+    from rclpy.subscription import Subscription
 
 Client = Hashable
 
@@ -38,7 +41,7 @@ class _Sink:
 class _Feed:
     """A subscription and who gets its messages."""
 
-    subscription: Any = None
+    subscription: Subscription | None = None
     sinks: tuple[_Sink, ...] = ()
 
     def deliver(self, raw: RawMessage) -> None:
@@ -50,9 +53,9 @@ class _Feed:
 class _TopicFeed:
     """`profile` is None without a subscription; `before`: those replaced, and until when."""
 
-    kind: Any
+    kind: object
     sinks: dict[Client, _Sink] = field(default_factory=dict)
-    profile: Any = None
+    profile: object = None
     feeds: dict[Client | None, _Feed] = field(default_factory=dict)
     before: list[tuple[_Feed, float]] = field(default_factory=list)
 

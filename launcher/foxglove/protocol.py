@@ -95,7 +95,7 @@ class ServiceCall:
     payload: bytes
 
 
-def text(op: str, **fields: Any) -> str:
+def text(op: str, **fields: object) -> str:
     """A message of the server; None is left out."""
     given = {name: value for name, value in fields.items() if value is not None}
     return strict_json.dumps({"op": op, **given}, ensure_ascii=False)
@@ -187,7 +187,7 @@ def _list(message: dict[str, Any], field: str) -> list[Any]:
     return found
 
 
-def _number(value: Any, field: str) -> int:
+def _number(value: object, field: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < _U32:
         raise ProtocolError(f"invalid message: '{field}' must be a number below 2^32")
     return value

@@ -9,12 +9,15 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.topics.raw import RawMessage, RawTaker
+
+if TYPE_CHECKING:
+    from rclpy.subscription import Subscription
 
 _BURST = 1000
 _WAIT_NS = -1  # for ever: the guard condition wakes it
@@ -36,13 +39,13 @@ class Receiver:
         self._thread = threading.Thread(target=self._run, name="receiver", daemon=True)
         self._thread.start()
 
-    def add(self, subscription: Any, deliver: Take) -> None:
+    def add(self, subscription: Subscription, deliver: Take) -> None:
         """`deliver` is called in the thread of the receiver."""
         with self._lock:
             self._entries = (*self._entries, (subscription, deliver))
         self._guard.trigger()
 
-    def remove(self, subscription: Any) -> None:
+    def remove(self, subscription: Subscription) -> None:
         """It may be destroyed afterwards."""
         with self._lock:
             self._entries = tuple(entry for entry in self._entries if entry[0] is not subscription)
@@ -76,7 +79,7 @@ class Receiver:
             return [entry for entry in held if entry[0].handle.pointer in ready]
 
     @staticmethod
-    def _hold(stack: contextlib.ExitStack, subscription: Any) -> bool:
+    def _hold(stack: contextlib.ExitStack, subscription: Subscription) -> bool:
         """Whether it still exists; it does then until the stack ends."""
         try:
             stack.enter_context(subscription.handle)
@@ -84,7 +87,7 @@ class Receiver:
             return False
         return True
 
-    def _take(self, subscription: Any, deliver: Take) -> None:
+    def _take(self, subscription: Subscription, deliver: Take) -> None:
         handle = subscription.handle
         with contextlib.suppress(rclpy_implementation.InvalidHandle), handle:
             for _ in range(_BURST):

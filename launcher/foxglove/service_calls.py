@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -17,6 +17,9 @@ from launcher.base.ros_errors import VerbError
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
 from launcher.ros.service_caller import ASK_AGAIN_S
+
+if TYPE_CHECKING:
+    from rclpy.client import Client
 
 _PERIOD_S = 0.02
 _READY_S = 3.0  # from the discovery of a service until its client is connected
@@ -45,7 +48,7 @@ class ServiceCalls:
         self._thread.join()
         self._node.destroy_node()
 
-    async def work(self, function: Callable[..., Any], *words: Any) -> Any:
+    async def work(self, function: Callable[..., Any], *words: object) -> Any:
         """Run what changes endpoints, in the thread for it."""
         return await asyncio.get_running_loop().run_in_executor(self._worker, function, *words)
 
@@ -56,7 +59,7 @@ class ServiceCalls:
             if created.done() and not created.cancelled() and created.exception() is None:
                 self._worker.submit(self._node.destroy_client, created.result())
 
-    async def call(self, kind: Any, name: str, request: Any) -> Any:
+    async def call(self, kind: object, name: str, request: object) -> Any:
         """The answer, whenever it comes; VerbError if the service is not there, or vanishes."""
         with _vanishing(name):
             client = await self._connected(kind, name)
@@ -69,7 +72,7 @@ class ServiceCalls:
             finally:
                 abandon()
 
-    async def ask(self, kind: Any, name: str, request: Any, limit_s: float) -> Any:
+    async def ask(self, kind: object, name: str, request: object, limit_s: float) -> Any:
         """The answer, asked for repeatedly since it may be lost; VerbError after the limit.
 
         For requests that may be carried out twice.
@@ -77,7 +80,7 @@ class ServiceCalls:
         with _vanishing(name):
             return await self._ask(kind, name, request, limit_s)
 
-    async def _ask(self, kind: Any, name: str, request: Any, limit_s: float) -> Any:
+    async def _ask(self, kind: object, name: str, request: object, limit_s: float) -> Any:
         client = await self._connected(kind, name)
         deadline = time.monotonic() + limit_s
         sent: list[tuple[asyncio.Future[Any], Callable[[], None]]] = []
@@ -97,7 +100,7 @@ class ServiceCalls:
             for _, abandon in sent:
                 abandon()
 
-    async def _connected(self, kind: Any, name: str) -> Any:
+    async def _connected(self, kind: object, name: str) -> Any:
         client = await self._client(kind, name)
         deadline = time.monotonic() + _READY_S
         while not client.service_is_ready():
@@ -108,7 +111,7 @@ class ServiceCalls:
         await asyncio.sleep(max(0.0, young_s))
         return client
 
-    async def _client(self, kind: Any, name: str) -> Any:
+    async def _client(self, kind: object, name: str) -> Any:
         known = self._clients.get(name)
         if known is None or known[0] is not kind:
             creation = asyncio.ensure_future(self.work(self._create, kind, name))
@@ -119,10 +122,12 @@ class ServiceCalls:
             self._clients.pop(name, None)
             raise
 
-    def _create(self, kind: Any, name: str) -> Any:
+    def _create(self, kind: object, name: str) -> Any:
         return self._node.create_client(with_library(kind), name)
 
-    def _send(self, client: Any, request: Any) -> tuple[asyncio.Future[Any], Callable[[], None]]:
+    def _send(
+        self, client: Client, request: object
+    ) -> tuple[asyncio.Future[Any], Callable[[], None]]:
         """The answer, and what to call when nobody waits for it any more."""
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Any] = loop.create_future()

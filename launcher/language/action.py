@@ -13,11 +13,12 @@ if TYPE_CHECKING:
 
     from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
+    from launcher.language.frontends.parser import Parser
 
 
 def holds(condition: Condition, context: LaunchContext) -> bool:
     """Whether a condition, also of a launch file's own class, is true in this context."""
-    truth: Any = condition.evaluate(context)
+    truth: object = condition.evaluate(context)
     if truth is None or isinstance(truth, (str, list, tuple, dict)):
         # Imported only for a possible mistake.
         from launcher.language.diagnostics.wrong_returns import warn_of_no_truth
@@ -37,7 +38,7 @@ class Action(LaunchDescriptionEntity):
         self.__condition = condition
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type, dict[str, Any]]:
+    def parse(cls, entity: object, parser: Parser) -> tuple[type, dict[str, Any]]:
         """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
         parsed: tuple[type, dict[str, Any]]
         parsed = frontend_registry.parse_with("Action", cls, entity, parser)

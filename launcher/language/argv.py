@@ -42,7 +42,7 @@ class Argv(_Words):
 def _reading(name: str) -> Any:
     method = getattr(list, name)
 
-    def read(self: Argv, *words: Any, **more: Any) -> Any:
+    def read(self: Argv, *words: object, **more: object) -> Any:
         self._read()
         return method(self, *words, **more)
 

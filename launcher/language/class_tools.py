@@ -7,29 +7,29 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def is_iterable(obj: Any) -> bool:
+def is_iterable(obj: object) -> bool:
     """Like `isinstance(obj, Iterable)`, which is slow for each new class."""
     return getattr(type(obj), "__iter__", None) is not None
 
 
-def is_a(obj: Any, entity_type: type) -> bool:
+def is_a(obj: object, entity_type: type) -> bool:
     return isinstance(obj, entity_type)
 
 
-def is_a_subclass(obj: Any, entity_type: type) -> bool:
+def is_a_subclass(obj: object, entity_type: type) -> bool:
     """Whether `obj` is an instance of the type, or a subclass of it."""
     if isinstance(obj, entity_type):
         return True
     return isinstance(obj, type) and issubclass(obj, entity_type)
 
 
-def isclassinstance(obj: Any) -> bool:
+def isclassinstance(obj: object) -> bool:
     """Whether `obj` is an instance of a class, not a class itself."""
     return not isinstance(obj, type)
 
 
 def ensure_argument_type(
-    argument: Any, types: Any, argument_name: str, caller: str | None = None
+    argument: object, types: object, argument_name: str, caller: str | None = None
 ) -> None:
     """TypeError unless `argument` is an instance of one of `types` or a subclass of one.
 
@@ -57,6 +57,6 @@ def _types(given: Any) -> list[Any]:
     )
 
 
-def _is_generic(one: Any) -> bool:
+def _is_generic(one: object) -> bool:
     """Whether it is of `typing`, or a union of types."""
     return hasattr(one, "__origin__") or hasattr(one, "__args__")

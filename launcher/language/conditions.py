@@ -32,7 +32,7 @@ class Condition:
 
     _origin: FileLine | None
 
-    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+    def __new__(cls, *args: object, **kwargs: object) -> Any:
         """Remember the place of creation."""
         condition = super().__new__(cls)
         condition._origin = caller_origin()
@@ -84,7 +84,7 @@ def evaluate_condition_expression(context: LaunchContext, expression: Any) -> bo
 class _ExpressionCondition(Condition):
     predicate_expression: list[Substitution] = read_only()
 
-    def __init__(self, predicate_expression: Any) -> None:
+    def __init__(self, predicate_expression: object) -> None:
         self.__predicate_expression = normalize_to_list_of_substitutions(predicate_expression)
         super().__init__(predicate=self._predicate_func)
 
@@ -122,7 +122,7 @@ class LaunchConfigurationEquals(Condition):
     launch_configuration_name: str = read_only()
     expected_value: list[Substitution] | None = read_only()
 
-    def __init__(self, launch_configuration_name: str, expected_value: Any) -> None:
+    def __init__(self, launch_configuration_name: str, expected_value: object) -> None:
         warnings.warn(
             f"{type(self).__name__} is deprecated: use IfCondition with EqualsSubstitution or "
             "NotEqualsSubstitution, for example IfCondition(EqualsSubstitution("

@@ -50,14 +50,14 @@ class Configurations(_Table):
         copy._defaults = set(self._defaults)
         return copy
 
-    def assign(self, name: str, value: Any, origin: FileLine | None) -> None:
+    def assign(self, name: str, value: object, origin: FileLine | None) -> None:
         """Set a value, and where it comes from (None: the command line)."""
         super().__setitem__(name, value)
         self._origins[name] = origin
         self._defaults.discard(name)
         self._written(name, value, origin)
 
-    def assign_default(self, name: str, value: Any, origin: FileLine | None) -> None:
+    def assign_default(self, name: str, value: object, origin: FileLine | None) -> None:
         """Set the default of a launch argument."""
         self.assign(name, value, origin)
         self._defaults.add(name)
@@ -79,7 +79,7 @@ class Configurations(_Table):
         """The value or None; not recorded as a read."""
         return super().get(name)
 
-    def __setitem__(self, name: str, value: Any) -> None:
+    def __setitem__(self, name: str, value: object) -> None:
         self.assign(name, value, caller_origin())
 
     def __getitem__(self, name: str) -> Any:
@@ -88,7 +88,7 @@ class Configurations(_Table):
             raise KeyError(name)
         return super().__getitem__(name)
 
-    def update(self, *others: Any, **values: Any) -> None:
+    def update(self, *others: object, **values: object) -> None:
         for name, value in dict(*others, **values).items():
             self[name] = value
 
@@ -100,12 +100,12 @@ class Configurations(_Table):
         self._read(str(name))
         return super().__contains__(name)
 
-    def get(self, name: str, default: Any = None) -> Any:
+    def get(self, name: str, default: object = None) -> Any:
         """The value, else the default."""
         self._read(name)
         return super().get(name, default)
 
-    def setdefault(self, name: str, default: Any = None) -> Any:
+    def setdefault(self, name: str, default: object = None) -> Any:
         """The value, set to the default if there is none."""
         self._read(name)
         return super().setdefault(name, default)

@@ -36,7 +36,7 @@ class _Locals:
             )
         return values[key]
 
-    def __setattr__(self, key: str, value: Any) -> None:
+    def __setattr__(self, key: str, value: object) -> None:
         raise AttributeError(f"can't set attribute '{key}', locals are read-only")
 
 
@@ -102,7 +102,7 @@ class LaunchContext:
         """An event loop for coroutines of the launch file; created on first use."""
         return self._host.asyncio_loop()
 
-    def add_completion_future(self, completion_future: Any) -> None:
+    def add_completion_future(self, completion_future: object) -> None:
         """Keep the run going until this future is done."""
         self._completion_futures.append(completion_future)
 
@@ -161,7 +161,7 @@ class LaunchContext:
     def _configuration_read(self, name: str) -> None:
         self._host.configuration_read(name)
 
-    def _configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
+    def _configuration_written(self, name: str, value: object, origin: FileLine | None) -> None:
         self._host.configuration_written(name, value, origin)
 
     # ---- environment

@@ -180,7 +180,7 @@ def _conditionals(entity: Any) -> list[Any]:
     return found
 
 
-def _wrong_return(entity: Any, names: Sequence[str], value: Any, expected: str) -> Exception:
+def _wrong_return(entity: object, names: Sequence[str], value: object, expected: str) -> Exception:
     # Imported only for an error.
     from launcher.language.diagnostics.wrong_returns import wrong_return
 

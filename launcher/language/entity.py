@@ -24,7 +24,7 @@ class LaunchDescriptionEntity:
     # "resets" the configurations, which ends the search.
     _to_arguments = ""
 
-    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+    def __new__(cls, *args: object, **kwargs: object) -> Any:
         """Remember the place of creation, also for subclasses that never call `__init__`."""
         entity = super().__new__(cls)
         entity._origin = caller_origin()

@@ -20,6 +20,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.action import Action
     from launcher.language.context import LaunchContext
 
 
@@ -31,10 +32,10 @@ class Executable:
     prefix: list[Substitution] = read_only("Words in front of the command, as one text.")
     cmd: list[list[Substitution]] = read_only("The words; may be extended until `prepare`.")
     cwd: list[Substitution] | None = read_only()
-    env: Any = read_only(
+    env: object = read_only(
         "(name, value) pairs of the whole environment, None for that of the context."
     )
-    additional_env: Any = read_only("(name, value) pairs that are added to the environment.")
+    additional_env: object = read_only("(name, value) pairs that are added to the environment.")
     arguments: Iterable[Any] | None = read_only("The words given in addition to `cmd`.")
     final_name: str | None = read_only("The label with the number of the process.")
     final_cmd: list[str] | None = read_only()
@@ -45,9 +46,9 @@ class Executable:
         self,
         *,
         cmd: Iterable[Any],
-        prefix: Any = None,
+        prefix: object = None,
         name: Any = None,
-        cwd: Any = None,
+        cwd: object = None,
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None,
         arguments: Iterable[Any] | None = None,
@@ -77,7 +78,7 @@ class Executable:
         """Set the final name: a process of an earlier evaluation keeps its number."""
         self.__final_name = name
 
-    def prepare(self, context: LaunchContext, action: Any) -> None:
+    def prepare(self, context: LaunchContext, action: Action) -> None:
         """Perform all substitutions; `action` is for subclasses."""
         self.apply_context(context)
 

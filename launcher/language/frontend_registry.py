@@ -81,7 +81,7 @@ def _exposer(name: str, table: dict[str, Callable[..., Any]], kind: str) -> Call
     return expose
 
 
-def _parse_method(exposed: Any, name: str, kind: str) -> Callable[..., Any]:
+def _parse_method(exposed: object, name: str, kind: str) -> Callable[..., Any]:
     """The class method `parse` of a class, or the function itself."""
     if isinstance(exposed, type):
         parse = getattr(exposed, "parse", None)

@@ -17,7 +17,7 @@ class Future:
 
     def __init__(self) -> None:
         self._done = False
-        self._result: Any = None
+        self._result: object = None
         self._callbacks: list[Callable[[Any], object]] = []
 
     def done(self) -> bool:
@@ -42,7 +42,7 @@ class Future:
         """Always None: failures end the launch."""
         return None
 
-    def set_result(self, result: Any) -> None:
+    def set_result(self, result: object) -> None:
         """Mark as done and run the callbacks; a second time changes nothing."""
         if self._done:
             return

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
         def log(self, logger: str, level: str, text: str) -> None:
             """Print `[LEVEL] [logger]: text`."""
 
-        def visiting(self, entity: Any) -> None:
+        def visiting(self, entity: object) -> None:
             """The visit of an entity begins; entities visited before its end are its children."""
 
         def visited(self) -> None:
@@ -73,13 +73,13 @@ if TYPE_CHECKING:
         def configuration_read(self, name: str) -> None:
             """The launch file reads this launch configuration."""
 
-        def configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
+        def configuration_written(self, name: str, value: object, origin: FileLine | None) -> None:
             """A launch configuration was set at `origin` (None: on the command line)."""
 
-        def declared(self, argument: Any, value: str) -> None:
+        def declared(self, argument: object, value: str) -> None:
             """The declaration of a launch argument was executed; `value` is its value."""
 
-        def remember_file(self, path: str, content: Any, source: str | None = None) -> None:
+        def remember_file(self, path: str, content: object, source: str | None = None) -> None:
             """Register a generated parameter file: shown in plans, deleted after the run.
 
             `source` is the file of which the substitutions were replaced.
@@ -90,7 +90,7 @@ if TYPE_CHECKING:
 
         def load_component(
             self,
-            request: Any,
+            request: object,
             done: Callable[[Any], None],
             origin: FileLine | None = None,
             rest: tuple[Any, ...] = (),
@@ -100,7 +100,7 @@ if TYPE_CHECKING:
             `rest` are those that will follow.
             """
 
-        def change_state(self, request: Any, done: Callable[[Any], None]) -> None:
+        def change_state(self, request: object, done: Callable[[Any], None]) -> None:
             """Ask a lifecycle node for a transition; `done` gets the answer event."""
 
         def watch_lifecycle(self, node: str, seen: Callable[[Any], None]) -> None:
@@ -117,7 +117,7 @@ class NullHost:
         self._processes = 0
         self.shutdown_pending = False
 
-    def accepts(self, event: Any) -> bool:
+    def accepts(self, event: Event) -> bool:
         return True
 
     def next_process_number(self) -> int:
@@ -134,7 +134,7 @@ class NullHost:
         """None, as in ROS 2 before the run starts."""
         return None
 
-    def _ignore(self, *args: Any, **kwargs: Any) -> None:
+    def _ignore(self, *args: object, **kwargs: object) -> None:
         pass
 
     later = spawn = request = cancel_call = log = _ignore

@@ -49,7 +49,7 @@ def _lines(branches: list[_Tree]) -> list[str]:
     return lines
 
 
-def _entity(entity: Any) -> _Tree:
+def _entity(entity: object) -> _Tree:
     if not isinstance(entity, Action):
         return f"Unknown entity('{entity}')", []
     if isinstance(entity, LogInfo):
@@ -95,6 +95,6 @@ def _handler(register: RegisterEventHandler) -> _Tree:
     return text, [_entity(entity) for entity in below]
 
 
-def format_substitutions(substitutions: Any) -> str:
+def format_substitutions(substitutions: object) -> str:
     """The descriptions of substitutions, joined by plus signs."""
     return describe_substitutions(normalize_to_list_of_substitutions(substitutions))

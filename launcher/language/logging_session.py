@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from typing import Any, Protocol
 
     from launcher.language.diagnostics.origin import FileLine
+    from launcher.language.events.base import Event
 
     class LogSink(Protocol):
         """Takes a message; `sink` is where it goes, both if it is empty; `line` its final form."""
@@ -32,18 +33,18 @@ if TYPE_CHECKING:
     class ServiceRun(Protocol):
         """One run of a LaunchService; `post` from any thread, `close` at the end."""
 
-        def post(self, event: Any) -> None: ...
+        def post(self, event: Event) -> None: ...
         def run(self) -> int: ...
         async def run_async(self) -> int: ...
-        def shut_down(self, event: Any) -> None: ...
+        def shut_down(self, event: Event) -> None: ...
         def close(self) -> None: ...
 
     class RosNode(Protocol):
         """A ROS node that is spun until `close`."""
 
-        context: Any
-        node: Any
-        executor: Any
+        context: object
+        node: object
+        executor: object
 
         def close(self) -> None: ...
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator
     from typing import Any, NoReturn
 
+    from launcher.language.events.base import Event
+
 _NO_RUN = (
     "LaunchService.run() is not available inside of a launch file; start the launch file itself, "
     "or run the LaunchService in a script that says `import launcher.api` first"
@@ -31,7 +33,7 @@ class LaunchService:
     context: LaunchContext = read_only(
         "The context, which keeps its handlers and configurations from one run to the next."
     )
-    task: Any = read_only("The asyncio task that awaits `run_async`; None if none does.")
+    task: object = read_only("The asyncio task that awaits `run_async`; None if none does.")
 
     def __init__(
         self,
@@ -46,7 +48,7 @@ class LaunchService:
         self.__lock = threading.RLock()
         self.__is_running = False
         self.__run: logging_session.ServiceRun | None = None
-        self.__task: Any = None
+        self.__task: object = None
         self.__async_thread: int | None = None
         if debug:
             from launcher.language.logging.config import launch_config
@@ -58,7 +60,7 @@ class LaunchService:
         """The loop for coroutines of the launch; None when nothing runs."""
         return None if self.__run is None else self.__context.asyncio_loop
 
-    def emit_event(self, event: Any) -> None:
+    def emit_event(self, event: Event) -> None:
         """Queue an event; without a run it waits for the next one."""
         with self.__lock:
             if self.__run is None:
@@ -66,7 +68,7 @@ class LaunchService:
             else:
                 self.__run.post(event)
 
-    def include_launch_description(self, launch_description: Any) -> None:
+    def include_launch_description(self, launch_description: object) -> None:
         """Visit a description in this run, or at the start of the next one."""
         self.emit_event(IncludeLaunchDescription(launch_description))
 
@@ -126,7 +128,7 @@ class LaunchService:
                 self.__context._completion_futures.clear()
                 self.__context._host = NullHost()
 
-    def __on_shutdown(self, event: Any, context: LaunchContext) -> None:
+    def __on_shutdown(self, event: Event, context: LaunchContext) -> None:
         if self.__run is not None:
             self.__run.shut_down(event)
 
@@ -140,7 +142,7 @@ def _is_in_loop() -> bool:
 class _Done(Coroutine[object, object, None]):
     """A coroutine that has nothing left to do, and may stay without an `await`."""
 
-    def send(self, value: Any) -> NoReturn:
+    def send(self, value: object) -> NoReturn:
         raise StopIteration
 
     def throw(self, *error: Any) -> NoReturn:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.description import LaunchDescription
+    from launcher.language.frontends.parser import Parser
     from launcher.language.some_types import FilePath
     from launcher.language.substitution import Substitution
 
@@ -92,7 +93,7 @@ class LaunchDescriptionSource:
     def __init__(
         self,
         launch_description: LaunchDescription | None = None,
-        location: Any = "<string>",
+        location: object = "<string>",
         method: str = "unspecified mechanism from a script",
     ) -> None:
         self.__launch_description = launch_description
@@ -153,7 +154,7 @@ class _FileSource(LaunchDescriptionSource):
 
     _kind = ""
 
-    def __init__(self, launch_file_path: Any) -> None:
+    def __init__(self, launch_file_path: object) -> None:
         super().__init__(None, launch_file_path, f"interpreted {self._kind}launch file")
 
 
@@ -181,10 +182,10 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
 
     def __init__(
         self,
-        launch_file_path: Any,
+        launch_file_path: object,
         *,
         method: str = "interpreted frontend launch file",
-        parser: Any = None,
+        parser: Parser | None = None,
     ) -> None:
         super().__init__(None, launch_file_path, method)
         self._parser = parser
@@ -270,7 +271,7 @@ def get_launch_description_from_frontend_launch_file(
 
 
 def get_launch_description_from_any_launch_file(
-    launch_file_path: FilePath, *, parser: Any = None
+    launch_file_path: FilePath, *, parser: Parser | None = None
 ) -> LaunchDescription:
     """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 

@@ -27,7 +27,7 @@ class Substitution:
 
     _origin: FileLine | None
 
-    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+    def __new__(cls, *args: object, **kwargs: object) -> Any:
         """Remember the place of creation."""
         substitution = super().__new__(cls)
         substitution._origin = caller_origin()
@@ -109,7 +109,7 @@ def normalize_to_list_of_substitutions(subs: Any) -> list[Substitution]:
     return [_as_substitution(item) for item in subs]
 
 
-def _as_substitution(item: Any) -> Substitution:
+def _as_substitution(item: object) -> Substitution:
     if isinstance(item, str):
         return TextSubstitution(text=item)
     if is_a_subclass(item, Substitution):
@@ -121,7 +121,7 @@ def _as_substitution(item: Any) -> Substitution:
     )
 
 
-def optional_substitutions(subs: Any) -> list[Substitution] | None:
+def optional_substitutions(subs: object) -> list[Substitution] | None:
     """Like `normalize_to_list_of_substitutions`; None stays None."""
     return None if subs is None else normalize_to_list_of_substitutions(subs)
 
@@ -153,7 +153,7 @@ def too_long(what: str) -> SubstitutionFailure:
     return SubstitutionFailure(f"the text of {shown} has more than {MAX_TEXT:,} characters")
 
 
-def perform(context: LaunchContext, subs: Any) -> str:
+def perform(context: LaunchContext, subs: object) -> str:
     """The text of one text, one substitution or several of them, before normalisation."""
     return perform_substitutions(context, normalize_to_list_of_substitutions(subs))
 

@@ -49,7 +49,7 @@ class LaunchTestService:
         self.__failed_with: int | None = None
 
     def add_fixture_action(
-        self, launch_description: Any, action: Action, exit_allowed: Any = (0,)
+        self, launch_description: Any, action: Action, exit_allowed: object = (0,)
     ) -> Action:
         """Add a fixture of the tests; `exit_allowed`: exit codes it may have, or True for any."""
         launch_description.add_action(action)
@@ -150,7 +150,7 @@ def ready_to_test_action_timeout(timeout: float) -> Callable[[_T], _T]:
 def post_shutdown_test() -> Callable[[_T], _T]:
     """Mark test cases: they run after the shutdown. TypeError for what is not a class."""
 
-    def mark(test_case: Any) -> Any:
+    def mark(test_case: object) -> Any:
         if not isinstance(test_case, type):
             raise TypeError("post_shutdown_test marks a class of tests, not a function")
         test_case.__post_shutdown_test__ = True  # type: ignore[attr-defined]

@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 ScalarTypesTuple = (int, float, bool, str)
 
 
-def is_typing_list(data_type: Any) -> bool:
+def is_typing_list(data_type: object) -> bool:
     """Whether it is `typing.List` or `typing.List[...]`."""
     if getattr(data_type, "__origin__", None) is not list:
         return False
     return bool(getattr(data_type, "__args__", True))
 
 
-def is_valid_scalar_type(data_type: Any) -> bool:
+def is_valid_scalar_type(data_type: object) -> bool:
     return data_type in ScalarTypesTuple
 
 
-def extract_type(data_type: Any) -> tuple[Any, bool]:
+def extract_type(data_type: object) -> tuple[Any, bool]:
     """(scalar type, whether it is a list of it); ValueError for anything else."""
     is_list = is_typing_list(data_type)
     scalar = data_type.__args__[0] if is_list and hasattr(data_type, "__args__") else data_type
@@ -40,7 +40,7 @@ def extract_type(data_type: Any) -> tuple[Any, bool]:
     return scalar, is_list
 
 
-def is_instance_of_valid_type(value: Any, can_be_str: bool = False) -> bool:
+def is_instance_of_valid_type(value: object, can_be_str: bool = False) -> bool:
     """Whether it is a scalar or a uniform list; with `can_be_str`, texts may be mixed in."""
     if not isinstance(value, list):
         return isinstance(value, ScalarTypesTuple)
@@ -50,7 +50,7 @@ def is_instance_of_valid_type(value: Any, can_be_str: bool = False) -> bool:
     return not kinds or (len(kinds) == 1 and kinds.pop() in ScalarTypesTuple)
 
 
-def is_instance_of(value: Any, data_type: Any = None, can_be_str: bool = False) -> bool:
+def is_instance_of(value: object, data_type: object = None, can_be_str: bool = False) -> bool:
     """Whether the value is of the type; with None, of any allowed type."""
     if data_type is None:
         return is_instance_of_valid_type(value, can_be_str)
@@ -79,7 +79,7 @@ def _load_yaml(value: str, message: str, can_be_str: bool) -> Any:
     return output
 
 
-def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) -> Any:
+def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = False) -> Any:
     """Convert a text to the type; ValueError if that fails, but with `can_be_str` the text."""
     ensure_argument_type(value, str, "value", "coerce_to_type")
     if data_type is None:
@@ -114,7 +114,7 @@ def _coerce_to_list(value: str, allowed: tuple[type, ...], can_be_str: bool) -> 
     return output
 
 
-def coerce_list(value: list[str], data_type: Any = None, can_be_str: bool = False) -> Any:
+def coerce_list(value: list[str], data_type: object = None, can_be_str: bool = False) -> Any:
     """A list of texts as a uniform list of values of the type."""
     ensure_argument_type(value, list, "value", "coerce_list")
     output = [coerce_to_type(item, data_type, can_be_str) for item in value]
@@ -136,7 +136,7 @@ def get_typed_value(value: Any, data_type: Any, can_be_str: bool = False) -> Any
     return coerce_list(value, data_type, can_be_str)
 
 
-def is_substitution(x: Any) -> bool:
+def is_substitution(x: object) -> bool:
     """Whether it is a substitution, or texts and substitutions with at least one of these."""
     if isinstance(x, Substitution):
         return True
@@ -147,7 +147,7 @@ def is_substitution(x: Any) -> bool:
     )
 
 
-def normalize_typed_substitution(value: Any, data_type: Any) -> Any:
+def normalize_typed_substitution(value: object, data_type: object) -> Any:
     """A value of the type, or substitutions that will become one; TypeError if it cannot.
 
     Lists of substitutions inside of a list are kept apart: `[['a', sub], 'b']` has two items.
@@ -179,7 +179,7 @@ def normalize_typed_substitution(value: Any, data_type: Any) -> Any:
     ]
 
 
-def _kinds(value: Any, items: list[Any]) -> set[type]:
+def _kinds(value: object, items: list[Any]) -> set[type]:
     kinds: set[type] = set()
     for item in items:
         if isinstance(item, ScalarTypesTuple):
@@ -194,7 +194,7 @@ def _kinds(value: Any, items: list[Any]) -> set[type]:
     return kinds
 
 
-def _expected_scalar(value: Any, data_type: Any) -> Any:
+def _expected_scalar(value: object, data_type: object) -> Any:
     if data_type is None:
         return None
     scalar, is_list = extract_type(data_type)
@@ -206,7 +206,7 @@ def _expected_scalar(value: Any, data_type: Any) -> Any:
     return scalar
 
 
-def is_normalized_substitution(value: Any) -> bool:
+def is_normalized_substitution(value: object) -> bool:
     """Whether it is a list of substitutions only, with at least one."""
     return (
         isinstance(value, list)
@@ -215,7 +215,7 @@ def is_normalized_substitution(value: Any) -> bool:
     )
 
 
-def perform_typed_substitution(context: LaunchContext, value: Any, data_type: Any) -> Any:
+def perform_typed_substitution(context: LaunchContext, value: object, data_type: object) -> Any:
     """The value of what `normalize_typed_substitution` made.
 
     Raises ValueError where a text cannot be coerced, TypeError where the value is of no
@@ -232,7 +232,7 @@ def perform_typed_substitution(context: LaunchContext, value: Any, data_type: An
     raise TypeError(f"Input value is not an acceptable 'NormalizedValueType'.Got value='{value}'")
 
 
-def _perform_items(context: LaunchContext, items: list[Any], data_type: Any) -> Any:
+def _perform_items(context: LaunchContext, items: list[Any], data_type: object) -> Any:
     scalar = None
     if data_type is not None:
         scalar, is_list = extract_type(data_type)

@@ -58,7 +58,7 @@ def visit_all_entities_and_collect_futures(
     return pairs
 
 
-def _check_is_list(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
+def _check_is_list(entity: LaunchDescriptionEntity, sub_entities: object) -> None:
     if is_iterable(sub_entities) and not (isinstance(sub_entities, str) and sub_entities):
         return
     if hasattr(type(sub_entities), "__getitem__") and not isinstance(sub_entities, str):
@@ -69,7 +69,7 @@ def _check_is_list(entity: LaunchDescriptionEntity, sub_entities: Any) -> None:
     raise not_a_list(sub_entities, entity)
 
 
-def _wrong_entry(entity: LaunchDescriptionEntity, item: Any, items: Any) -> Exception:
+def _wrong_entry(entity: LaunchDescriptionEntity, item: object, items: object) -> Exception:
     from launcher.language.diagnostics.bad_entries import wrong_entry
 
     return wrong_entry(item, entity, items)

@@ -49,7 +49,7 @@ class KnownNames:
     def __init__(
         self,
         used: Iterable[str],
-        description: Any = None,
+        description: object = None,
         context: LaunchContext | None = None,
         *,
         reads_arguments: bool = False,
@@ -112,7 +112,7 @@ class _NameSearch:
         self.parts: set[str] = set()
         self.is_open = False
 
-    def look_at(self, description: Any) -> None:
+    def look_at(self, description: object) -> None:
         waiting = [(part, False) for part in (description, *self._context._event_handlers)]
         while waiting:
             part, is_called = waiting.pop()
@@ -131,7 +131,7 @@ class _NameSearch:
             with contextlib.suppress(Exception):  # code of the launch file is in some of them
                 waiting += [(one, is_called) for one in self._parts_of(part)]
 
-    def _note(self, part: Any, is_called: bool) -> None:
+    def _note(self, part: object, is_called: bool) -> None:
         """Names that this object itself uses."""
         if isinstance(part, DeclareLaunchArgument):
             self.names.add(part.name)
@@ -153,7 +153,7 @@ class _NameSearch:
             self.parts |= {text for text in texts if len(text) >= _LEAST_PART}
             self.is_open |= "launch_configurations" in used and bool(used & _ALL_OF_THEM)
 
-    def _parts_of(self, part: Any) -> list[Any]:
+    def _parts_of(self, part: object) -> list[Any]:
         if isinstance(part, Mapping):
             return [*part.keys(), *part.values()]
         if isinstance(part, (list, tuple, set, frozenset)):
@@ -198,7 +198,7 @@ def _texts_among(parts: Iterable[Any], depth: int = 4) -> Iterator[str]:
             yield from _texts_among(part, depth - 1)
 
 
-def _below(part: Any) -> list[Any]:
+def _below(part: object) -> list[Any]:
     if isinstance(part, BaseEventHandler):
         return list(part.describe()[1])
     if not isinstance(part, LaunchDescriptionEntity):
@@ -210,7 +210,7 @@ def _below(part: Any) -> list[Any]:
 # ---- code of the launch file
 
 
-def _is_foreign(function: Any) -> bool:
+def _is_foreign(function: object) -> bool:
     """Whether it is a function, and not ours."""
     return isinstance(function, FunctionType) and not is_own_file(function.__code__.co_filename)
 
@@ -237,7 +237,7 @@ def _around(function: FunctionType) -> list[Any]:
     return [*cells, *defaults, *filter(_may_have_names, found)]
 
 
-def _may_have_names(part: Any) -> bool:
+def _may_have_names(part: object) -> bool:
     if isinstance(part, type):
         return any(map(_is_of_a_user, _methods(part)))
     return isinstance(part, (str, list, tuple, set, dict, partial)) or _is_of_a_user(part)

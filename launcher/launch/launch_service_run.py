@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import asyncio
 
     from launcher.language.context import LaunchContext
+    from launcher.language.events.base import Event
     from launcher.language.logging_session import LoggingSession
     from launcher.posix.reactor import Reactor
     from launcher.run.supervisor import Supervisor
@@ -79,12 +80,12 @@ class EngineServiceRun:
 
     # ---- the side of the service
 
-    def post(self, event: Any) -> None:
+    def post(self, event: Event) -> None:
         """Queue an event, from any thread."""
         self._posted.append(event)
         os.eventfd_write(self._wake, 1)
 
-    def shut_down(self, event: Any) -> None:
+    def shut_down(self, event: Event) -> None:
         """All handlers of this Shutdown have been called."""
         self._interpreter.decide_shutdown(event)
 

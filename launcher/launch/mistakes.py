@@ -222,7 +222,7 @@ def _nodes(entity: Any, context: LaunchContext) -> Iterator[Node]:
         yield from _nodes(below, context)
 
 
-def _is_wanted(entity: Any, context: LaunchContext) -> bool:
+def _is_wanted(entity: object, context: LaunchContext) -> bool:
     condition = getattr(entity, "condition", None)
     if condition is None:
         return True
@@ -235,7 +235,7 @@ def _is_wanted(entity: Any, context: LaunchContext) -> bool:
         return False
 
 
-def _text(parts: Any, context: LaunchContext) -> str | None:
+def _text(parts: object, context: LaunchContext) -> str | None:
     """The text if that can be known without running anything."""
     subs = normalize_to_list_of_substitutions(parts)
     if not all(isinstance(sub, _KNOWN_BEFOREHAND) for sub in subs):

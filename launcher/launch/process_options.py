@@ -42,7 +42,7 @@ def for_pattern(mark: str, example: str) -> Callable[[Callable[[str], Any]], Cal
 
     def decorate(parse: Callable[..., Any]) -> Callable[..., tuple[str, Any]]:
         @functools.wraps(parse)
-        def read(word: str, **more: Any) -> tuple[str, Any]:
+        def read(word: str, **more: object) -> tuple[str, Any]:
             pattern, _, text = word.partition(mark)
             try:
                 if not pattern or not text:

@@ -87,7 +87,7 @@ class Goal:
         )
         return all(waits)
 
-    def send(self, values: Any, limit_s: float) -> bool:
+    def send(self, values: object, limit_s: float) -> bool:
         """Whether the server accepts the goal; NoAnswerError."""
         self._caller.await_introduction()
         request = self._kinds.SendGoalService.Request(goal_id=self._id, goal=values)

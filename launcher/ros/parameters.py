@@ -201,7 +201,7 @@ def descriptor_lines(descriptor: Any) -> Iterator[str]:
         yield f"    Additional constraints: {descriptor.additional_constraints}"
 
 
-def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
+def parameter(name: str, value: object, declared_type: int = NOT_SET) -> Any:
     """A Parameter message; an integer becomes a double where one is declared.
 
     NoKindError if parameters cannot have such a value, VerbError if it is too large.
@@ -222,7 +222,7 @@ def parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
     return Parameter(name=name, value=held)
 
 
-def _kind_of(value: Any, declared: int) -> int | None:
+def _kind_of(value: object, declared: int) -> int | None:
     if isinstance(value, list):
         return _list_kind(value, declared)
     kinds = {bool: BOOL, int: INTEGER, float: DOUBLE, str: STRING, bytes: BYTES}
@@ -266,7 +266,7 @@ class Written(NamedTuple):
     """A value that was written as YAML, with the types of rcl, and the same with texts only."""
 
     value: Any
-    words: Any
+    words: object
 
 
 def written_parameter(name: str, given: Written, declared_type: int = NOT_SET) -> Any:
@@ -286,7 +286,7 @@ def typed_parameter(name: str, word: str, declared_type: int = NOT_SET) -> Any:
         return parameter(name, word)
 
 
-def plain_parameter(name: str, value: Any, declared_type: int = NOT_SET) -> Any:
+def plain_parameter(name: str, value: object, declared_type: int = NOT_SET) -> Any:
     """A Parameter from JSON; a text is a word where a number is declared."""
     if isinstance(value, str) and declared_type in (INTEGER, DOUBLE):
         value = word_value(value)
@@ -414,7 +414,7 @@ def file_values(path: str, node: str, *, use_wildcard: bool) -> dict[str, Writte
     return {name: Written(value, words.get(name)) for name, value in values.items()}
 
 
-def _of_node(document: Any, path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
+def _of_node(document: object, path: str, node: str, *, use_wildcard: bool) -> dict[str, Any]:
     try:
         known = list(sections(document))
         usable = [one for one in known if one.is_exact or use_wildcard]
@@ -447,7 +447,7 @@ def _text(path: str) -> str:
     return text
 
 
-def _tree(text: str, loader: Any, path: str) -> dict[str, Any]:
+def _tree(text: str, loader: object, path: str) -> dict[str, Any]:
     try:
         document = value_of(text, loader)
     except yaml.YAMLError as error:

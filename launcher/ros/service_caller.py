@@ -13,6 +13,9 @@ from launcher.ros.discovery.completeness import settle
 from launcher.ros.messages.classes import with_library
 
 if TYPE_CHECKING:
+    from rclpy.client import Client
+    from rclpy.node import Node
+
     from launcher.ros.discovery.observer import Observer
 
 ANSWER_S = 5.0
@@ -36,7 +39,9 @@ class ServiceCaller:
     `answer_s` is the time limit where a call has no other, `node` has the clients.
     """
 
-    def __init__(self, observer: Observer, node: Any = None, answer_s: float | None = None) -> None:
+    def __init__(
+        self, observer: Observer, node: Node | None = None, answer_s: float | None = None
+    ) -> None:
         from rclpy.executors import SingleThreadedExecutor
 
         self.observer = observer
@@ -52,7 +57,7 @@ class ServiceCaller:
     def __exit__(self, *exit_info: object) -> None:
         self._executor.shutdown()
 
-    def client(self, kind: Any, name: str) -> Any:
+    def client(self, kind: object, name: str) -> Any:
         """The client of a service, created once; VerbError if the name is not valid."""
         from rclpy.exceptions import InvalidServiceNameException
 
@@ -63,11 +68,11 @@ class ServiceCaller:
                 raise VerbError(name_fault(error)) from None
         return self._clients[kind, name]
 
-    def load(self, kind: Any) -> None:
+    def load(self, kind: object) -> None:
         """Load the libraries of a type, while its service is being discovered; VerbError."""
         with_library(kind)
 
-    def wait_for(self, client: Any, limit_s: float) -> bool:
+    def wait_for(self, client: Client, limit_s: float) -> bool:
         """Whether the service is ready within the limit."""
         deadline = time.monotonic() + limit_s
         while not client.service_is_ready():
@@ -76,7 +81,7 @@ class ServiceCaller:
             time.sleep(_PERIOD_S)
         return True
 
-    def start(self, kind: Any, name: str, request: Any) -> Any:
+    def start(self, kind: object, name: str, request: object) -> Any:
         """The future of an answer; NoAnswerError if the service does not become ready."""
         client = self.client(kind, name)
         if not self.wait_for(client, self._connecting_s(name)):
@@ -93,7 +98,7 @@ class ServiceCaller:
         graph = self.observer.prefetched_graph()
         return _PREFETCHED_S if graph and name in graph.service_types() else _CONNECT_S
 
-    def call(self, kind: Any, name: str, request: Any, limit_s: float | None = None) -> Any:
+    def call(self, kind: object, name: str, request: object, limit_s: float | None = None) -> Any:
         """The answer; NoAnswerError if there is none in time."""
         limit_s = self.answer_s if limit_s is None else limit_s
         future = self.start(kind, name, request)
@@ -102,7 +107,7 @@ class ServiceCaller:
             raise silence(name, limit_s)
         return future.result()
 
-    def ask(self, kind: Any, name: str, request: Any) -> Any:
+    def ask(self, kind: object, name: str, request: object) -> Any:
         """As `call`, repeated if the answer is lost; for requests that may be carried out twice."""
         deadline = time.monotonic() + self.answer_s
         futures: list[Any] = []

@@ -254,7 +254,7 @@ def warn(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def show(options: Parsed, document: Any, lines: Iterable[object]) -> int:
+def show(options: Parsed, document: object, lines: Iterable[object]) -> int:
     """Print the document with --json, the lines without; the exit code."""
     if options.json:
         print_json(document)
@@ -279,7 +279,7 @@ def show_typed(options: Parsed, found: Mapping[str, Sequence[str]], *, only_coun
     return show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
 
 
-def to_json_plain(value: Any) -> Any:
+def to_json_plain(value: object) -> Any:
     """Plain values with nan and inf as strings, since JSON does not have them."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
@@ -288,7 +288,7 @@ def to_json_plain(value: Any) -> Any:
     return [to_json_plain(item) for item in value] if isinstance(value, list) else value
 
 
-def print_json(document: Any) -> None:
+def print_json(document: object) -> None:
     print(json_text(to_json_plain(document), indent=2))
 
 

@@ -153,7 +153,7 @@ class LaunchedSystem:
         """Write a line to its standard input."""
         self.system.send(process, text)
 
-    def publish(self, topic: str, type: str | None, value: Any) -> None:
+    def publish(self, topic: str, type: str | None, value: object) -> None:
         """Publish one message, once there is a subscription."""
         self.system.publish(topic, type, value)
 
@@ -161,7 +161,7 @@ class LaunchedSystem:
         """Record the messages of a topic from now on."""
         self.system.watch(topic, type)
 
-    def call(self, service: str, type: str | None = None, request: Any = None) -> Any:
+    def call(self, service: str, type: str | None = None, request: object = None) -> Any:
         """The response of a service, as plain values."""
         return self.system.call(service, type, request, self._timeout_s)
 
@@ -169,7 +169,7 @@ class LaunchedSystem:
         """The value of a parameter."""
         return self.system.parameter(node, name, self._timeout_s)
 
-    def set_parameter(self, node: str, name: str, value: Any) -> None:
+    def set_parameter(self, node: str, name: str, value: object) -> None:
         """Set a parameter of a node."""
         self.system.set_parameter(node, name, value)
 

@@ -299,7 +299,7 @@ def _subscription(kind: str, topic: str) -> dict[str, Any]:
     return {**request, "most_hz": ECHO_HZ if kind == "e" else PLOT_HZ}
 
 
-def numbers_at(data: Any, path: str) -> float | None:
+def numbers_at(data: object, path: str) -> float | None:
     """The number (or truth value) at this path of a message; None if there is none."""
     value = data
     for name, index in _STEP.findall(path):
@@ -317,7 +317,7 @@ def numbers_at(data: Any, path: str) -> float | None:
         return math.inf
 
 
-def _opened(value: Any) -> Any:
+def _opened(value: object) -> Any:
     """What a string of JSON holds, or the value itself."""
     if isinstance(value, str):
         try:

@@ -30,11 +30,11 @@ def encode(message: Message) -> str:
     return text
 
 
-def _dumps(value: Any) -> str:
+def _dumps(value: object) -> str:
     return strict_json.dumps(value, separators=(",", ":"), ensure_ascii=False, default=str)
 
 
-def _exact(value: Any) -> Any:
+def _exact(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _exact(one) for key, one in value.items()}
     if isinstance(value, list):

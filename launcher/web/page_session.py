@@ -293,7 +293,7 @@ class PageSession:
         return await self._feeds.graph.cancel(number)
 
 
-def _check_times(times: Any) -> None:
+def _check_times(times: object) -> None:
     if isinstance(times, int | float) and not times <= MAX_TIMES:
         raise BadRequestError("bad-request", f"'times' must be at most {MAX_TIMES:,}")
 
@@ -302,6 +302,6 @@ def _done(result: Request) -> Request:
     return {"ok": True, "result": result}
 
 
-def _refusal(number: Any, code: str, message: str) -> Request:
+def _refusal(number: object, code: str, message: str) -> Request:
     error = {"code": code, "message": message, "hint": None}
     return {"id": number, "ok": False, "error": error}

@@ -34,7 +34,7 @@ class Rules:
     ignored: Collection[str] = ()
     stamps: bool = False
 
-    def ignores(self, path: str, parent: Any, name: str) -> bool:
+    def ignores(self, path: str, parent: object, name: str) -> bool:
         if self.stamps and name == "stamp" and getattr(type(parent), "_type", "") in _HEADERS:
             return True
         return bool(self.ignored) and (path in self.ignored or _INDEX.sub("", path) in self.ignored)
@@ -58,11 +58,11 @@ def first_difference(a: Any, b: Any, rules: Rules, path: str = "") -> FieldDiffe
     return None if a == b and is_message(a) == is_message(b) else FieldDifference(path, a, b)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _of_messages(a: Any, b: Any, rules: Rules, path: str) -> FieldDifference | None:
+def _of_messages(a: object, b: object, rules: Rules, path: str) -> FieldDifference | None:
     for name in dict.fromkeys((*fields_of(a), *fields_of(b))):
         full = f"{path}.{name}" if path else name
         if rules.ignores(full, a, name):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from launcher.bag.bag_model import Topic
 from launcher.bag.topic_course import NS, longest_gap, mean_hz
@@ -75,8 +74,8 @@ class Difference:
     """
 
     kind: str
-    a: Any
-    b: Any
+    a: object
+    b: object
     path: str = ""
     index: int | None = None
     note: str = ""
@@ -139,6 +138,6 @@ def text_of(one: Difference, a: str = "in A", b: str = "in B") -> str:
             return f"message {one.index} has other bytes, and {one.note}"
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."

@@ -60,7 +60,7 @@ class JsonLines:
         }
         self._stream.write(strict_json.dumps(document, ensure_ascii=False) + "\n")
 
-    def _contents(self, decoded: Any) -> Any:
+    def _contents(self, decoded: object) -> Any:
         if not self._fields:
             return plain(decoded)
         return {path: plain(field_of(decoded, path)) for path in self._fields}
@@ -107,7 +107,7 @@ class Csv:
         self._writer.writerow([f"{seconds}.{rest:09}", *topic, *cells])
 
 
-def _having(decoded: Any, fields: Iterable[str]) -> tuple[list[str], list[BagError]]:
+def _having(decoded: object, fields: Iterable[str]) -> tuple[list[str], list[BagError]]:
     """The fields that a message has, and why it lacks the others."""
     found, problems = [], []
     for path in fields:

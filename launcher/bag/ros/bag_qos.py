@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from launcher.bag.bag_model import Qos
 from launcher.bag.metadata import TIMES, document_in
@@ -59,7 +59,7 @@ def read_overrides(path: str) -> dict[str, Qos]:
     return {str(topic): policies for topic, policies in document.items()}
 
 
-def _check(path: str, topic: Any, policies: Any) -> None:
+def _check(path: str, topic: object, policies: object) -> None:
     place = f"{path}: {topic}"
     if not isinstance(policies, dict):
         raise UsageError(f"{place} has no policies")
@@ -124,7 +124,7 @@ def to_play(offered: Sequence[Qos]) -> QoSProfile:
     )
 
 
-def _is_known(policy: str, value: Any) -> bool:
+def _is_known(policy: str, value: object) -> bool:
     try:
         changed(None, {policy: value})
     except (AttributeError, KeyError, TypeError, ValueError):

@@ -19,6 +19,9 @@ from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 
 if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.publisher import Publisher
+
     from launcher.ros.discovery.observer import Observer
 
 _DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow to take
@@ -167,7 +170,7 @@ class Publishers:
         return [*self._publishers.values(), *clock]
 
     @staticmethod
-    def _matching(graph: GraphSnapshot, publisher: Any) -> int:
+    def _matching(graph: GraphSnapshot, publisher: Publisher) -> int:
         own = qos.endpoint_of(
             publisher.qos_profile,
             Direction.PUBLISHER,
@@ -201,7 +204,7 @@ class _Requester:
     `source` is whose events are used, `client` or `service`, since both may have been recorded.
     """
 
-    def __init__(self, node: Any, service: str, type_name: str, source: str) -> None:
+    def __init__(self, node: Node, service: str, type_name: str, source: str) -> None:
         kind = load(type_name, "srv", "The passed service type is invalid")
         with_library(kind)
         self._event, self._response = kind.Event, kind.Response

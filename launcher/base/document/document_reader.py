@@ -15,7 +15,7 @@ from launcher.base.errors import LauncherError, LaunchFileError, SeveralErrors
 from launcher.base.text import suggest
 
 QUOTES = "a string with a brace, a bracket or ': ' in it needs quotes"
-BAD: Any = object()  # what `parsed` returns instead of an invalid value
+BAD: object = object()  # what `parsed` returns instead of an invalid value
 _NEWLINE = b"\n"
 # What no YAML may contain: control characters and half characters.
 _UNPRINTABLE = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -92,20 +92,20 @@ def _number(value: Any) -> Any:
     return value
 
 
-def _integer(value: Any) -> Any:
+def _integer(value: object) -> Any:
     if type(value) is not int or not abs(value) < _GREATEST:
         raise ValueError(value)
     return value
 
 
-def _time(value: Any) -> Any:
+def _time(value: object) -> Any:
     if not 0 <= _number(value) < _LATEST_S:
         raise ValueError(value)
     return value
 
 
 def _exactly(cls: type) -> Callable[[Any], Any]:
-    def read(value: Any) -> Any:
+    def read(value: object) -> Any:
         if type(value) is not cls:
             raise ValueError(value)
         return value
@@ -113,13 +113,13 @@ def _exactly(cls: type) -> Callable[[Any], Any]:
     return read
 
 
-def _names(value: Any) -> tuple[str, ...]:
+def _names(value: object) -> tuple[str, ...]:
     if not isinstance(value, (list, tuple)) or not all(isinstance(one, str) for one in value):
         raise ValueError(value)
     return tuple(value)
 
 
-def _samples(value: Any) -> dict[str, Sample]:
+def _samples(value: object) -> dict[str, Sample]:
     if not isinstance(value, Mapping):
         raise ValueError(value)
     return {str(name): Sample(**_read(Sample, sample)) for name, sample in value.items()}
@@ -167,7 +167,7 @@ def _event_of(kind: str, item: Mapping[str, Any], *, has_process: bool) -> RunEv
         return None
 
 
-def _read(cls: Any, item: Any) -> dict[str, Any]:
+def _read(cls: object, item: object) -> dict[str, Any]:
     """The fields of a type, from JSON; ValueError."""
     if not isinstance(item, Mapping):
         raise ValueError(item)

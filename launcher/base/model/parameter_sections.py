@@ -22,7 +22,7 @@ class Section(Record):
     """The tree of parameters below the keys that `selector` joins: `/ns/node`, `/*/node`, `/**`."""
 
     selector: str
-    parameters: Any
+    parameters: object
 
     @property
     def is_exact(self) -> bool:
@@ -36,12 +36,12 @@ class Section(Record):
         return re.fullmatch(pattern, node) is not None
 
 
-def sections(tree: Any) -> Iterator[Section]:
+def sections(tree: object) -> Iterator[Section]:
     """The sections of a file, in order: the last one that has a parameter wins."""
     return _sections(tree, "")
 
 
-def _sections(tree: Any, selector: str) -> Iterator[Section]:
+def _sections(tree: object, selector: str) -> Iterator[Section]:
     for name, _, value in _items(tree):
         if name == PARAMETERS and selector:
             yield Section(selector, value)
@@ -49,7 +49,7 @@ def _sections(tree: Any, selector: str) -> Iterator[Section]:
             yield from _sections(value, f"{selector}/{name.strip('/')}".rstrip("/"))
 
 
-def parameters(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
+def parameters(tree: object, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
     """(name, key, value) of the parameters of a section; levels become dots in names."""
     for name, key, value in _items(tree):
         if _is_mapping(value):
@@ -69,7 +69,7 @@ def parameters_for(node: str, known: Iterable[Section]) -> Iterator[tuple[str, A
         yield from parameters(section.parameters)
 
 
-def _is_mapping(tree: Any) -> bool:
+def _is_mapping(tree: object) -> bool:
     return isinstance(tree, Mapping) or getattr(tree, "id", None) == "mapping"
 
 

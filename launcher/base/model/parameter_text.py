@@ -45,7 +45,7 @@ class ExponentText(str):
     __slots__ = ()
 
 
-def file_text(content: Any) -> str:
+def file_text(content: object) -> str:
     """A parameter file with this content; every text that is a value is in quotes."""
     import yaml
 
@@ -60,7 +60,7 @@ def file_text(content: Any) -> str:
     return text
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """A YAML document with this value; a text is in quotes where it needs them."""
     import yaml
 
@@ -68,7 +68,7 @@ def value_text(value: Any) -> str:
     return text
 
 
-def rule(name: str, value: Any) -> str:
+def rule(name: str, value: object) -> str:
     """The word behind `-p`."""
     # PyYAML ends a scalar document with `...`.
     text = value_text(value).rstrip("\n").removesuffix("\n...")

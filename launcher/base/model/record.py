@@ -47,7 +47,7 @@ class Record:
             if isinstance(default, _Function):  # else it would be a method
                 type.__setattr__(cls, name, staticmethod(default))
 
-    def __init__(self, *values: Any, **named: Any) -> None:
+    def __init__(self, *values: object, **named: object) -> None:
         fields = self._fields
         if not named and len(values) == len(fields):  # most are made in one of these two ways
             self.__dict__.update(zip(fields, values))  # noqa: B905
@@ -88,7 +88,7 @@ class Record:
         return f"{type(self).__name__}({inside})"
 
 
-def replace(record: R, **changes: Any) -> R:
+def replace(record: R, **changes: object) -> R:
     """The same record with some fields changed."""
     return type(record)(**{**dict(zip(record._fields, record._values())), **changes})  # noqa: B905
 

@@ -86,7 +86,7 @@ class ProbeSession:
         except BrokenPipeError:
             return  # its output ends, too
 
-    def ask(self, **request: Any) -> None:
+    def ask(self, **request: object) -> None:
         self._write(strict_json.packed(request).encode() + b"\n")
 
     @property

@@ -247,7 +247,7 @@ class HostSync:
             word, wanted = self._facts["word"], self._host.python
             self._say(f"there is no Python '{wanted}', so {word} is used")
 
-    def _ask(self, what: str, *, say: bool = False, **request: Any) -> dict[str, Any]:
+    def _ask(self, what: str, *, say: bool = False, **request: object) -> dict[str, Any]:
         quiet = lambda _: None  # noqa: E731
         return self._session.ask({"do": what, **request}, self._say if say else quiet)
 

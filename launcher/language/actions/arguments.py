@@ -39,7 +39,7 @@ class DeclareLaunchArgument(Action):
         self,
         name: str,
         *,
-        default_value: Any = None,
+        default_value: object = None,
         description: str | None = None,
         choices: list[str] | None = None,
         **kwargs: Any,
@@ -98,7 +98,7 @@ class DeclareBooleanLaunchArgument(DeclareLaunchArgument):
         super().__init__(name, default_value=default, choices=[*_BOOLEANS], **kwargs)
 
 
-def _check_choices(default_value: Any, choices: list[str] | None) -> None:
+def _check_choices(default_value: object, choices: list[str] | None) -> None:
     if choices is None:
         return
     if len(choices) == 0:

@@ -38,7 +38,7 @@ class _Named(Action):
 
     name: list[Substitution] = read_only()
 
-    def __init__(self, name: Any, **kwargs: Any) -> None:
+    def __init__(self, name: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__name = normalize_to_list_of_substitutions(name)
 
@@ -48,7 +48,7 @@ class _NamedValue(_Named):
 
     value: list[Substitution] = read_only()
 
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+    def __init__(self, name: object, value: object, **kwargs: object) -> None:
         super().__init__(name, **kwargs)
         self.__value = normalize_to_list_of_substitutions(value)
 
@@ -137,16 +137,16 @@ class UnsetEnvironmentVariable(_Named):
 class AppendEnvironmentVariable(_NamedValue):
     """Extends an environment variable at its end, or with `prepend` at its start."""
 
-    prepend: Any = read_only("Whether it goes to the start.")
+    prepend: object = read_only("Whether it goes to the start.")
     separator: list[Substitution] = read_only()
 
     def __init__(
         self,
-        name: Any,
-        value: Any,
-        prepend: Any = False,
-        separator: Any = os.pathsep,
-        **kwargs: Any,
+        name: object,
+        value: object,
+        prepend: object = False,
+        separator: object = os.pathsep,
+        **kwargs: object,
     ) -> None:
         super().__init__(name, value, **kwargs)
         self.__prepend = normalize_typed_substitution(prepend, bool)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+    from launcher.language.events.base import Event
 
 
 @public("launch.actions.opaque_coroutine")
@@ -52,7 +53,7 @@ class OpaqueCoroutine(Action):
         context.add_completion_future(self.__future)
         context.register_event_handler(OnShutdown(on_shutdown=self.__on_shutdown))
 
-    def __on_shutdown(self, event: Any, context: LaunchContext) -> None:
+    def __on_shutdown(self, event: Event, context: LaunchContext) -> None:
         if self.__future is not None:
             self.__future.cancel()
 

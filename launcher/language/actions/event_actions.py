@@ -80,7 +80,7 @@ class Log(Action):
     msg: list[Substitution] = read_only()
     level: list[Substitution] = read_only()
 
-    def __init__(self, *, msg: Any, level: Any, **kwargs: Any) -> None:
+    def __init__(self, *, msg: object, level: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__msg = normalize_to_list_of_substitutions(msg)
         if isinstance(level, str):
@@ -104,7 +104,7 @@ def _check_level(level: str) -> None:
 class LogInfo(Log):
     """Prints a message."""
 
-    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+    def __init__(self, *, msg: object, **kwargs: object) -> None:
         super().__init__(msg=msg, level="INFO", **kwargs)
 
 
@@ -204,7 +204,7 @@ class UnregisterEventHandler(_OfHandler):
 class LogDebug(Log):
     """Prints a debug message."""
 
-    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+    def __init__(self, *, msg: object, **kwargs: object) -> None:
         super().__init__(msg=msg, level="DEBUG", **kwargs)
 
 
@@ -212,7 +212,7 @@ class LogDebug(Log):
 class LogWarning(Log):
     """Prints a warning."""
 
-    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+    def __init__(self, *, msg: object, **kwargs: object) -> None:
         super().__init__(msg=msg, level="WARNING", **kwargs)
 
 
@@ -220,5 +220,5 @@ class LogWarning(Log):
 class LogError(Log):
     """Prints an error."""
 
-    def __init__(self, *, msg: Any, **kwargs: Any) -> None:
+    def __init__(self, *, msg: object, **kwargs: object) -> None:
         super().__init__(msg=msg, level="ERROR", **kwargs)

@@ -36,7 +36,7 @@ class IncludeLaunchDescription(Action):
 
     def __init__(
         self,
-        launch_description_source: Any,
+        launch_description_source: object,
         *,
         launch_arguments: Iterable[tuple[Any, Any]] | None = None,
         **kwargs: Any,
@@ -136,7 +136,7 @@ class IncludeLaunchDescription(Action):
         return [name for name in dict.fromkeys(given) if name not in known]
 
     def _warn_of_unknown(
-        self, context: LaunchContext, description: Any, unknown: list[str]
+        self, context: LaunchContext, description: object, unknown: list[str]
     ) -> None:
         if unknown:
             # Imported only for a possible mistake.

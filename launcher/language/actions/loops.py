@@ -28,11 +28,11 @@ class ForEach(Action):
     """Calls `function(**fields)` for each set of `name=value` fields, separated by semicolons."""
 
     SEPARATOR = ";"
-    input_values: Any = read_only("The field sets as one text.", of="_input_values")
-    function: Any = read_only(of="_function")
+    input_values: object = read_only("The field sets as one text.", of="_input_values")
+    function: object = read_only(of="_function")
 
     def __init__(
-        self, input_values: Any, *, function: Callable[..., Any] | None = None, **kwargs: Any
+        self, input_values: object, *, function: Callable[..., Any] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self._input_values = normalize_to_list_of_substitutions(input_values)
@@ -73,13 +73,13 @@ class ForEach(Action):
 class ForLoop(Action):
     """Calls `function(index)` for each index from 0 below `length`."""
 
-    length: Any = read_only(of="_length")
-    function: Any = read_only(of="_function")
+    length: object = read_only(of="_length")
+    function: object = read_only(of="_function")
     name: str | None = read_only("The name of the index.", of="_name")
 
     def __init__(
         self,
-        length: Any,
+        length: object,
         *,
         function: Callable[[int], Any] | None = None,
         name: str | None = None,

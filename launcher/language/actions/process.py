@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
     from launcher.language.events.base import Event
+    from launcher.language.frontends.parser import Parser
 
 
 _OVERRIDE = "OVERRIDE_LAUNCH_PROCESS_OUTPUT"
@@ -70,22 +71,22 @@ class ExecuteLocal(Action):
     return_code: int | None = read_only(
         "The last exit code; None before the first exit and after a restart."
     )
-    _respawn_delay_given: Any = read_only(of="__respawn_delay")
+    _respawn_delay_given: object = read_only(of="__respawn_delay")
 
     def __init__(
         self,
         *,
         process_description: Executable,
         shell: bool = False,
-        sigterm_timeout: Any = _SIGTERM_TIMEOUT,
-        sigkill_timeout: Any = _SIGKILL_TIMEOUT,
+        sigterm_timeout: object = _SIGTERM_TIMEOUT,
+        sigkill_timeout: object = _SIGKILL_TIMEOUT,
         emulate_tty: bool = False,
         output: Any = "log",
         output_format: str = "[{this.process_description.final_name}] {line}",
         cached_output: bool = False,
         log_cmd: bool = False,
-        on_exit: Any = None,
-        respawn: Any = False,
+        on_exit: object = None,
+        respawn: object = False,
         respawn_delay: float | None = None,
         respawn_max_retries: int = -1,
         **kwargs: Any,
@@ -287,7 +288,7 @@ class ExecuteLocal(Action):
         return self.__buffers[stream].getvalue()
 
 
-def _normalize_bool(value: Any) -> Any:
+def _normalize_bool(value: object) -> Any:
     """A bool, or substitutions that will yield one."""
     # Imported here: most launch files give a plain bool.
     from launcher.language.type_utils import normalize_typed_substitution
@@ -303,7 +304,7 @@ class TargetedHandler(EventHandler):
         self.kind = kind
         self._callback = callback
 
-    def matches(self, event: Any) -> bool:
+    def matches(self, event: object) -> bool:
         return isinstance(event, self.kind)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
@@ -334,9 +335,9 @@ class ExecuteProcess(ExecuteLocal):
         self,
         *,
         cmd: Iterable[Any],
-        prefix: Any = None,
-        name: Any = None,
-        cwd: Any = None,
+        prefix: object = None,
+        name: object = None,
+        cwd: object = None,
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None,
         **kwargs: Any,
@@ -353,12 +354,12 @@ class ExecuteProcess(ExecuteLocal):
         self._chooses_output = "output" in kwargs or _OVERRIDE in os.environ
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any, ignore: list[str] | None = None) -> Any:
+    def parse(cls, entity: object, parser: Parser, ignore: list[str] | None = None) -> Any:
         """(class, keyword arguments) of an XML or YAML entity."""
         return frontend_registry.parse_with("ExecuteProcess", cls, entity, parser, ignore)
 
     @classmethod
-    def _parse_cmdline(cls, cmd: str, parser: Any) -> Any:
+    def _parse_cmdline(cls, cmd: str, parser: Parser) -> Any:
         return frontend_registry.parse_with("ExecuteProcess.cmdline", cls, cmd, parser)
 
     @property
@@ -370,7 +371,7 @@ class ExecuteProcess(ExecuteLocal):
 class OnProcessStart(OnActionEventBase):
     """Reacts when a process was started."""
 
-    def __init__(self, *, target_action: Any = None, on_start: Any, **kwargs: Any) -> None:
+    def __init__(self, *, target_action: object = None, on_start: object, **kwargs: object) -> None:
         super().__init__(
             action_matcher=target_action,
             on_event=on_start,
@@ -384,7 +385,7 @@ class OnProcessStart(OnActionEventBase):
 class OnProcessExit(OnActionEventBase):
     """Reacts when a process exited, also by a signal."""
 
-    def __init__(self, *, target_action: Any = None, on_exit: Any, **kwargs: Any) -> None:
+    def __init__(self, *, target_action: object = None, on_exit: object, **kwargs: object) -> None:
         super().__init__(
             action_matcher=target_action,
             on_event=on_exit,
@@ -401,11 +402,11 @@ class OnProcessIO(OnActionEventBase):
     def __init__(
         self,
         *,
-        target_action: Any = None,
+        target_action: object = None,
         on_stdin: Callable[[ProcessIO], Any] | None = None,
         on_stdout: Callable[[ProcessIO], Any] | None = None,
         on_stderr: Callable[[ProcessIO], Any] | None = None,
-        **kwargs: Any,
+        **kwargs: object,
     ) -> None:
         self._callbacks = (on_stdin, on_stdout, on_stderr)
 

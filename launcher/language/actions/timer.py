@@ -43,15 +43,15 @@ class TimerAction(Action):
     """
 
     _is_on_ros_clock = False
-    period: Any = read_only("Seconds, or substitutions that give them.")
+    period: object = read_only("Seconds, or substitutions that give them.")
     actions: Any = read_only("The entities to visit when the timer fires.")
 
     def __init__(
         self,
         *,
-        period: Any,
+        period: object,
         actions: Iterable[LaunchDescriptionEntity],
-        cancel_on_shutdown: Any = True,
+        cancel_on_shutdown: object = True,
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
@@ -176,7 +176,7 @@ class RosTimer(TimerAction):
     _is_on_ros_clock = True
 
     def __init__(
-        self, *, period: Any, actions: Iterable[LaunchDescriptionEntity], **kwargs: Any
+        self, *, period: object, actions: Iterable[LaunchDescriptionEntity], **kwargs: object
     ) -> None:
         super().__init__(period=period, actions=actions, **kwargs)
         self.__period = normalize_typed_substitution(period, float)

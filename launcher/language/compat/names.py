@@ -72,7 +72,7 @@ class PublicModule(ModuleType):
                 raise NameNotProvidedError(_message(module, name, sorted(sources)), name=name)
         raise AttributeError(f"module '{module}' has no attribute '{name}'")
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         # The import system binds submodules; a function of the same name takes precedence.
         if not (isinstance(value, ModuleType) and name in self.__dict__.get("_sources", ())):
             super().__setattr__(name, value)

@@ -66,7 +66,7 @@ class NoCommandError(IndexError):
         details(self).hint = hint
 
 
-def is_entity(item: Any) -> bool:
+def is_entity(item: object) -> bool:
     """Whether it can be visited; a class cannot, only its instances."""
     return hasattr(type(item), "visit")
 
@@ -100,7 +100,7 @@ def wrong_entry(item: Any, holder: Any, entries: Any) -> WrongEntryError:
     )
 
 
-def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
+def from_handler(item: Any, handler: Any, event: object) -> FromHandlerError:
     """The error about `item`, which a handler returned for an event."""
     function = getattr(handler, "_function_called", None)
     place = None if function is None else return_place(function)
@@ -110,7 +110,7 @@ def from_handler(item: Any, handler: Any, event: Any) -> FromHandlerError:
     return FromHandlerError(message, _repair(item, handler), place)
 
 
-def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
+def not_a_handler(item: object, action: Any) -> NotAHandlerError:
     """The error about what a RegisterEventHandler was given instead of a handler."""
     error = NotAHandlerError(
         f"RegisterEventHandler takes an event handler, not {shown(item)}",
@@ -121,7 +121,7 @@ def not_a_handler(item: Any, action: Any) -> NotAHandlerError:
     return error
 
 
-def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
+def not_a_list(result: object, holder: Any) -> TypeError | AttributeError:
     """The error about a function, or an `execute` method, that did not return a list."""
     function = getattr(holder, "_function_called", None)
     source = f"{type(holder).__name__}.execute" if function is None else name_of(function)
@@ -133,7 +133,7 @@ def not_a_list(result: Any, holder: Any) -> TypeError | AttributeError:
     return kind(f"{source}() did not return a list of actions: {shown(result)}", hint, place)
 
 
-def return_place(function: Any) -> FileLine | None:
+def return_place(function: object) -> FileLine | None:
     """The line of the function's only `return VALUE`, else that of the function."""
     while isinstance(function, functools.partial):
         function = function.func
@@ -184,7 +184,7 @@ def warn_of_forgotten_return(function: Any, context: LaunchContext) -> None:
                 return
 
 
-def returned_instead(path: str, result: Any) -> str:
+def returned_instead(path: str, result: object) -> str:
     """What `generate_launch_description()` should return instead of `result`."""
     import ast
 
@@ -225,14 +225,14 @@ def _entry_node(holder: Any, index: int | None) -> ast.expr | None:
 # ---- texts of the messages
 
 
-def name_of(function: Any) -> str:
+def name_of(function: object) -> str:
     """The name of a function, also of a partial one."""
     while isinstance(function, functools.partial):
         function = function.func
     return str(getattr(function, "__name__", type(function).__name__))
 
 
-def shown(item: Any) -> str:
+def shown(item: object) -> str:
     """A value in a message."""
     import reprlib
 
@@ -260,7 +260,7 @@ def _unpacked(node: ast.expr | None) -> str:
     return "unpack it, as in [first, *others]"
 
 
-def _repair(item: Any, holder: Any, node: ast.expr | None = None) -> str:
+def _repair(item: object, holder: object, node: ast.expr | None = None) -> str:
     from launcher.language.events.base import BaseEventHandler, Event
 
     kind = item if isinstance(item, type) else type(item)

@@ -21,7 +21,7 @@ class NoPerformError(NotImplementedError):
 
     ros_type = "NotImplementedError"
 
-    def __init__(self, substitution: Any) -> None:
+    def __init__(self, substitution: object) -> None:
         cls = type(substitution)
         super().__init__(f"the substitution {cls.__name__} has no method perform()")
         near = _near_method(cls, "perform")
@@ -44,7 +44,7 @@ def warn_of_idle_entity(entity: Any, context: LaunchContext, method: str) -> Non
     context._host.warn_quirk(text, _place(cls, near) or entity._origin)
 
 
-def false_condition(condition: Any, context: LaunchContext) -> None:
+def false_condition(condition: object, context: LaunchContext) -> None:
     """A condition was evaluated whose class has neither a predicate nor `evaluate`: false."""
     cls = type(condition)
     near = _near_method(cls, "evaluate")

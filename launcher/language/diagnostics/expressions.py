@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _MAX_SHOWN = 120  # characters of an expression in a message
 
 
-def explain(error: BaseException, text: str, expression: Any, context: LaunchContext) -> None:
+def explain(error: BaseException, text: str, expression: object, context: LaunchContext) -> None:
     """Attach the expression, its place and a hint to an error of its evaluation."""
     shown = text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}..."
     problem = error.msg if isinstance(error, SyntaxError) else typed_error(error)

@@ -203,7 +203,7 @@ class _Uses:
     `may_read_others`: it has functions, or includes that are not loaded yet.
     """
 
-    def __init__(self, description: Any) -> None:
+    def __init__(self, description: object) -> None:
         self.names: set[str] = set()
         self.may_read_others = False
         self._seen: dict[int, Any] = {}  # the objects are kept, or an id might be used again

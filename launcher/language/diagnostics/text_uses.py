@@ -44,7 +44,7 @@ def warn_of_comparison(sub: Substitution, other: str, frame: FrameType) -> None:
         logging_session.current().warn(f"{text}; hint: {hint}", origin)
 
 
-def warn_of_letters(keyword: str, value: Any, origin: FileLine | None) -> None:
+def warn_of_letters(keyword: str, value: object, origin: FileLine | None) -> None:
     """A text was given for a list of words, and each letter of it becomes a word."""
     if isinstance(value, str) and len(value) > 1:
         text = f"{keyword} is a text, of which each letter becomes a word"
@@ -89,7 +89,7 @@ def _list_instead(origin: FileLine, sub: Substitution) -> str:
     return f"write a list, as in ['text', {_written(sub)}]"
 
 
-def _written(sub: Any) -> str:
+def _written(sub: object) -> str:
     """The code that makes the substitution, as far as it is simple."""
     parts = getattr(sub, "variable_name", None) or [None]
     texts = [getattr(part, "text", None) for part in parts]

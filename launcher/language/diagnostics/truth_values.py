@@ -20,7 +20,7 @@ _TRUE = ("true", "yes", "y", "on", "t", "ja", "enable", "enabled")
 _FALSE = ("false", "no", "n", "off", "f", "none", "nein", "disable", "disabled")
 
 
-def configurations_in(part: Any, depth: int = _MAX_NESTING) -> Iterator[str]:
+def configurations_in(part: object, depth: int = _MAX_NESTING) -> Iterator[str]:
     """Names of the launch configurations that a condition or a substitution reads."""
     if depth == 0:
         return

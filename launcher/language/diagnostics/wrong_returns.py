@@ -38,7 +38,9 @@ class NoDescriptionReturnedError(WrongReturnError, AttributeError):
     ros_type = "AttributeError"
 
 
-def wrong_return(owner: Any, methods: str | Sequence[str], value: Any, expected: str) -> TypeError:
+def wrong_return(
+    owner: object, methods: str | Sequence[str], value: object, expected: str
+) -> TypeError:
     """The error about a value that the first of the methods that `owner` overrides returned."""
     names = [methods] if isinstance(methods, str) else methods
     own = [(name, function) for name in names if (function := _overriding(owner, name))]
@@ -48,7 +50,7 @@ def wrong_return(owner: Any, methods: str | Sequence[str], value: Any, expected:
     return WrongReturnError(message, _hint(value, expected), place or _origin(owner))
 
 
-def wrong_result(function: Any, value: Any, expected: str) -> TypeError:
+def wrong_result(function: object, value: object, expected: str) -> TypeError:
     """The same about a function, or the bound method of a class."""
     name = getattr(function, "__qualname__", name_of(function)).rpartition("<locals>.")[2]
     place = return_place(getattr(function, "__func__", function))
@@ -67,7 +69,7 @@ def no_text(subs: Iterable[Any], texts: Sequence[Any]) -> TypeError:
     return WrongReturnError(message, "set it to a text, as in str(...)", _origin(sub))
 
 
-def no_description(include: Any, value: Any) -> NoDescriptionReturnedError:
+def no_description(include: Any, value: object) -> NoDescriptionReturnedError:
     """The error about an include that gave no LaunchDescription."""
     from launcher.language.diagnostics.bad_entries import place_of_return, returned_instead
 
@@ -84,7 +86,7 @@ def no_description(include: Any, value: Any) -> NoDescriptionReturnedError:
     return NoDescriptionReturnedError(message, returned_instead(path, value), place)
 
 
-def warn_of_no_truth(condition: Any, value: Any, context: LaunchContext) -> None:
+def warn_of_no_truth(condition: Any, value: object, context: LaunchContext) -> None:
     """A condition gave neither true nor false: as in ROS 2, what is empty counts as false."""
     predicate = getattr(condition, "_predicate", None)
     function = _overriding(condition, "evaluate") or predicate
@@ -96,18 +98,18 @@ def warn_of_no_truth(condition: Any, value: Any, context: LaunchContext) -> None
     context._host.warn_quirk(f"{text}; hint: return True or False", place)
 
 
-def _overriding(owner: Any, name: str) -> Any:
+def _overriding(owner: object, name: str) -> Any:
     """The method of the launch file, or a package, that `owner` has; None for one of launch."""
     function = getattr(type(owner), name, None)
     code = getattr(function, "__code__", None)
     return None if code is None or is_own_file(code.co_filename) else function
 
 
-def _origin(owner: Any) -> FileLine | None:
+def _origin(owner: object) -> FileLine | None:
     return getattr(owner, "_origin", None)
 
 
-def _hint(value: Any, expected: str) -> str:
+def _hint(value: object, expected: str) -> str:
     if expected == _TEXT and isinstance(value, (bool, int, float, os.PathLike)):
         return "write 'return str(...)'"
     if expected == _TEXT and hasattr(type(value), "perform"):

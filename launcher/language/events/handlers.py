@@ -25,8 +25,8 @@ class OnActionEventBase(BaseEventHandler):
     def __init__(
         self,
         *,
-        action_matcher: Any,
-        on_event: Any,
+        action_matcher: object,
+        on_event: object,
         target_event_cls: type[Event],
         target_action_cls: type,
         **kwargs: Any,
@@ -80,7 +80,7 @@ class OnActionEventBase(BaseEventHandler):
         return self.__on_event(event, context)
 
 
-def _entities(on_event: Any) -> list[Any]:
+def _entities(on_event: object) -> list[Any]:
     if not isinstance(on_event, Iterable):
         return [on_event]
     entities = list(on_event)
@@ -97,7 +97,9 @@ def _entities(on_event: Any) -> list[Any]:
 class OnExecutionComplete(OnActionEventBase):
     """Reacts when an action was executed and has ended."""
 
-    def __init__(self, *, target_action: Any = None, on_completion: Any, **kwargs: Any) -> None:
+    def __init__(
+        self, *, target_action: object = None, on_completion: object, **kwargs: object
+    ) -> None:
         super().__init__(
             action_matcher=target_action,
             on_event=on_completion,
@@ -111,7 +113,7 @@ class OnExecutionComplete(OnActionEventBase):
 class OnShutdown(BaseEventHandler):
     """Reacts when the launched system is to be stopped."""
 
-    def __init__(self, *, on_shutdown: Any, **kwargs: Any) -> None:
+    def __init__(self, *, on_shutdown: object, **kwargs: Any) -> None:
         super().__init__(matcher=lambda event: is_a_subclass(event, Shutdown), **kwargs)
         self.__on_shutdown = on_shutdown
         self._function_called = on_shutdown if callable(on_shutdown) else None  # for messages

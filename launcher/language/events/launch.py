@@ -29,7 +29,7 @@ class IncludeLaunchDescription(Event):
 
     name = "launch.events.IncludeLaunchDescription"
 
-    def __init__(self, launch_description: Any) -> None:
+    def __init__(self, launch_description: object) -> None:
         self.launch_description = launch_description
 
 
@@ -51,12 +51,12 @@ class TimerEvent(Event):
     """A timer fired."""
 
     name = "launch.events.TimerEvent"
-    timer_action: Any = read_only()
+    timer_action: object = read_only()
 
-    def __init__(self, *, timer_action: Any) -> None:
+    def __init__(self, *, timer_action: object) -> None:
         self.__timer_action = timer_action
 
 
-def matches_action(target_action: Any) -> Callable[[Any], bool]:
+def matches_action(target_action: object) -> Callable[[Any], bool]:
     """A matcher for exactly this action."""
     return lambda action: action is target_action

@@ -22,7 +22,7 @@ class RunningProcessEvent(Event):
 
     name = "launch.events.process.RunningProcessEvent"
     action: Any = read_only("The action that started the process.")
-    execute_process_action: Any = read_only(
+    execute_process_action: object = read_only(
         "The action that started the process, under its old name.", of="__action"
     )
     process_name: str = read_only("The label with the number of the process.", of="__name")
@@ -40,7 +40,7 @@ class RunningProcessEvent(Event):
         cwd: str | None,
         env: Mapping[str, str] | None,
         pid: int,
-        **kwargs: Any,
+        **kwargs: object,
     ) -> None:
         super().__init__(**kwargs)
         self.__action = action
@@ -104,7 +104,7 @@ class ProcessStdin(ProcessIO):
 
     name = "launch.events.process.ProcessStdin"
 
-    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+    def __init__(self, *, text: bytes, **kwargs: object) -> None:
         super().__init__(text=text, fd=0, **kwargs)
 
 
@@ -114,7 +114,7 @@ class ProcessStdout(ProcessIO):
 
     name = "launch.events.process.ProcessStdout"
 
-    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+    def __init__(self, *, text: bytes, **kwargs: object) -> None:
         super().__init__(text=text, fd=1, **kwargs)
 
 
@@ -124,7 +124,7 @@ class ProcessStderr(ProcessIO):
 
     name = "launch.events.process.ProcessStderr"
 
-    def __init__(self, *, text: bytes, **kwargs: Any) -> None:
+    def __init__(self, *, text: bytes, **kwargs: object) -> None:
         super().__init__(text=text, fd=2, **kwargs)
 
 

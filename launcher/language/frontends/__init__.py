@@ -40,7 +40,7 @@ def load(path: str) -> LaunchDescription:
     return description
 
 
-def _no_description(path: str, result: Any) -> NoDescriptionError:
+def _no_description(path: str, result: object) -> NoDescriptionError:
     import linecache
 
     from launcher.language.diagnostics.bad_entries import place_of_return, returned_instead
@@ -70,7 +70,7 @@ def _parser_class(extension: str) -> Any:
     return Parser
 
 
-def _parse(key: str, *args: Any, **kwargs: Any) -> Any:
+def _parse(key: str, *args: object, **kwargs: object) -> Any:
     from launcher.language.frontends.parsers import tables
 
     return tables.parse_function(key)(*args, **kwargs)

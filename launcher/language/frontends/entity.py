@@ -87,7 +87,7 @@ class Entity:
         self,
         name: str,
         *,
-        data_type: Any = str,
+        data_type: object = str,
         optional: bool = False,
         can_be_str: bool = True,
     ) -> Any:
@@ -127,7 +127,7 @@ def get_data_type_from_identifier(identifier: str) -> Any:
     )
 
 
-def is_entity_list(data_type: Any) -> bool:
+def is_entity_list(data_type: object) -> bool:
     """Whether the type is `List[Entity]`, or a list of a subclass."""
     if get_origin(data_type) is not list:
         return False
@@ -135,7 +135,7 @@ def is_entity_list(data_type: Any) -> bool:
     return isinstance(member, type) and issubclass(member, Entity)
 
 
-def coerce_text(text: str | list[str], data_type: Any, *, can_be_str: bool) -> Any:
+def coerce_text(text: str | list[str], data_type: object, *, can_be_str: bool) -> Any:
     """Convert the text of an XML attribute, or its pieces.
 
     ValueError if it cannot be converted, TypeError if pieces are given for a scalar.

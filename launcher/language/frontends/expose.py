@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.action import Action
+    from launcher.language.frontends.parser import Parser
 
     _ParseMethod = Callable[..., Any]
 
@@ -36,7 +37,7 @@ _ROS_1_TAGS = {
 }
 
 
-def instantiate_action(entity: Entity, parser: Any) -> Action:
+def instantiate_action(entity: Entity, parser: Parser) -> Action:
     """The action of an entity; RuntimeError if its name is unknown."""
     method = action_parser(entity.type_name)
     if method is None:
@@ -121,7 +122,7 @@ def failed_extensions() -> str | None:
 
 
 def _find(
-    name: Any, exposed: dict[str, _ParseMethod], builtin: Callable[[str], _ParseMethod | None]
+    name: object, exposed: dict[str, _ParseMethod], builtin: Callable[[str], _ParseMethod | None]
 ) -> _ParseMethod | None:
     if not isinstance(name, str):
         return None

@@ -53,7 +53,7 @@ def parse_substitution(value: str, place: SourcePlace | None = None) -> list[Sub
         raise
 
 
-def parse_if_substitutions(value: Any, place: SourcePlace | None = None) -> Any:
+def parse_if_substitutions(value: object, place: SourcePlace | None = None) -> Any:
     """Substitutions if the value is a text that contains some, else the value.
 
     Items of a list are parsed one by one; ValueError if their types then differ.
@@ -68,7 +68,7 @@ def parse_if_substitutions(value: Any, place: SourcePlace | None = None) -> Any:
     return output
 
 
-def _parse_if(value: Any, kinds: set[type], place: SourcePlace | None) -> Any:
+def _parse_if(value: object, kinds: set[type], place: SourcePlace | None) -> Any:
     if not isinstance(value, str):
         kinds.add(type(value))
         return value

@@ -48,7 +48,7 @@ class Parser:
     source: SourceText | None = None  # of the file that this parser was made for
 
     @classmethod
-    def load(cls, file: Any) -> tuple[Entity, Parser]:
+    def load(cls, file: object) -> tuple[Entity, Parser]:
         """(root entity, parser) of a path or an open file.
 
         The format that the name suggests is tried first, then the others. If none fits, the
@@ -166,7 +166,7 @@ class Parser:
         """The substitutions of a text."""
         return grammar_substitutions.parse_substitution(value, self._place_of(value))
 
-    def parse_if_substitutions(self, value: Any) -> Any:
+    def parse_if_substitutions(self, value: object) -> Any:
         """Substitutions if the value is a text that contains some, else the value."""
         return grammar_substitutions.parse_if_substitutions(value, self._place_of(value))
 
@@ -178,7 +178,7 @@ class Parser:
         return grammar.unescape(value)
 
 
-def _guess(file: Any) -> str:
+def _guess(file: object) -> str:
     """The suffix that a file without one should have, from its first character."""
     if not isinstance(file, (str, Path)) or not Path(file).is_file():
         return ""

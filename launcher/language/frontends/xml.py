@@ -99,7 +99,7 @@ class XmlEntity(Entity):
         self,
         name: str,
         *,
-        data_type: Any = str,
+        data_type: object = str,
         optional: bool = False,
         can_be_str: bool = True,
     ) -> Any:
@@ -120,7 +120,7 @@ class XmlEntity(Entity):
         return self._coerced(name, text.split(separator), data_type, can_be_str=can_be_str)
 
     def _coerced(
-        self, name: str, text: str | list[str], data_type: Any, *, can_be_str: bool
+        self, name: str, text: str | list[str], data_type: object, *, can_be_str: bool
     ) -> Any:
         try:
             return coerce_text(text, data_type, can_be_str=can_be_str)
@@ -196,7 +196,7 @@ class XmlParser(Parser):
     """Reads XML."""
 
     @classmethod
-    def load(cls, file: Any) -> tuple[XmlEntity, XmlParser]:
+    def load(cls, file: object) -> tuple[XmlEntity, XmlParser]:
         """(root entity, parser) of a path or an open file; FrontendError if it is not XML."""
         source = read_text(file)
         entity = XmlEntity(parse_xml(source), source)

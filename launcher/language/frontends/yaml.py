@@ -232,7 +232,7 @@ class YamlEntity(Entity):
             return None
         return f"write '{self._type_name}: {{{key}: {shown(self._element)}}}'"
 
-    def _nested(self, name: str, value: Any) -> list[YamlEntity]:
+    def _nested(self, name: str, value: object) -> list[YamlEntity]:
         if not (isinstance(value, list) and value and isinstance(value[0], dict)):
             raise AttributeTypeError(
                 f"'{name}' of '{self._type_name}' should be a list of mappings",
@@ -245,7 +245,7 @@ class YamlEntity(Entity):
         pairs = zip(value, nodes, strict=True)
         return [YamlEntity(item, name, self._source, node=at) for item, at in pairs]
 
-    def _child(self, item: Any, node: yaml.Node | None) -> YamlEntity:
+    def _child(self, item: object, node: yaml.Node | None) -> YamlEntity:
         place = _place(node, self._source) if node is not None else self.place
         if item is None:
             message = f"an empty item in the list of '{self._type_name}'"
@@ -257,7 +257,7 @@ class YamlEntity(Entity):
         return YamlEntity(value, key, self._source, node=value_node, key_node=key_node or node)
 
     def _not_one_action(
-        self, item: Any, node: yaml.Node | None, place: SourcePlace | None
+        self, item: object, node: yaml.Node | None, place: SourcePlace | None
     ) -> StructureError:
         message = f"each item of '{self._type_name}' is one action: a mapping with exactly one key"
         hint = "begin each action with '- '" if isinstance(item, dict) else None
@@ -271,10 +271,10 @@ class YamlEntity(Entity):
         ros_type = "TypeError" if isinstance(item, (bool, int, float)) else None
         return StructureError(message, place=place, hint=hint, ros_type=ros_type)
 
-    def _value_node(self, name: Any) -> yaml.Node | None:
+    def _value_node(self, name: object) -> yaml.Node | None:
         return _pair_of_key(self._node, name)[1]
 
-    def _value_place(self, name: Any) -> SourcePlace | None:
+    def _value_place(self, name: object) -> SourcePlace | None:
         node = self._value_node(name)
         return _place(node, self._source) if node is not None else self.place
 
@@ -297,7 +297,7 @@ class YamlEntity(Entity):
 
 
 def _pair_of_key(
-    node: yaml.Node | None, name: Any
+    node: yaml.Node | None, name: object
 ) -> tuple[yaml.Node, yaml.Node] | tuple[None, None]:
     """(key, value) of a mapping; of equal keys the last one, whose value counts."""
     pairs = node.value if isinstance(node, yaml.MappingNode) else []
@@ -305,11 +305,11 @@ def _pair_of_key(
     return found[-1] if found else (None, None)
 
 
-def _type_text(data_type: Any) -> str:
+def _type_text(data_type: object) -> str:
     return "a parameter" if data_type is None else getattr(data_type, "__name__", str(data_type))
 
 
-def _quoting_hint(value: Any, data_type: Any, node: yaml.Node | None) -> str | None:
+def _quoting_hint(value: object, data_type: object, node: yaml.Node | None) -> str | None:
     if data_type is str and isinstance(value, (bool, int, float)):
         text = node.value if isinstance(node, yaml.ScalarNode) else str(value).lower()
         return f'quote it: "{text}"'
@@ -320,7 +320,7 @@ class YamlParser(Parser):
     """Reads YAML."""
 
     @classmethod
-    def load(cls, file: Any) -> tuple[YamlEntity, YamlParser]:
+    def load(cls, file: object) -> tuple[YamlEntity, YamlParser]:
         """(root entity, parser) of a path or an open file; FrontendError if it is not YAML."""
         source = read_text(file)
         tree, node = parse_yaml(source)

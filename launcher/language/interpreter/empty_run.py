@@ -40,7 +40,7 @@ def may_start(action: Any) -> bool:
     return not next(of_launch).__name__.startswith(_HARMLESS)
 
 
-def values_of(condition: Any, context: LaunchContext) -> dict[str, Any]:
+def values_of(condition: object, context: LaunchContext) -> dict[str, Any]:
     """The launch configurations that a condition reads, with their values now."""
     names = dict.fromkeys(configurations_in(condition))
     return {name: context.launch_configurations.peek(name) for name in names}

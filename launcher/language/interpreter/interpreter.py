@@ -361,7 +361,7 @@ class Interpreter:
             )
         return self._handlers_of[kind]
 
-    def _process(self, event: Any) -> None:
+    def _process(self, event: object) -> None:
         for handler in self._handlers(type(event)):
             if not handler.matches(event):
                 continue

@@ -106,7 +106,7 @@ class _File:
     """A file, and nodes for which it has nothing. Its text is parsed only if it has to be."""
 
     def __init__(
-        self, path: str, origin: FileLine | None, *, text: str = "", tree: Any = None
+        self, path: str, origin: FileLine | None, *, text: str = "", tree: object = None
     ) -> None:
         self.path = path
         self.origin = origin

@@ -217,7 +217,7 @@ class RunHost:
     ) -> None:
         self.request(model.LogMessage(logger=logger, level=level, text=text, sink=sink, line=line))
 
-    def visiting(self, entity: Any) -> None:
+    def visiting(self, entity: object) -> None:
         self._depth += 1
         if self.trace is not None:
             self.trace.visiting(entity, self._depth)
@@ -249,7 +249,7 @@ class RunHost:
     def configuration_read(self, name: str) -> None:
         self.names_read.add(name)
 
-    def configuration_written(self, name: str, value: Any, origin: FileLine | None) -> None:
+    def configuration_written(self, name: str, value: object, origin: FileLine | None) -> None:
         if self.trace is not None:
             self.trace.configured(name, value, origin)
 
@@ -257,7 +257,7 @@ class RunHost:
         self.declared_values[argument.name] = value
         self.declared_arguments[argument.name] = argument
 
-    def remember_file(self, path: str, content: Any, source: str | None = None) -> None:
+    def remember_file(self, path: str, content: object, source: str | None = None) -> None:
         self.generated[path] = content
         if source is not None:
             self._sources[path] = source

@@ -31,7 +31,7 @@ class VisitLevel:
 
     __slots__ = ("entity", "namespace", "parent")
 
-    def __init__(self, parent: VisitLevel | None, entity: Any) -> None:
+    def __init__(self, parent: VisitLevel | None, entity: object) -> None:
         self.parent = parent
         self.entity = entity
         self.namespace: str | None = None
@@ -68,7 +68,7 @@ class Scopes:
         self.off: list[ProcessSpec] = []
         self.is_off_complete = True
 
-    def visiting(self, entity: Any, depth: int) -> None:
+    def visiting(self, entity: object, depth: int) -> None:
         """A visit begins, `depth` levels below an event (from 1)."""
         self._note_namespace()
         del self._path[depth - 1 :]
@@ -97,7 +97,7 @@ class Scopes:
         self.off += [one.spec for one in search.processes([action], outer)]
         self.is_off_complete &= search.is_complete
 
-    def around_later(self, entity: Any) -> tuple[Scope, ...]:
+    def around_later(self, entity: object) -> tuple[Scope, ...]:
         """The scopes of an entity of a timer or an event handler."""
         known = self._later.get(id(entity))
         return known[1].scopes if known else ()

@@ -15,7 +15,7 @@ class ConfigurationSetting(NamedTuple):
     """A launch configuration that got a value; `origin` is None for the command line."""
 
     name: str
-    value: Any
+    value: object
     origin: FileLine | None
 
 
@@ -85,7 +85,7 @@ class Trace:
         if self._current is not None and self._current.entity is action:
             self._current.skipped = True
 
-    def configured(self, name: str, value: Any, origin: FileLine | None) -> None:
+    def configured(self, name: str, value: object, origin: FileLine | None) -> None:
         """A launch configuration was set."""
         if self._current is not None:
             self._current.settings.append(ConfigurationSetting(name, value, origin))

@@ -46,7 +46,7 @@ _MAX_DEPTH = 30  # of includes: a file may include itself
 _OURS = ("launch.", "launch_ros.", "launcher.")
 
 
-def described_scope(entity: Any) -> Scope | None:
+def described_scope(entity: object) -> Scope | None:
     """The scope that a group or an include is; None for other entities."""
     if isinstance(entity, GroupAction):
         origin = entity._origin
@@ -102,7 +102,7 @@ class Search:
             self._moment = moment
             return list(self._inside(entities, scopes))
 
-    def of_event(self, handler: Any, scopes: tuple[Scope, ...] = ()) -> list[Unvisited]:
+    def of_event(self, handler: object, scopes: tuple[Scope, ...] = ()) -> list[Unvisited]:
         """Those that an event handler would start."""
         with self._apart():
             return list(self._of_handler(handler, scopes))
@@ -139,7 +139,7 @@ class Search:
                 self.is_complete = False
             self._moment, self._is_likely = before
 
-    def _may_be_wanted(self, entity: Any) -> bool:
+    def _may_be_wanted(self, entity: object) -> bool:
         condition = getattr(entity, "condition", None)
         if condition is None or not is_harmless(list(vars(condition).values())):
             return True
@@ -167,7 +167,7 @@ class Search:
         elif not type(entity).__module__.startswith(_OURS):
             self.is_complete = False
 
-    def _of_handler(self, handler: Any, scopes: tuple[Scope, ...]) -> Iterator[Unvisited]:
+    def _of_handler(self, handler: object, scopes: tuple[Scope, ...]) -> Iterator[Unvisited]:
         self._moment = self._moment_of(handler)
         self.is_complete = self.is_complete and not may_do_anything(handler)
         yield from self._inside(handler_entities(handler), scopes)
@@ -193,7 +193,7 @@ class Search:
             time_s=time_s + perform_typed_substitution(self._context, timer.period, float)
         )
 
-    def _moment_of(self, handler: Any) -> EventTime:
+    def _moment_of(self, handler: object) -> EventTime:
         target = vars(handler).get("_OnActionEventBase__action_matcher")
         event = vars(handler).get("_OnActionEventBase__target_event_cls")
         if event is ProcessExited and isinstance(target, ExecuteLocal):
@@ -296,7 +296,7 @@ class Search:
         program = self._text(words[0]) if executable is None and words else executable
         return os.path.basename(self._text(description.name) or program or "")
 
-    def _note_loads(self, nodes: Iterable[ComposableNode], container: Any) -> None:
+    def _note_loads(self, nodes: Iterable[ComposableNode], container: object) -> None:
         for node in nodes:
             self.loads.append(
                 LoadRequest(
@@ -308,7 +308,7 @@ class Search:
                 )
             )
 
-    def _container(self, container: Any) -> str:
+    def _container(self, container: object) -> str:
         """The full name of a container, which is an action, or given by name."""
         if not isinstance(container, ComposableNodeContainer):
             return self._text(container) or ""
@@ -317,7 +317,7 @@ class Search:
         ros = self._process(container, ()).ros
         return "" if ros is None else f"{(ros.namespace or '').rstrip('/')}/{ros.node_name or ''}"
 
-    def _text(self, given: Any) -> str | None:
+    def _text(self, given: object) -> str | None:
         """The text of substitutions; None without any, or if it cannot be known."""
         if given is None:
             return None
@@ -328,7 +328,7 @@ class Search:
         return None
 
 
-def is_harmless(given: Any) -> bool:
+def is_harmless(given: object) -> bool:
     """Whether performing these substitutions executes no command and no code of others."""
     if isinstance(given, Substitution):
         if isinstance(given, Command) or not type(given).__module__.startswith(_OURS):
@@ -349,7 +349,7 @@ def handler_entities(handler: Any) -> list[Any]:
     return [*handler.describe()[1], *more]
 
 
-def may_do_anything(handler: Any) -> bool:
+def may_do_anything(handler: object) -> bool:
     """Whether a handler calls code of the launch file, or of another package."""
     at_shutdown = vars(handler).get("_OnShutdown__on_shutdown")
     called = [
@@ -363,6 +363,6 @@ def may_do_anything(handler: Any) -> bool:
     return not all(map(is_ours, filter(None, called)))
 
 
-def is_ours(function: Any) -> bool:
+def is_ours(function: object) -> bool:
     """Whether it is a function of the launcher itself."""
     return (getattr(function, "__module__", None) or "").startswith("launcher.")

@@ -227,7 +227,7 @@ def _configured(logger: logging.Logger) -> logging.Logger:
 
 
 def get_output_loggers(
-    process_name: str, output_config: Any, *, main_log_file_name: str = "launch.log"
+    process_name: str, output_config: object, *, main_log_file_name: str = "launch.log"
 ) -> tuple[logging.Logger, logging.Logger]:
     """(stdout logger, stderr logger) of a process; ValueError for an unknown configuration."""
     both, stdout, stderr = _destinations(output_config)
@@ -246,7 +246,7 @@ _NAMED = {
 }
 
 
-def _destinations(config: Any) -> tuple[set[str], set[str], set[str]]:
+def _destinations(config: object) -> tuple[set[str], set[str], set[str]]:
     """Where the output of both streams, of stdout and of stderr goes."""
     from launcher.language.actions.output import output_policy
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+    from launcher.language.events.base import Event
 
 _NO_NODE = (
     "this launcher has no ROS node of its own in a launch file; start a process that does the "
@@ -80,7 +81,7 @@ def get_ros_node(context: LaunchContext) -> Any:
     return get_ros_adapter(context).ros_node
 
 
-def _shut_down(event: Any, context: LaunchContext) -> None:
+def _shut_down(event: Event, context: LaunchContext) -> None:
     adapter = context.locals.ros_adapter
     if adapter.ros_node is not None:
         adapter.shutdown()

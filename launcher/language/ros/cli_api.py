@@ -33,7 +33,7 @@ def get_package_names() -> KeysView[str]:
     return dict.fromkeys(sorted(finder.package_names(os.environ))).keys()
 
 
-def package_name_completer(**named: Any) -> KeysView[str]:
+def package_name_completer(**named: object) -> KeysView[str]:
     """The names of all packages, for argcomplete."""
     return get_package_names()
 
@@ -152,8 +152,8 @@ def launch_a_launch_file(
     launch_file_arguments: Iterable[str],
     noninteractive: bool = False,
     debug: bool = False,
-    args: Any = None,
-    option_extensions: Any = None,
+    args: object = None,
+    option_extensions: object = None,
 ) -> Any:
     """Run a launch file with `name:=value` words by a LaunchService; its exit code."""
     from launcher.language.actions.include import IncludeLaunchDescription
@@ -184,7 +184,7 @@ class LaunchFileNameCompleter:
     def __init__(self, *, package_name_key: str | None = None) -> None:
         self.package_name_key = package_name_key or "package_name"
 
-    def __call__(self, prefix: str, parsed_args: Any, **named: Any) -> list[str]:
+    def __call__(self, prefix: str, parsed_args: object, **named: object) -> list[str]:
         package = getattr(parsed_args, self.package_name_key)
         try:
             share = finder.share_directory(package, os.environ)

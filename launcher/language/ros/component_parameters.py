@@ -27,7 +27,7 @@ def parameter_pairs(
     A service call cannot carry a file, so the file is read here, as in ROS 2.
     """
     node = full_name(node_name, namespace)
-    values: Any = {}
+    values: object = {}
     for parameters in evaluated:
         if isinstance(parameters, Path):
             found = _from_file(parameters, node)
@@ -40,7 +40,7 @@ def parameter_pairs(
         yield from ((name, _without_mark(value)) for name, value in values.items())
 
 
-def _without_mark(value: Any) -> Any:
+def _without_mark(value: object) -> Any:
     """The value with `str` in place of ExponentText: a request has types."""
     if isinstance(value, tuple):
         return tuple(map(_without_mark, value))

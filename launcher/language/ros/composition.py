@@ -61,12 +61,12 @@ class ComposableNode:
         self,
         *,
         package: Any,
-        plugin: Any,
-        name: Any = None,
-        namespace: Any = None,
-        parameters: Any = None,
+        plugin: object,
+        name: object = None,
+        namespace: object = None,
+        parameters: object = None,
         remappings: Any = None,
-        extra_arguments: Any = None,
+        extra_arguments: object = None,
         condition: Condition | None = None,
     ) -> None:
         self.__package = normalize_to_list_of_substitutions(package)
@@ -134,7 +134,7 @@ class LoadComposableNodes(Action):
         self,
         *,
         composable_node_descriptions: list[ComposableNode],
-        target_container: Any,
+        target_container: object,
         **kwargs: Any,
     ) -> None:
         ensure_argument_type(

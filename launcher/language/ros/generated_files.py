@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def write_parameter_file(
-    context: LaunchContext, text: str, content: Any, source: str | None = None
+    context: LaunchContext, text: str, content: object, source: str | None = None
 ) -> str:
     """Write `text` to a new temporary file that the run deletes; `content` is its data.
 
@@ -36,7 +36,7 @@ def write_parameters(context: LaunchContext, node: str, parameters: dict[str, An
     return write_parameter_file(context, file_text(content), content)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """The value with lists in place of tuples, as read from a YAML file."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}

@@ -93,9 +93,9 @@ class OnStateTransition(EventHandler):
         *,
         entities: Any,
         target_lifecycle_node: LifecycleNode | None = None,
-        transition: Any = None,
-        start_state: Any = None,
-        goal_state: Any = None,
+        transition: object = None,
+        start_state: object = None,
+        goal_state: object = None,
         matcher: Callable[[Event], bool] | None = None,
         **kwargs: Any,
     ) -> None:

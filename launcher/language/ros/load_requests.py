@@ -56,7 +56,7 @@ def _parameters(pairs: Iterable[tuple[str, object]]) -> list[Any]:
     ]
 
 
-def _value(value: Any) -> Any:
+def _value(value: object) -> Any:
     if isinstance(value, (list, tuple)):
         field, number = _ARRAYS[type(value[0]) if value else bytes]
         value = list(value)

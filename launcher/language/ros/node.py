@@ -135,7 +135,7 @@ class Node(ExecuteProcess):
         self.__substitutions_performed = False
 
     @staticmethod
-    def parse_nested_parameters(params: Any, parser: Any) -> Any:
+    def parse_nested_parameters(params: Any, parser: object) -> Any:
         """The `param` tags of an entity as the constructor's argument."""
         return frontend_registry.parse_with("Node.parameters", Node, params, parser)
 

@@ -43,21 +43,21 @@ class NodeTrait:
 class Node:
     """A ROS node of an executable: it adds words to the executable's command line."""
 
-    node_name: Any = read_only("The name as it was given.")
-    node_namespace: Any = read_only("The namespace as it was given.")
+    node_name: object = read_only("The name as it was given.")
+    node_namespace: object = read_only("The namespace as it was given.")
     final_node_name: str | None = read_only("The full name, once prepared.")
 
     def __init__(
         self,
         *,
-        node_name: Any = None,
-        node_namespace: Any = None,
-        original_node_name: Any = None,
-        parameters: Any = None,
+        node_name: object = None,
+        node_namespace: object = None,
+        original_node_name: object = None,
+        parameters: object = None,
         remappings: Any = None,
         arguments: Iterable[Any] | None = None,
         traits: Iterable[NodeTrait] | None = None,
-        **kwargs: Any,
+        **kwargs: object,
     ) -> None:
         self.__node_name = node_name
         self.__node_namespace = node_namespace
@@ -119,12 +119,12 @@ class RosExecutable(Executable):
 
     package: Any = read_only()
     executable: Any = read_only()
-    nodes: Any = read_only()
+    nodes: object = read_only()
 
     def __init__(
         self,
         *,
-        executable: Any = None,
+        executable: object = None,
         package: Any = None,
         nodes: Iterable[Any] | None = None,
         **kwargs: Any,

@@ -128,7 +128,7 @@ class FindPackageFile(FindPackageShare):
 
     file: list[Substitution] = read_only()
 
-    def __init__(self, package: Any, file: Any) -> None:
+    def __init__(self, package: Any, file: object) -> None:
         super().__init__(package)
         self.__file = normalize_to_list_of_substitutions(file)
 
@@ -162,7 +162,7 @@ class AmentIndexResource(_Path):
     resource_type: list[Substitution] = read_only(of="__type")
     resource_name: list[Substitution] = read_only(of="__name")
 
-    def __init__(self, resource_type: Any, resource_name: Any) -> None:
+    def __init__(self, resource_type: object, resource_name: object) -> None:
         self.__type = normalize_to_list_of_substitutions(resource_type)
         self.__name = normalize_to_list_of_substitutions(resource_name)
 
@@ -213,7 +213,7 @@ class ExecutableInPackage(FindPackagePrefix):
 
     executable: list[Substitution] = read_only()
 
-    def __init__(self, executable: Any, package: Any) -> None:
+    def __init__(self, executable: object, package: Any) -> None:
         super().__init__(package)
         self.__executable = normalize_to_list_of_substitutions(executable)
         # (package, executable) of the last `perform`, for plans.

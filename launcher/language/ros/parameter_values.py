@@ -27,14 +27,14 @@ _SCALARS = (bool, int, float, str)
 # ---- normalising, without a context
 
 
-def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
+def normalize_parameters(parameters: object) -> tuple[Any, ...]:
     """Dictionaries with names as tuples of substitutions, files as ParameterFile."""
     if isinstance(parameters, str) or not isinstance(parameters, Sequence):
         raise TypeError(f"Expecting list of parameters, got {parameters}")
     return tuple(_normalize_parameter(parameter) for parameter in parameters)
 
 
-def _normalize_parameter(parameter: Any) -> Any:
+def _normalize_parameter(parameter: object) -> Any:
     if isinstance(parameter, Mapping):
         return normalize_parameter_dict(parameter)
     if isinstance(parameter, (Parameter, ParameterFile)):
@@ -46,7 +46,7 @@ def _normalize_parameter(parameter: Any) -> Any:
 
 
 def normalize_parameter_dict(
-    parameters: Any, *, _prefix: Sequence[Substitution] | None = None
+    parameters: object, *, _prefix: Sequence[Substitution] | None = None
 ) -> dict[tuple[Substitution, ...], Any]:
     """One flat dictionary; names of nested ones are joined with dots."""
     if not isinstance(parameters, Mapping):
@@ -63,7 +63,7 @@ def normalize_parameter_dict(
     return normalized
 
 
-def _normalize_value(value: Any) -> Any:
+def _normalize_value(value: object) -> Any:
     if isinstance(value, str):
         return tuple(normalize_to_list_of_substitutions(_texts().value_text(value)))
     if isinstance(value, Substitution):
@@ -94,7 +94,7 @@ def _normalize_array(value: Sequence[Any]) -> tuple[Any, ...]:
     )
 
 
-def _kind_of_item(item: Any) -> type:
+def _kind_of_item(item: object) -> type:
     ensure_argument_type(item, _SCALARS + SomeSubstitutionsType_types_tuple, "subvalue")
     for kind in (Substitution, str, bool, int, float):
         if isinstance(item, kind):
@@ -120,7 +120,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Any) -> tuple[Any, .
     return tuple(output)
 
 
-def evaluate_parameter_dict(context: LaunchContext, parameters: Any) -> dict[str, Any]:
+def evaluate_parameter_dict(context: LaunchContext, parameters: object) -> dict[str, Any]:
     """Names and values of a normalised dictionary; lists become tuples."""
     if not isinstance(parameters, Mapping):
         raise TypeError("expected dict")
@@ -136,7 +136,7 @@ def evaluate_parameter_dict(context: LaunchContext, parameters: Any) -> dict[str
     return output
 
 
-def _evaluate_value(context: LaunchContext, name: str, value: Any) -> Any:
+def _evaluate_value(context: LaunchContext, name: str, value: object) -> Any:
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if not isinstance(value, tuple) or not value:

@@ -43,7 +43,7 @@ class PushROSNamespace(Action):
 
     namespace: list[Substitution] = read_only()
 
-    def __init__(self, namespace: Any, **kwargs: Any) -> None:
+    def __init__(self, namespace: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__namespace = normalize_to_list_of_substitutions(namespace)
 
@@ -79,7 +79,7 @@ class SetParameter(Action):
     As in ROS 2, it leaks out of a scoped group if a global parameter existed outside already.
     """
 
-    def __init__(self, name: Any, value: Any, **kwargs: Any) -> None:
+    def __init__(self, name: object, value: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         key = tuple(normalize_to_list_of_substitutions(name))
         self.__param_dict = normalize_parameter_dict({key: value})
@@ -106,7 +106,7 @@ class SetParameter(Action):
 class SetParametersFromFile(Action):
     """Gives all nodes of the scope a parameter file."""
 
-    def __init__(self, filename: Any, **kwargs: Any) -> None:
+    def __init__(self, filename: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._input_file = normalize_to_list_of_substitutions(filename)
 
@@ -123,7 +123,7 @@ class SetRemap(Action):
     src: list[Substitution] = read_only()
     dst: list[Substitution] = read_only()
 
-    def __init__(self, src: Any, dst: Any, **kwargs: Any) -> None:
+    def __init__(self, src: object, dst: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__src = normalize_to_list_of_substitutions(src)
         self.__dst = normalize_to_list_of_substitutions(dst)
@@ -140,7 +140,7 @@ class SetROSLogDir(Action):
 
     log_dir: list[Substitution] = read_only(of="__new_log_dir")
 
-    def __init__(self, new_log_dir: Any, **kwargs: Any) -> None:
+    def __init__(self, new_log_dir: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.__new_log_dir = normalize_to_list_of_substitutions(new_log_dir)
 
@@ -179,7 +179,7 @@ class Parameter(Substitution):
     name: list[Substitution] = read_only()
     default: list[Substitution] | None = read_only("Used if the parameter does not exist.")
 
-    def __init__(self, name: Any, *, default: Any = None) -> None:
+    def __init__(self, name: object, *, default: object = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default = None if default is None else _default(default)
 
@@ -197,7 +197,7 @@ class Parameter(Substitution):
         return perform_substitutions(context, self.default)
 
 
-def _default(default: Any) -> list[Substitution]:
+def _default(default: object) -> list[Substitution]:
     items = default if isinstance(default, (list, tuple)) else [default]
     return normalize_to_list_of_substitutions(
         [item if isinstance(item, (str, Substitution)) else str(item) for item in items]

@@ -16,8 +16,6 @@ from launcher.language.substitutions.configuration import NamedValue
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from launcher.language.context import LaunchContext
 
 
@@ -27,7 +25,7 @@ class AnonName(Substitution):
 
     name: list[Substitution] = read_only()
 
-    def __init__(self, name: Any) -> None:
+    def __init__(self, name: object) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
 
     def describe(self) -> str:
@@ -82,5 +80,5 @@ class ForEachVar(NamedValue):
 class ForLoopIndex(ForEachVar):
     """The index in the current iteration of a ForLoop."""
 
-    def __init__(self, name: Any) -> None:
+    def __init__(self, name: object) -> None:
         super().__init__(name)

@@ -38,7 +38,7 @@ class Command(Substitution):
     command: list[Substitution] = read_only()
     on_stderr: list[Substitution] = read_only()
 
-    def __init__(self, command: Any, *, on_stderr: Any = "fail") -> None:
+    def __init__(self, command: object, *, on_stderr: object = "fail") -> None:
         self.__command = normalize_to_list_of_substitutions(command)
         self.__on_stderr = normalize_to_list_of_substitutions(on_stderr)
 

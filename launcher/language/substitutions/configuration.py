@@ -30,7 +30,7 @@ class LaunchConfiguration(Substitution):
     variable_name: list[Substitution] = read_only()
     default: list[Substitution] | None = read_only("Used if the configuration does not exist.")
 
-    def __init__(self, variable_name: Any, *, default: Any = None) -> None:
+    def __init__(self, variable_name: object, *, default: Any = None) -> None:
         self.__variable_name = normalize_to_list_of_substitutions(variable_name)
         self.__default: list[Substitution] | None
         if default is None:
@@ -54,7 +54,7 @@ class LaunchConfiguration(Substitution):
         return value
 
 
-def _as_text(item: Any) -> Substitution:
+def _as_text(item: object) -> Substitution:
     # `default=5` is common.
     if isinstance(item, Substitution):
         return item
@@ -95,7 +95,7 @@ class NamedValue(Substitution):
     name: list[Substitution] = read_only()
     default_value: list[Substitution] | None = read_only("Used if there is no such value.")
 
-    def __init__(self, name: Any, *, default_value: Any = None) -> None:
+    def __init__(self, name: object, *, default_value: object = None) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__default_value = optional_substitutions(default_value)
 

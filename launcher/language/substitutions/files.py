@@ -36,7 +36,7 @@ class PathJoinSubstitution(Substitution):
     def __init__(self, substitutions: Iterable[Any]) -> None:
         self.__substitutions = normalize_to_list_of_substitutions(substitutions)
 
-    def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
+    def __truediv__(self, additional_path: object) -> PathJoinSubstitution:
         """A path below; several substitutions are joined to one component."""
         return PathJoinSubstitution([*self.substitutions, _component(additional_path)])
 
@@ -86,7 +86,7 @@ class _Joined(Substitution):
 class _Directory(Substitution):
     """Base of substitutions for a folder; `/` gives a path in it."""
 
-    def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
+    def __truediv__(self, additional_path: object) -> PathJoinSubstitution:
         return PathJoinSubstitution([self, _component(additional_path)])
 
 
@@ -129,7 +129,7 @@ class FindExecutable(Substitution):
 
     name: list[Substitution] = read_only()
 
-    def __init__(self, *, name: Any) -> None:
+    def __init__(self, *, name: object) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
 
     def describe(self) -> str:
@@ -154,7 +154,7 @@ class FindLaunchfile(Substitution):
     name: list[Substitution] = read_only()
     path: list[Substitution] = read_only("The folder.")
 
-    def __init__(self, *, name: Any, path: Any) -> None:
+    def __init__(self, *, name: object, path: Any) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
         self.__path = _path(path)
 

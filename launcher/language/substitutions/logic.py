@@ -16,8 +16,6 @@ from launcher.language.type_utils import is_substitution, perform_typed_substitu
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from launcher.language.context import LaunchContext
 
 _MODULE = "launch.substitutions.boolean_substitution"
@@ -44,7 +42,7 @@ class OneValue(Substitution):
 
     value: list[Substitution] = read_only()
 
-    def __init__(self, value: Any) -> None:
+    def __init__(self, value: object) -> None:
         self.__value = normalize_to_list_of_substitutions(value)
 
 
@@ -70,7 +68,7 @@ class _TwoSided(Substitution):
     left: list[Substitution] = read_only()
     right: list[Substitution] = read_only()
 
-    def __init__(self, left: Any, right: Any) -> None:
+    def __init__(self, left: object, right: object) -> None:
         self.__left = normalize_to_list_of_substitutions(left)
         self.__right = normalize_to_list_of_substitutions(right)
 
@@ -109,7 +107,7 @@ class _ManySided(Substitution):
     args: list[list[Substitution]] = read_only()
     _operands: list[list[Substitution]] = read_only(of="args")
 
-    def __init__(self, *args: Any) -> None:
+    def __init__(self, *args: object) -> None:
         self.__args = [normalize_to_list_of_substitutions(arg) for arg in args]
 
     def describe(self) -> str:
@@ -136,7 +134,7 @@ class AllSubstitution(_ManySided):
 class EqualsSubstitution(_TwoSided):
     """Whether two values are equal; compared as truth values or numbers if both are."""
 
-    def __init__(self, left: Any, right: Any) -> None:
+    def __init__(self, left: object, right: object) -> None:
         super().__init__(_normalize_operand(left), _normalize_operand(right))
 
     def perform(self, context: LaunchContext) -> str:
@@ -145,7 +143,7 @@ class EqualsSubstitution(_TwoSided):
         return _text(_equal(left, right))
 
 
-def _normalize_operand(value: Any) -> list[Substitution]:
+def _normalize_operand(value: object) -> list[Substitution]:
     if is_substitution(value):
         return normalize_to_list_of_substitutions(value)
     if value is None:
@@ -181,7 +179,7 @@ class IfElseSubstitution(Substitution):
     if_value: list[Substitution] = read_only(of="_if_value")
     else_value: list[Substitution] = read_only(of="_else_value")
 
-    def __init__(self, condition: Any, if_value: Any = "", else_value: Any = "") -> None:
+    def __init__(self, condition: object, if_value: object = "", else_value: object = "") -> None:
         if if_value == else_value == "":
             raise RuntimeError("One of if_value and else_value must be specified")
         self._condition = normalize_to_list_of_substitutions(condition)

@@ -29,7 +29,7 @@ class PythonExpression(Substitution):
     expression: list[Substitution] = read_only()
     python_modules: list[list[Substitution]] = read_only()
 
-    def __init__(self, expression: Any, python_modules: Any = ["math"]) -> None:  # noqa: B006
+    def __init__(self, expression: object, python_modules: Any = ["math"]) -> None:  # noqa: B006
         types = (str, Substitution, Iterable)
         ensure_argument_type(expression, types, "expression", "PythonExpression")
         ensure_argument_type(python_modules, types, "python_modules", "PythonExpression")

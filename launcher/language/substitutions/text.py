@@ -25,7 +25,7 @@ class StringJoinSubstitution(Substitution):
     substitutions: list[list[Substitution]] = read_only()
     delimiter: list[Substitution] = read_only()
 
-    def __init__(self, substitutions: Any, delimiter: Any = "") -> None:
+    def __init__(self, substitutions: Any, delimiter: object = "") -> None:
         self.__substitutions = [normalize_to_list_of_substitutions(sub) for sub in substitutions]
         self.__delimiter = normalize_to_list_of_substitutions(delimiter)
 

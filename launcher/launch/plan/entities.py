@@ -59,7 +59,7 @@ def short_path(path: str) -> str:
     return short if short.isprintable() else shell_word(short)
 
 
-def described(parts: Any) -> str:
+def described(parts: object) -> str:
     """Substitutions as text; plain texts without quotes."""
     subs = normalize_to_list_of_substitutions(parts)
     text = plain_text(subs)
@@ -73,7 +73,7 @@ def headline(entity: Any) -> str:
     return type(entity).__name__
 
 
-def condition_text(condition: Any) -> str:
+def condition_text(condition: object) -> str:
     """`if ...` or `unless ...`."""
     if isinstance(condition, (IfCondition, UnlessCondition)):
         word = "if" if isinstance(condition, IfCondition) else "unless"
@@ -123,7 +123,7 @@ def _function_name(action: OpaqueFunction) -> str:
     return f"function {getattr(function, '__name__', 'of the launch file')}"
 
 
-def _program(action: Any) -> str:
+def _program(action: object) -> str:
     package = getattr(action, "node_package", None)
     executable = getattr(action, "node_executable", None)
     if executable is not None:
@@ -139,7 +139,7 @@ def _timer(action: TimerAction) -> str:
     return f"after {period} s" if isinstance(period, float) else f"after {described(period)} s"
 
 
-def _reason(reason: Any) -> str:
+def _reason(reason: object) -> str:
     return described(reason) if isinstance(reason, (Substitution, list)) else str(reason)
 
 

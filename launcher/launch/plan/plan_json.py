@@ -98,7 +98,7 @@ def _parameter(source: ParameterSource) -> dict[str, Any]:
     return {"file": source.file}
 
 
-def _output(output: Any) -> Any:
+def _output(output: object) -> Any:
     if not isinstance(output, Mapping):
         return output
     return {

@@ -117,7 +117,7 @@ class _PlanTree:
             return f"{delay_s:g} s after {text}"
         return "" if is_below else f"when {text}"
 
-    def _load(self, load: Any, stamp: Stamp) -> Branch:
+    def _load(self, load: object, stamp: Stamp) -> Branch:
         return _load_branch(load, self._when(stamp))
 
     # ---- owners of what happens later

@@ -11,7 +11,7 @@ import sys
 import threading
 import weakref
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 import rclpy.executors
@@ -25,6 +25,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from launcher.ros.composed import control, current
 from launcher.ros.composed.member import Member
 from launcher.ros.composed.member_arguments import log_levels, node_arguments
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 _lock = threading.RLock()
 _shared: Context | None = None
@@ -155,7 +158,7 @@ def _get_default_context(*, shutting_down: bool = False) -> Any:
         return found
 
 
-def _try_shutdown(*, context: Any = None) -> None:
+def _try_shutdown(*, context: object = None) -> None:
     one = current.member()
     if context is not None or one is None:
         _own["try_shutdown"](context=context)
@@ -183,7 +186,7 @@ def _get_global_executor() -> Any:
     return one.executor
 
 
-def _install_signal_handlers(options: Any = rclpy.signals.SignalHandlerOptions.ALL) -> None:
+def _install_signal_handlers(options: object = rclpy.signals.SignalHandlerOptions.ALL) -> None:
     one = current.member()
     if one is None:
         _own["install_signal_handlers"](options)
@@ -227,7 +230,7 @@ def install() -> None:
                 setattr(module, name, instead)
     _own_init = rclpy.node.Node.__init__
 
-    def init_node(node: Any, node_name: str, *positional: Any, **options: Any) -> None:
+    def init_node(node: Node, node_name: str, *positional: object, **options: Any) -> None:
         context = options.get("context") or _get_default_context()
         if not isinstance(context, MemberContext) or context._is_own:
             _own_init(node, node_name, *positional, **options)
@@ -245,7 +248,7 @@ def install() -> None:
     rclpy.node.Node.__init__ = init_node
 
 
-def _introduce(node: Any, one: Member | None, levels: Iterable[tuple[str, int]]) -> None:
+def _introduce(node: Node, one: Member | None, levels: Iterable[tuple[str, int]]) -> None:
     """Tell the launcher of the node, whose logger may log from now on."""
     if one is None:
         return

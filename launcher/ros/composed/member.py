@@ -14,6 +14,8 @@ from launcher.ros.composed import current, member_output
 from launcher.ros.composed.member_program import run_program
 
 if TYPE_CHECKING:
+    from rclpy.executors import Executor
+
     from launcher.ros.composed.context import MemberContext
 
 
@@ -31,9 +33,9 @@ class Member:
         self.is_essential = is_essential
         self.argv: list[str] = []
         self.handlers: dict[int, Any] = {}
-        self.rclpy_signals: Any = None
+        self.rclpy_signals: object = None
         self.default_context: MemberContext | None = None
-        self.executor: Any = None  # of rclpy.spin
+        self.executor: Executor | None = None  # of rclpy.spin
         self.contexts: weakref.WeakSet[MemberContext] = weakref.WeakSet()
         self.nodes: weakref.WeakSet[Any] = weakref.WeakSet()
         self.exit_code: int | None = None

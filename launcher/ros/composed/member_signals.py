@@ -85,7 +85,7 @@ def _repeating(report: Callable[[Any], Any]) -> Callable[[Any], None]:
 
 
 def _refusing(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    def call(*arguments: Any) -> Any:
+    def call(*arguments: object) -> Any:
         if current.member() is None:
             return function(*arguments)
         raise RuntimeError(f"signal.{name} does not work in a composed node: it is of the process")

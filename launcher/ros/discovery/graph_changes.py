@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 
 class GraphChanges:
@@ -16,7 +19,7 @@ class GraphChanges:
     rcl's own functions. Asking takes 30 us, reading the graph of 100 nodes takes 25 ms.
     """
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Node) -> None:
         self._node = node
         self._functions = _functions()
         with node.context.handle:

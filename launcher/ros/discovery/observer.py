@@ -308,14 +308,14 @@ class _LivingReferences(set[Any]):
         super().__init__()
         self._most = _ROOM
 
-    def add(self, reference: Any) -> None:
+    def add(self, reference: object) -> None:
         if len(self) >= self._most:
             self.difference_update([one for one in list(self) if one() is None])
             self._most = 2 * len(self) + _ROOM
         super().add(reference)
 
 
-def _forget_destroyed(node: Any) -> None:
+def _forget_destroyed(node: Node) -> None:
     """Let its callback group forget entities that were destroyed, which rclpy does not.
 
     For a node that makes entities again and again; before it makes the first.

@@ -145,7 +145,7 @@ class Bridge:
                 )
 
     def _callback(self, verb: str, process: str) -> Callable[[Any, Any], Any]:
-        def answer(request: Any, response: Any) -> Any:
+        def answer(request: object, response: Any) -> Any:
             response.success, response.message = self._control(verb, process)
             return response
 

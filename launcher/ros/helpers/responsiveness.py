@@ -16,11 +16,15 @@ import os
 import select
 import sys
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.base import strict_json
 from launcher.posix import dispositions, proc
 from launcher.posix.stdio import keep_for_messages
+
+if TYPE_CHECKING:
+    from rclpy.client import Client
+    from rclpy.node import Node
 
 PERIOD_S = 1.0
 LATE_S = 0.5  # more than this between two rounds is our own delay, and not that of a node
@@ -76,7 +80,7 @@ def _waited_s(pid: int) -> float:
 class Questions:
     """The clients of the services, one for each node name."""
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Node) -> None:
         from rcl_interfaces.srv import GetParameterTypes
 
         self._node = node
@@ -131,7 +135,7 @@ class Questions:
             self._asked.add(node)
         return reports
 
-    def _take(self, client: Any) -> bool:
+    def _take(self, client: Client) -> bool:
         """Whether an answer has arrived; takes all, of which the last is as good as any."""
         is_there = False
         with client.handle:

@@ -45,7 +45,7 @@ def missing_package(full: str, package: str) -> VerbError:
     )
 
 
-def check_fields(cls: Any) -> None:
+def check_fields(cls: object) -> None:
     """VerbError if the package of a field is not installed.
 
     Generated classes import it only when a message is made.
@@ -70,7 +70,7 @@ def check_fields(cls: Any) -> None:
                     ) from None
 
 
-def _types_of_fields(cls: Any) -> Iterator[tuple[str, str, str]]:
+def _types_of_fields(cls: object) -> Iterator[tuple[str, str, str]]:
     for slot in getattr(cls, "SLOT_TYPES", ()):
         kind = getattr(slot, "value_type", slot)  # that of the elements of an array
         if hasattr(kind, "namespaced_name"):
@@ -78,7 +78,7 @@ def _types_of_fields(cls: Any) -> Iterator[tuple[str, str, str]]:
             yield package, folder, name
 
 
-def with_library(cls: Any) -> Any:
+def with_library(cls: object) -> Any:
     """The class, ready to be sent and received; VerbError with what cannot be loaded."""
     from rclpy.type_support import check_for_type_support
     from rosidl_generator_py.import_type_support_impl import UnsupportedTypeSupport

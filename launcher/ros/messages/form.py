@@ -48,7 +48,7 @@ def fields_of(cls: Any) -> list[dict[str, Any]]:
     return [_field(name, slot, getattr(message, name), constants) for name, slot in fields]
 
 
-def _field(name: str, slot: Any, value: Any, constants: dict[str, int]) -> dict[str, Any]:
+def _field(name: str, slot: object, value: object, constants: dict[str, int]) -> dict[str, Any]:
     kind = getattr(slot, "value_type", slot)  # that of the elements of an array
     nested = None
     if isinstance(kind, definition.NamespacedType):
@@ -66,7 +66,7 @@ def _field(name: str, slot: Any, value: Any, constants: dict[str, int]) -> dict[
     }
 
 
-def _array(slot: Any) -> dict[str, int | None] | None:
+def _array(slot: object) -> dict[str, int | None] | None:
     if not isinstance(slot, definition.AbstractNestedType):
         return None
     size = slot.size if isinstance(slot, definition.Array) else None
@@ -86,7 +86,7 @@ def _default(value: Any, nested: list[dict[str, Any]] | None) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def _constants(cls: Any) -> dict[str, int]:
+def _constants(cls: object) -> dict[str, int]:
     """The whole numbers among the constants of a message."""
     held = getattr(type(cls), f"_{type(cls).__name__}__constants", {})
     numbers = {key: value[0] if isinstance(value, bytes) else value for key, value in held.items()}

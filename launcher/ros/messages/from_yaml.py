@@ -49,7 +49,7 @@ def fill(message: Any, values: dict[str, Any]) -> list[Stamp]:
     return stamps
 
 
-def _fill(message: Any, values: Any, path: str, stamps: list[Stamp]) -> None:
+def _fill(message: Any, values: object, path: str, stamps: list[Stamp]) -> None:
     if not isinstance(values, dict):
         raise _misfit(path.rstrip("."), f"the fields of {type(message).__name__}", values)
     kinds = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
@@ -69,7 +69,7 @@ def _convert(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
     return _basic(value, kind.typename, path)
 
 
-def _message(value: Any, kind: Any, path: str, stamps: list[Stamp]) -> Any:
+def _message(value: object, kind: Any, path: str, stamps: list[Stamp]) -> Any:
     package, folder, name = kind.namespaced_name()
     message = class_of(package, folder, name)()
     if value == "auto" and (package, name) == ("std_msgs", "Header"):
@@ -100,7 +100,7 @@ def _sequence(values: Any, kind: Any, path: str, stamps: list[Stamp]) -> list[An
     ]
 
 
-def _bytes(values: bytes, kind: Any, path: str) -> list[Any]:
+def _bytes(values: bytes, kind: object, path: str) -> list[Any]:
     """The items of an array of bytes that is written as `!!binary`."""
     name = getattr(kind, "typename", "")
     if name == "octet":
@@ -112,7 +112,7 @@ def _bytes(values: bytes, kind: Any, path: str) -> list[Any]:
     raise _misfit(path, "a list", values)
 
 
-def _string(value: Any, kind: Any, path: str) -> str:
+def _string(value: object, kind: object, path: str) -> str:
     # `data: 5` is a string where the field is one, as with ros2cli
     if not isinstance(value, str | bool | int | float):
         raise _misfit(path, "a string", value)
@@ -127,7 +127,7 @@ def _string(value: Any, kind: Any, path: str) -> str:
     return text
 
 
-def _basic(value: Any, name: str, path: str) -> Any:
+def _basic(value: object, name: str, path: str) -> Any:
     if name == "boolean":
         if isinstance(value, bool):
             return value
@@ -144,7 +144,7 @@ def _basic(value: Any, name: str, path: str) -> Any:
     return value
 
 
-def _float(value: Any, path: str) -> float:
+def _float(value: object, path: str) -> float:
     if isinstance(value, int | float | str) and not isinstance(value, bool):
         try:
             return float(value)  # YAML takes 1e-3 for a string
@@ -153,7 +153,7 @@ def _float(value: Any, path: str) -> float:
     raise _misfit(path, "a number", value)
 
 
-def _octet(value: Any, path: str) -> bytes:
+def _octet(value: object, path: str) -> bytes:
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 255:
         return bytes([value])
     if isinstance(value, str) and len(value) == 1 and ord(value) <= 255:
@@ -163,7 +163,7 @@ def _octet(value: Any, path: str) -> bytes:
     raise _misfit(path, "one byte (a number from 0 to 255 or one character)", value)
 
 
-def _letter(value: Any, path: str) -> str:
+def _letter(value: object, path: str) -> str:
     if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 9:
         value = str(value)  # a digit without quotes
     if isinstance(value, str) and len(value) == 1 and value.isascii():
@@ -171,11 +171,11 @@ def _letter(value: Any, path: str) -> str:
     raise _misfit(path, "one ASCII character", value)
 
 
-def _misfit(path: str, expected: str, value: Any) -> VerbError:
+def _misfit(path: str, expected: str, value: object) -> VerbError:
     return VerbError(f"Failed to populate field: '{path}' takes {expected}, got {_named(value)}")
 
 
-def _unknown(message: Any, name: Any, fields: list[str]) -> VerbError:
+def _unknown(message: Any, name: object, fields: list[str]) -> VerbError:
     from launcher.ros.messages.interfaces import note_of_change
 
     owner = type(message).__name__
@@ -198,7 +198,7 @@ _WORDS = {
 }
 
 
-def _named(value: Any) -> str:
+def _named(value: object) -> str:
     if value is None:
         return "nothing"
     if isinstance(value, list):
@@ -206,11 +206,11 @@ def _named(value: Any) -> str:
     return f"{shown(value)} ({_WORDS.get(type(value), type(value).__name__)})"
 
 
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-TEXTS: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+_LOADER: object = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+TEXTS: object = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
-def value_of(text: str, loader: Any = None) -> Any:
+def value_of(text: str, loader: object = None) -> Any:
     """The value of a YAML text, None if it is empty; raises yaml.YAMLError only.
 
     `loader`: TEXTS takes every word for a text.
@@ -218,7 +218,7 @@ def value_of(text: str, loader: Any = None) -> Any:
     return yaml_bounds.load(text, loader)
 
 
-def shown(value: Any, most: int = 60) -> str:
+def shown(value: object, most: int = 60) -> str:
     """`repr`, cut; `repr(int)` raises ValueError past the digit limit."""
     try:
         text = repr(value)

@@ -101,7 +101,7 @@ def _default(member: Any) -> str:
     return f" {_literal(value)}"
 
 
-def _literal(value: Any) -> str:
+def _literal(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

@@ -37,7 +37,7 @@ class LongArray:
 
     _numbers = itertools.count()
 
-    def __init__(self, values: Any, more: list[str]) -> None:
+    def __init__(self, values: object, more: list[str]) -> None:
         self.values = values
         self._more = more
         self.token = f"{_PREFIX}{next(self._numbers)}-"
@@ -91,7 +91,7 @@ def yaml_pieces(message: Any, style: Style = WHOLE) -> Iterator[str]:
     return with_arrays(text, arrays, flow=style.flow)
 
 
-def dump(plain: Any, *, flow: bool = False, sort: bool = False) -> str:
+def dump(plain: object, *, flow: bool = False, sort: bool = False) -> str:
     """Plain values as YAML, one line per value however long."""
     text: str = yaml.dump(
         plain,
@@ -110,7 +110,7 @@ def to_plain(message: Any, style: Style = WHOLE) -> dict[str, Any]:
     return {name: _plain(getattr(message, name), kind, style) for name, kind in fields}
 
 
-def _plain(value: Any, kind: Any, style: Style) -> Any:
+def _plain(value: Any, kind: object, style: Style) -> Any:
     if isinstance(value, bool | int | float):
         return value
     if isinstance(value, bytes):
@@ -124,15 +124,15 @@ def _plain(value: Any, kind: Any, style: Style) -> Any:
     return value.item() if _is_of_numpy(value) else to_plain(value, style)
 
 
-def is_list(value: Any) -> bool:
+def is_list(value: object) -> bool:
     return isinstance(value, _SEQUENCES) or _is_array(value)
 
 
-def _is_array(value: Any) -> bool:
+def _is_array(value: object) -> bool:
     return _is_of_numpy(value) and hasattr(value, "__len__")
 
 
-def _is_of_numpy(value: Any) -> bool:
+def _is_of_numpy(value: object) -> bool:
     # importing numpy is slow, so it is loaded only by types that have an array of it
     return type(value).__module__ == "numpy"
 
@@ -180,7 +180,7 @@ def to_csv(message: Any, style: Style = WHOLE) -> str:
     return ",".join(_csv(getattr(message, name), kind, style) for name, kind in fields)
 
 
-def _csv(value: Any, kind: Any, style: Style) -> str:
+def _csv(value: object, kind: object, style: Style) -> str:
     if is_list(value):
         if style.no_arr and kind is not None:
             return _shape(value, kind)
@@ -207,7 +207,7 @@ def _csv_items(values: Any, style: Style) -> Iterator[str]:
         yield _csv(value, None, style)
 
 
-def csv_text(values: Any) -> str:
+def csv_text(values: object) -> str:
     """The numbers between commas, as Python writes them."""
     return ",".join(",".join(piece) for piece in _pieces(values, _words))
 

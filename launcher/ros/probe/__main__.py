@@ -218,7 +218,7 @@ def _direction(words: dict[str, Any]) -> Direction:
     return Direction(word)
 
 
-def _refusal(request_id: Any, error: LauncherError) -> dict[str, Any]:
+def _refusal(request_id: object, error: LauncherError) -> dict[str, Any]:
     text = {"message": error.message, "hint": error.hint}
     return {"id": request_id, "ok": False, "error": text}
 

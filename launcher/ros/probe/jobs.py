@@ -10,7 +10,7 @@ import queue
 import threading
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.executors import ExternalShutdownException
 
@@ -19,6 +19,9 @@ from launcher.ros.discovery.observer import Observer
 from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.probe.protocol import ProbeRequest
 from launcher.ros.service_caller import ServiceCaller
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 MAX_THREADS = 8
 JOIN_S = 3.0
@@ -63,7 +66,7 @@ class Jobs:
         self._open.append(request)
         self._queue.put((work, request))
 
-    def cancel(self, request_id: Any) -> bool:
+    def cancel(self, request_id: object) -> bool:
         """End the publishing with this id; False if there is none."""
         found = [r for r in list(self._open) if r.id == request_id and r.word in _CANCELLABLE]
         for request in found:
@@ -78,7 +81,7 @@ class Jobs:
         self._threads.append(thread)
         thread.start()
 
-    def _run(self, node: Any) -> None:
+    def _run(self, node: Node) -> None:
         try:
             with ServiceCaller(self._observer, node) as caller:
                 while (job := self._queue.get()) is not None:

@@ -67,7 +67,7 @@ class ProbeRequest:
     """One request. The methods return fields by name and kind; VerbError if one does not fit."""
 
     def __init__(self, line: bytes) -> None:
-        self.id: Any = None
+        self.id: object = None
         self.cancelled = threading.Event()  # may be set from any thread
         try:
             fields = strict_json.loads(line)
@@ -138,11 +138,11 @@ class ProbeRequest:
         return self.mapping("values") or {}
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
 
 
-def _are_texts(value: Any) -> bool:
+def _are_texts(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 

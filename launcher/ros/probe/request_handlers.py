@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
@@ -30,6 +30,9 @@ from launcher.ros.snapshot.ros_graph import Direction, Endpoint
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.verb import to_json_plain
+
+if TYPE_CHECKING:
+    from rclpy.publisher import Publisher
 
 _PERIOD_S = 0.01
 _DEPTH = 100
@@ -83,7 +86,7 @@ def set_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, An
 class ProbePublisher:
     """A publisher, its endpoint, and how many subscriptions it has known since when."""
 
-    publisher: Any
+    publisher: Publisher
     endpoint: Endpoint
     known: int = 0
     since_s: float = field(default_factory=time.monotonic)
@@ -225,7 +228,7 @@ class Handlers:
 def _repeat(
     caller: ServiceCaller,
     request: ProbeRequest,
-    publisher: Any,
+    publisher: Publisher,
     message: Any,
     stamps: Sequence[Callable[[Any], None]],
 ) -> int:

@@ -42,7 +42,7 @@ class Subscription:
     depth: int
     most_hz: float | None = None
     listener: Listener | None = None
-    profile: Any = None
+    profile: object = None
     endpoint: Endpoint | None = None
     error: str | None = None
     has_failed: bool = False

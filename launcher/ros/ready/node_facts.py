@@ -64,7 +64,7 @@ class Calls:
 class _Answers(SingleThreadedExecutor):  # type: ignore[misc]
     """Leaves messages to `Listener.take`: those that it took itself would be lost."""
 
-    def can_execute(self, entity: Any) -> bool:
+    def can_execute(self, entity: object) -> bool:
         return not isinstance(entity, Subscription) and bool(super().can_execute(entity))
 
 

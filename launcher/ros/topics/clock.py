@@ -9,6 +9,8 @@ from launcher.ros.messages.interfaces import load_message
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
+    from rclpy.subscription import Subscription
+
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.topics.listener import ReceivedMessage
 
@@ -46,7 +48,7 @@ class SimClock(WallClock):
     def __init__(self) -> None:
         self._now_ns: int | None = None
         self._elapsed_ns = 0
-        self._subscription: Any = None
+        self._subscription: Subscription | None = None
         self._started_s = 0.0
         self._has_warned = False
 

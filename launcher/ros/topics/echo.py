@@ -88,7 +88,7 @@ class Writer:
             return sample.message
         return field_of(sample.message, self.field)
 
-    def pieces(self, sample: ReceivedMessage, value: Any) -> Iterator[str]:
+    def pieces(self, sample: ReceivedMessage, value: object) -> Iterator[str]:
         """What is printed for `value`; in pieces, so that long arrays are not held as text."""
         if self.json:
             yield json_text(self._document(sample, value)) + "\n"
@@ -106,7 +106,7 @@ class Writer:
         document = {"topic": sample.topic, "message": to_json_plain(message)}
         return {**document, "info": sample.info} if self.info else document
 
-    def _plain(self, value: Any) -> Any:
+    def _plain(self, value: object) -> Any:
         if hasattr(value, "SLOT_TYPES"):
             return to_plain(value, self.style)
         if isinstance(value, bytes):
@@ -126,7 +126,7 @@ class Writer:
             return "".join(f"{sample.info[name]}," for name in _INFO)
         return f"{dump(sample.info, sort=True)}---\n"
 
-    def _body(self, value: Any) -> Iterator[str]:
+    def _body(self, value: object) -> Iterator[str]:
         if not hasattr(value, "SLOT_TYPES"):
             yield f"{value}\n" if self.csv else f"{value}\n---\n"
         elif self.csv:

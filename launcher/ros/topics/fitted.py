@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 from launcher.ros.topics import qos
 
 if TYPE_CHECKING:
+    from rclpy.node import Node
     from rclpy.qos import QoSProfile
+    from rclpy.subscription import Subscription
 
     from launcher.ros.snapshot.ros_graph import Endpoint
     from launcher.ros.topics.raw import RawMessage, RawTaker
@@ -54,7 +56,7 @@ class Fitted:
 
     def __init__(
         self,
-        node: Any,
+        node: Node,
         taker: RawTaker,
         create: Callable[[Any], Any],
         fit: Fitting = _strongest,
@@ -66,7 +68,7 @@ class Fitted:
         self._taker = taker
         self._create = create
         self._fit = fit
-        self._subscription: Any = None
+        self._subscription: Subscription | None = None
         self._before: list[tuple[Any, float]] = []  # those that were replaced, and until when
 
     def fit(self, publishers: Sequence[Endpoint]) -> None:
@@ -79,7 +81,7 @@ class Fitted:
         if not is_equal(profile, self.profile):
             self.use(profile)
 
-    def use(self, profile: Any) -> None:
+    def use(self, profile: object) -> None:
         """Subscribe with this profile, or with None no more.
 
         The subscription before goes on until publishers have discovered this one.
@@ -116,13 +118,13 @@ class Fitted:
             if (lost := self.numbers.missed(raw)) is not None:
                 yield raw, lost
 
-    def _once(self, subscription: Any, most: int) -> Iterator[tuple[RawMessage, int]]:
+    def _once(self, subscription: Subscription, most: int) -> Iterator[tuple[RawMessage, int]]:
         missed = self.numbers.missed
         for raw in self._raw(subscription, most):
             if (lost := missed(raw)) is not None:
                 yield raw, lost
 
-    def _raw(self, subscription: Any, most: int) -> Iterator[RawMessage]:
+    def _raw(self, subscription: Subscription, most: int) -> Iterator[RawMessage]:
         handle, take = subscription.handle, self._taker.take
         with handle:
             for _ in range(most):
@@ -148,7 +150,7 @@ def fitting(now: Any, publishers: Sequence[Endpoint], fit: Fitting = _strongest)
     return now if is_reliable else None  # nothing of a RELIABLE publisher is lost
 
 
-def is_equal(one: Any, other: Any) -> bool:
+def is_equal(one: object, other: object) -> bool:
     """Whether two profiles, or None, connect to the same publishers in the same way."""
     return _policies(one) == _policies(other)
 

@@ -101,7 +101,7 @@ class Listener:
         self._topics: list[_TopicSubscription] = []
 
     def subscribe(
-        self, target: TopicTarget, profile: Any = None, depth: int = qos.LISTEN_DEPTH
+        self, target: TopicTarget, profile: object = None, depth: int = qos.LISTEN_DEPTH
     ) -> None:
         """Subscribe with this profile, or with what fits the publishers, now and in `fit`.
 
@@ -111,7 +111,7 @@ class Listener:
 
         kind = with_library(load_message(target.type))
 
-        def create(fitting: Any) -> Any:
+        def create(fitting: object) -> Any:
             topic.history = _history(fitting)
             return subscribed(self._observer.node, kind, target.name, fitting)
 

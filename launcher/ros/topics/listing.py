@@ -112,7 +112,7 @@ def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
     ]
 
 
-def endpoint_document(endpoint: Any) -> dict[str, Any]:
+def endpoint_document(endpoint: object) -> dict[str, Any]:
     """The fields of an endpoint but its topic."""
     names = ("node", "direction", "type", "reliability", "durability", "liveliness")
     times = ("deadline_ns", "lease_ns")

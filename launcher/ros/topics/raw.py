@@ -11,9 +11,13 @@ import ctypes
 import functools
 import os
 from ctypes import POINTER, byref, c_bool, c_char_p, c_int64, c_size_t, c_uint8, c_uint64, c_void_p
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from launcher.posix import proc
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.subscription import Subscription
 
 _INITIAL_BYTES = 64 * 1024
 _TAKE_FAILED = 401  # RCL_RET_SUBSCRIPTION_TAKE_FAILED: there is no message
@@ -33,7 +37,7 @@ class RawMessage(NamedTuple):
     received_ns: int
 
 
-def subscribed(node: Any, kind: Any, topic: str, profile: Any) -> Any:
+def subscribed(node: Node, kind: object, topic: str, profile: object) -> Any:
     """A subscription whose messages are taken: no executor ever calls its callback."""
     return node.create_subscription(kind, topic, lambda message: None, profile, raw=True)
 
@@ -80,7 +84,7 @@ class RawTaker:
         self._rcutils.rcutils_uint8_array_init(byref(self._array), _INITIAL_BYTES, byref(allocator))
         self._array_ref, self._info_ref = byref(self._array), byref(self._info)
 
-    def take(self, subscription: Any) -> RawMessage | None:
+    def take(self, subscription: Subscription) -> RawMessage | None:
         """The next message of `rclpy`'s handle, which the caller keeps alive; None without one."""
         pointer = subscription.pointer
         code = self._rcl.rcl_take_serialized_message(pointer, self._array_ref, self._info_ref, None)

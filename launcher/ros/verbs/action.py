@@ -121,7 +121,7 @@ def _send_goal(options: Parsed) -> int:
         return _pursue(caller, kind, name, values, options)
 
 
-def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed) -> None:
+def _refuse_other_type(observer: Observer, name: str, kind: object, options: Parsed) -> None:
     """VerbError if the action has another type."""
     from launcher.base.ros_errors import VerbError
     from launcher.ros.discovery.completeness import settled_graph
@@ -135,7 +135,7 @@ def _refuse_other_type(observer: Observer, name: str, kind: Any, options: Parsed
         )
 
 
-def _pursue(caller: ServiceCaller, kind: Any, name: str, values: Any, options: Parsed) -> int:
+def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, options: Parsed) -> int:
     """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long."""
     from launcher.ros.goals import Goal
     from launcher.ros.service_caller import NoAnswerError

@@ -8,7 +8,7 @@ import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError, name_fault
@@ -26,6 +26,9 @@ from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import GraphAccess, observing, warn
 from launcher.ros.verbs.streams import until_interrupted
+
+if TYPE_CHECKING:
+    from rclpy.publisher import Publisher
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
@@ -97,7 +100,7 @@ def _node(observer: Observer, name: str | None) -> Iterator[Any]:
             node.destroy_node()
 
 
-def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
+def _await_delivery(publisher: Publisher, keep_alive_s: float) -> None:
     """Stay for a while, and until RELIABLE subscriptions have received everything.
 
     A publisher discovers a subscription before the subscription discovers it, and may have
@@ -112,7 +115,7 @@ def _await_delivery(publisher: Any, keep_alive_s: float) -> None:
 
 
 def _await_subscriptions(
-    observer: Observer, publisher: Any, options: PublishOptions, own: Endpoint
+    observer: Observer, publisher: Publisher, options: PublishOptions, own: Endpoint
 ) -> None:
     """Return when there are as many as wanted; VerbError if that takes too long."""
     wanted, limit_s = options.subscriptions, options.max_wait_s
@@ -141,7 +144,11 @@ def _with_options(found: list[Mismatch], reasons: str) -> str:
 
 
 def _loop(
-    clock: WallClock, publisher: Any, message: Any, stamps: list[Stamp], options: PublishOptions
+    clock: WallClock,
+    publisher: Publisher,
+    message: Any,
+    stamps: list[Stamp],
+    options: PublishOptions,
 ) -> None:
     print("publisher: beginning loop", flush=True)
     limit = options.limit

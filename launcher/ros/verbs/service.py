@@ -6,7 +6,7 @@ import functools
 import math
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Command, Parsed, number, option
 from launcher.base.errors import ExitCode
@@ -135,7 +135,7 @@ def _call(options: Parsed) -> int:
     return ExitCode.OK
 
 
-def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
+def _await_service(caller: ServiceCaller, kind: object, options: Parsed) -> None:
     """Wait for the service; VerbError if it has another type, or is not there in time."""
     from launcher.base.ros_errors import VerbError
     from launcher.ros.discovery.completeness import settled_graph
@@ -164,7 +164,7 @@ def _await_service(caller: ServiceCaller, kind: Any, options: Parsed) -> None:
         raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
 
 
-def _call_once(caller: ServiceCaller, kind: Any, request: Any, options: Parsed) -> None:
+def _call_once(caller: ServiceCaller, kind: object, request: object, options: Parsed) -> None:
     from launcher.ros.messages.to_yaml import to_plain
 
     if not options.json:

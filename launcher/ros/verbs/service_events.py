@@ -41,14 +41,14 @@ class ServiceEchoOptions:
 class EventWriter(Writer):
     """Writes the names of events instead of their numbers, but in CSV, as ros2cli does."""
 
-    def _plain(self, value: Any) -> Any:
+    def _plain(self, value: object) -> Any:
         plain = to_plain(value, self.style)
         number = plain["info"]["event_type"]
         with contextlib.suppress(IndexError):
             plain["info"]["event_type"] = _NAMES[number]
         return plain
 
-    def _body(self, value: Any) -> Iterator[str]:
+    def _body(self, value: object) -> Iterator[str]:
         if self.csv:
             yield from super()._body(value)
         else:

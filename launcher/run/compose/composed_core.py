@@ -155,7 +155,7 @@ class ComposedCore:
     def read_options(self) -> Any:
         self.launch_files()
 
-    def evaluate_again(self, *arguments: Any) -> Any:
+    def evaluate_again(self, *arguments: object) -> Any:
         self.launch_files()
 
     def launch_files(self) -> list[str]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def start_module(words: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
+def start_module(words: Sequence[str], **options: object) -> subprocess.Popen[bytes]:
     """`python -m` with these words, in a session of its own; OSError. `options` are those of Popen.
 
     It has the limit of open files that the launcher was started with.

@@ -200,7 +200,7 @@ def _recorded_variables(names: set[str]) -> Iterator[None]:
     environ: Any = type(os.environ)
     read = environ.__getitem__
 
-    def note(self: Any, key: Any) -> Any:
+    def note(self: object, key: object) -> Any:
         names.add(os.fsdecode(key) if isinstance(key, bytes) else str(key))
         return read(self, key)
 

@@ -15,7 +15,7 @@ import resource
 import signal
 import sys
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 from launcher.base import strict_json
 from launcher.posix import dispositions
@@ -31,7 +31,7 @@ class EvaluatedCondition(Protocol):
     @property
     def text(self) -> str: ...
 
-    def holds(self, content: Any) -> tuple[bool, str | None]: ...
+    def holds(self, content: object) -> tuple[bool, str | None]: ...
 
 
 def main() -> int:
@@ -71,7 +71,7 @@ def _limited(
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def judged(conditions: Iterable[EvaluatedCondition], content: Any) -> tuple[bool, str | None]:
+def judged(conditions: Iterable[EvaluatedCondition], content: object) -> tuple[bool, str | None]:
     """Whether all hold, and why not."""
     for condition in conditions:
         fits, why = condition.holds(content)

@@ -33,7 +33,7 @@ class Expectation:
     origin: Origin = COMMAND_LINE
     implicit: bool = False
 
-    def get(self, name: str, default: Any = None) -> Any:
+    def get(self, name: str, default: object = None) -> Any:
         return self.values.get(name, default)
 
     @property

@@ -78,7 +78,7 @@ def viewed(value: Any) -> Any:
     return [viewed(entry) for entry in value] if isinstance(value, list) else value
 
 
-def json_of(content: Any) -> Any:
+def json_of(content: object) -> Any:
     """The JSON in a string field `data`, with attributes; None if there is none."""
     text = content.get("data") if isinstance(content, Mapping) else None
     if not isinstance(text, str):
@@ -117,7 +117,7 @@ class Expression:
     def __reduce__(self) -> tuple[Any, ...]:
         return Expression.parse, (self.text,)
 
-    def holds(self, content: Any) -> tuple[bool, str | None]:
+    def holds(self, content: object) -> tuple[bool, str | None]:
         """Whether it is true, and the error if its evaluation failed; MemoryError.
 
         Nothing limits its time.
@@ -199,7 +199,7 @@ class Conditions:
                 _check_limits(str(path), wanted)
         return Conditions(tuple((str(path), wanted) for path, wanted in value.items()))
 
-    def holds(self, content: Any) -> tuple[bool, str | None]:
+    def holds(self, content: object) -> tuple[bool, str | None]:
         """Whether all hold, and why not."""
         try:
             found = values_at(content, [path for path, _ in self.fields])
@@ -242,7 +242,7 @@ def compile_regex(value: object) -> re.Pattern[str]:
         raise ValueError(f"'{value}' is not a regular expression: {error}") from None
 
 
-def values_at(content: Any, paths: Iterable[str]) -> list[Any]:
+def values_at(content: object, paths: Iterable[str]) -> list[Any]:
     """The values at paths in a message, or in the JSON of its string `data`; LookupError."""
     data = json_of(content)
     values = []
@@ -257,7 +257,7 @@ def values_at(content: Any, paths: Iterable[str]) -> list[Any]:
     return values
 
 
-def _look_up(content: Any, path: str) -> Any:
+def _look_up(content: object, path: str) -> Any:
     for name, index in STEP.findall(path):
         if name:
             if not isinstance(content, Mapping | Fields) or name not in content:
@@ -270,7 +270,7 @@ def _look_up(content: Any, path: str) -> Any:
     return content
 
 
-def fits(found: Any, wanted: Any) -> bool:
+def fits(found: object, wanted: object) -> bool:
     """Whether a value is the wanted one, one of a list, or within limits."""
     if isinstance(wanted, Mapping):
         return all(_within(found, name, limit) for name, limit in wanted.items())
@@ -290,12 +290,12 @@ def _within(found: Any, name: str, limit: Any) -> bool:
     return bool(found >= limit if name == "min" else found <= limit)
 
 
-def _number(wanted: Any) -> Any:
+def _number(wanted: object) -> Any:
     """The number of a text that is one, but not for YAML 1.1, which the file is read as: `1e-9`."""
     return float(wanted) if isinstance(wanted, str) and _EXPONENT.fullmatch(wanted) else wanted
 
 
-def equal(found: Any, wanted: Any) -> bool:
+def equal(found: object, wanted: object) -> bool:
     """Equality with a tolerance for rounding of numbers; True is not 1."""
     if isinstance(found, bool) or isinstance(wanted, bool):
         return found is wanted
@@ -308,7 +308,7 @@ def equal(found: Any, wanted: Any) -> bool:
     return bool(found == wanted)
 
 
-def wanted_text(wanted: Any) -> str:
+def wanted_text(wanted: object) -> str:
     if isinstance(wanted, Mapping):
         words = {"min": ">=", "max": "<=", "matches": "matches", "not": "is not"}
         return " and ".join(f"{words[name]} {limit!r}" for name, limit in wanted.items())

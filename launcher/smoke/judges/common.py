@@ -47,20 +47,20 @@ class Window:
         """A time of the run as time since the start of the window."""
         return seconds_text(max(0.0, at_s - self.start_s))
 
-    def met(self, **details: Any) -> Verdict:
+    def met(self, **details: object) -> Verdict:
         return met(self.expected, **details)
 
-    def violated(self, **details: Any) -> Verdict:
+    def violated(self, **details: object) -> Verdict:
         return violated(self.expected, **details)
 
     def open(self, **details: Any) -> Verdict:
         return Verdict(outcome=Decision.OPEN, expected=self.expected, **details)
 
-    def not_yet(self, **details: Any) -> Verdict:
+    def not_yet(self, **details: object) -> Verdict:
         """Violated when the window is closed."""
         return self.violated(**details) if self.closed else self.open(**details)
 
-    def so_far(self, **details: Any) -> Verdict:
+    def so_far(self, **details: object) -> Verdict:
         """Met when the window is closed."""
         return self.met(**details) if self.closed else self.open(**details)
 

@@ -62,7 +62,7 @@ class ObservedMessage:
 
     at_s: float
     topic: str
-    content: Any
+    content: object
     sent_s: float | None = None
     watch: str = ""
 

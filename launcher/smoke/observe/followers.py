@@ -51,7 +51,7 @@ class Followers:
         self._start(self._connect)
         self._start(self._note_memory)
 
-    def _start(self, work: Callable[..., None], *args: Any, **options: Any) -> None:
+    def _start(self, work: Callable[..., None], *args: object, **options: object) -> None:
         name = " ".join([work.__name__, *map(str, args[:1])])
         thread = threading.Thread(target=work, args=args, kwargs=options, daemon=True, name=name)
         self._threads.append(thread)

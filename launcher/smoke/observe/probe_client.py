@@ -73,7 +73,7 @@ class ProbeClient:
     def is_alive(self) -> bool:
         return self._is_ready and not self._has_ended
 
-    def ask(self, do: str, *, timeout_s: float = 5.0, **fields: Any) -> dict[str, Any]:
+    def ask(self, do: str, *, timeout_s: float = 5.0, **fields: object) -> dict[str, Any]:
         """The result of a request; ProbeError if it fails or is not answered."""
         number = next(self._ids)
         request = {"id": number, "do": do, "timeout_s": timeout_s, **fields}
@@ -91,7 +91,7 @@ class ProbeClient:
         result: dict[str, Any] = answer.get("result") or {}
         return result
 
-    def send(self, do: str, **fields: Any) -> None:
+    def send(self, do: str, **fields: object) -> None:
         """Send a request without waiting for the answer."""
         self._write({"id": next(self._ids), "do": do, **fields})
 

@@ -22,7 +22,7 @@ _BASIC = {"boolean": bool, "float": float, "double": float, "long double": float
 
 @dataclass(frozen=True, slots=True)
 class Several:
-    element: Any
+    element: object
 
 
 def fields_of(shape: Any) -> Mapping[str, Any] | None:
@@ -32,7 +32,7 @@ def fields_of(shape: Any) -> Mapping[str, Any] | None:
     return dict(zip(shape.get_fields_and_field_types(), shape.SLOT_TYPES, strict=True))
 
 
-def shape_of(kind: Any) -> Any:
+def shape_of(kind: object) -> Any:
     if isinstance(kind, definition.AbstractNestedType):
         return Several(shape_of(kind.value_type))
     if isinstance(kind, definition.NamespacedType):
@@ -55,13 +55,13 @@ def title(shape: Any) -> str:
     return f"the {part.lower()} of {full}" if part else full
 
 
-def _has_json(message: Any) -> bool:
+def _has_json(message: object) -> bool:
     """Whether its string `data` may be JSON."""
     kind = (fields_of(message) or {}).get("data")
     return isinstance(kind, definition.AbstractGenericString)
 
 
-def _field(shape: Any, name: str) -> Any:
+def _field(shape: object, name: str) -> Any:
     """The shape of a field; LauncherError if there is none."""
     fields = fields_of(shape) or {}
     if name not in fields:
@@ -72,7 +72,9 @@ def _field(shape: Any, name: str) -> Any:
 # ---- paths of fields
 
 
-def faults_of_fields(conditions: Conditions, message: Any) -> Iterator[tuple[str, LauncherError]]:
+def faults_of_fields(
+    conditions: Conditions, message: object
+) -> Iterator[tuple[str, LauncherError]]:
     """(path, fault) of the conditions that no such message can satisfy."""
     for path, _ in conditions.fields:
         try:
@@ -81,7 +83,7 @@ def faults_of_fields(conditions: Conditions, message: Any) -> Iterator[tuple[str
             yield path, fault
 
 
-def _follow_path(path: str, message: Any) -> None:
+def _follow_path(path: str, message: object) -> None:
     shape = message
     fields = fields_of(message) or {}
     for name, index in STEP.findall(path):
@@ -101,7 +103,7 @@ def _follow_path(path: str, message: Any) -> None:
 # ---- expressions
 
 
-def fault_of_expression(expression: Expression, message: Any) -> LauncherError | None:
+def fault_of_expression(expression: Expression, message: object) -> LauncherError | None:
     """The first unknown field of the message in an expression."""
     tree = ast.parse(expression.text.strip(), mode="eval").body
     names = {name.id for name in ast.walk(tree) if isinstance(name, ast.Name)}
@@ -138,16 +140,16 @@ def _shape(node: ast.AST, names: Mapping[str, Any]) -> Any:
     return None
 
 
-def _attribute(shape: Any, name: str) -> Any:
+def _attribute(shape: object, name: str) -> Any:
     if fields_of(shape) is not None:
         return _field(shape, name)
-    example: Any = [] if isinstance(shape, Several) else shape
+    example: object = [] if isinstance(shape, Several) else shape
     if shape is not None and not hasattr(example, name):
         raise LauncherError(f"{title(shape)} has no '{name}'")
     return None
 
 
-def _entry(shape: Any, index: ast.AST) -> Any:
+def _entry(shape: object, index: ast.AST) -> Any:
     if isinstance(shape, Several):
         return shape if isinstance(index, ast.Slice) else shape.element
     if fields_of(shape) is None or not isinstance(index, ast.Constant):

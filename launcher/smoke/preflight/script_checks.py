@@ -150,7 +150,7 @@ class _Types:
             fault = _misfit(service.Request, expectation.get("request"))
             self._note(expectation.origin, fault, "request")
 
-    def _conditions(self, expectation: Expectation, message: Any) -> None:
+    def _conditions(self, expectation: Expectation, message: object) -> None:
         where, fields = expectation.get("where"), expectation.get("fields")
         if message is None or (where is None and fields is None):
             return

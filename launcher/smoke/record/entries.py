@@ -236,7 +236,7 @@ def identities(runs: Runs) -> Iterator[RecordedExpectation]:
                 )
 
 
-def _ids(content: Any) -> list[str]:
+def _ids(content: object) -> list[str]:
     parts = (part for part in (content, json_of(content)) if isinstance(part, Mapping | Fields))
     fields = dict.fromkeys(name for part in parts for name in part)
     return [str(name) for name in fields if str(name).lower().endswith("id")]

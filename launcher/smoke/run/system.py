@@ -313,7 +313,7 @@ class System(Waits):
         """`stop`, `start`, `restart`, `pause` or `resume` through the launcher."""
         self._request(verb, process)
 
-    def _request(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
+    def _request(self, verb: str, *names: str, **options: object) -> dict[str, Any]:
         run = self._followers.wait_for_run(LISTEN_S)
         with run.connect() as connection:
             return connection.ask(verb, names, timeout_s=STOP_S, **options).result
@@ -336,7 +336,7 @@ class System(Waits):
             raise ProbeError(f"{node} has no parameter '{name}'", hint=near(name, known))
         return answer["values"][name]
 
-    def _ask_node(self, node: str, do: str, timeout_s: float, **fields: Any) -> dict[str, Any]:
+    def _ask_node(self, node: str, do: str, timeout_s: float, **fields: object) -> dict[str, Any]:
         try:
             return self._probed().ask(do, timeout_s=timeout_s, node=node, **fields)
         except ProbeError:

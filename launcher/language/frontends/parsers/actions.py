@@ -21,10 +21,12 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.frontends.parser import Parser
+
 _WITHOUT_LEVEL = "newer releases of ROS 2 want a 'level' for <log>, or <log_info>"
 
 
-def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_argument(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`arg`: name, description and choices are texts, the default may hold substitutions."""
     _, arguments = parse_action(cls, entity, parser)
     arguments["name"] = parser.escape_characters(entity.get_attr("name"))
@@ -42,7 +44,7 @@ def parse_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_boolean_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_boolean_argument(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`bool_arg`: an argument whose choices are the spellings of true and false."""
     _, arguments = parse_argument(cls, entity, parser)
     if "choices" in arguments:
@@ -50,7 +52,7 @@ def parse_boolean_argument(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_append(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_append(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`append_env`: `prepend` is a truth value, or substitutions that yield one."""
     _, arguments = parse_texts(cls, entity, parser, {"name": "name", "value": "value"})
     prepend = entity.get_attr("prepend", data_type=bool, optional=True, can_be_str=True)
@@ -60,7 +62,7 @@ def parse_append(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_environment(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_environment(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`rep_env`."""
     _, arguments = parse_action(cls, entity, parser)
     env = name_value_pairs(entity, parser, "env")
@@ -69,7 +71,7 @@ def parse_environment(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_include(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_include(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`include` with its `arg`s."""
     _, arguments = parse_action(cls, entity, parser)
     arguments["launch_description_source"] = parser.parse_substitution(entity.get_attr("file"))
@@ -79,7 +81,7 @@ def parse_include(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_group(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_group(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`group`: nested `keep`s are configurations, all other nested entities are actions."""
     _, arguments = parse_action(cls, entity, parser)
     for name in ("scoped", "forwarding"):
@@ -91,20 +93,20 @@ def parse_group(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_reset(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_reset(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`reset`."""
     _, arguments = parse_action(cls, entity, parser)
     _add_kept(arguments, entity, parser)
     return cls, arguments
 
 
-def _add_kept(arguments: dict[str, Any], entity: Entity, parser: Any) -> None:
+def _add_kept(arguments: dict[str, Any], entity: Entity, parser: Parser) -> None:
     kept = name_value_pairs(entity, parser, "keep")
     if kept is not None:
         arguments["launch_configurations"] = as_dictionary(kept)
 
 
-def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_timer(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`timer` and `ros_timer`: the period is in seconds, or substitutions that yield them."""
     _, arguments = parse_action(cls, entity, parser)
     period = entity.get_attr("period", data_type=float, can_be_str=True)
@@ -116,18 +118,18 @@ def parse_timer(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_for_each(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_for_each(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`for_each`: the nested actions once for each set of values, seen by `$(for-var name)`."""
     _, arguments = parse_texts(cls, entity, parser, {"input_values": "values"})
     children_as_actions(entity, parser)  # report errors now, not in the first iteration
 
-    def iteration(**values: Any) -> list[Any]:
+    def iteration(**values: object) -> list[Any]:
         return _iteration(entity, parser, values)
 
     return cls, {**arguments, "function": iteration}
 
 
-def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_for(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`for`: the nested actions `len` times; `$(index name)` counts from 0."""
     _, arguments = parse_texts(cls, entity, parser, {"length": "len"})
     arguments["name"] = name = entity.get_attr("name")
@@ -139,7 +141,7 @@ def parse_for(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, {**arguments, "function": iteration}
 
 
-def _iteration(entity: Entity, parser: Any, values: dict[str, Any]) -> list[Any]:
+def _iteration(entity: Entity, parser: Parser, values: dict[str, Any]) -> list[Any]:
     """New actions for each iteration, since an action runs once; `values` are locals for them."""
     from launcher.language.actions.event_actions import OpaqueFunction
     from launcher.language.substitutions.anon_name import ForEachVar
@@ -153,7 +155,7 @@ def _iteration(entity: Entity, parser: Any, values: dict[str, Any]) -> list[Any]
     ]
 
 
-def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_log(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`log`; newer releases of ROS 2 have an attribute `level`, and want it."""
     _, arguments = parse_texts(cls, entity, parser, {"msg": "message"})
     level = entity.get_attr("level", optional=True)
@@ -166,7 +168,7 @@ def parse_log(cls: type, entity: Entity, parser: Any) -> Parsed:
     return Log, {**arguments, "level": parser.parse_substitution(level)}
 
 
-def parse_shutdown(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_shutdown(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`shutdown`; a reason without substitutions becomes a plain text."""
     _, arguments = parse_action(cls, entity, parser)
     reason = entity.get_attr("reason", optional=True)

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, List  # noqa: UP035 - List[Entity] is what entities understand
+from typing import TYPE_CHECKING, Any, List  # noqa: UP035 - List[Entity] is what entities understand
 
 from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends.entity import Entity
 from launcher.language.frontends.errors import StructureError
+
+if TYPE_CHECKING:
+    from launcher.language.frontends.parser import Parser
 
 ENTITIES = List[Entity]  # noqa: UP006
 
 Parsed = tuple[type, dict[str, Any]]
 
 
-def parse_action(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_action(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """(class, keyword arguments) with the condition, if given."""
     condition = parse_condition(entity, parser)
     return cls, {} if condition is None else {"condition": condition}
 
 
-def parse_condition(entity: Entity, parser: Any) -> Any:
+def parse_condition(entity: Entity, parser: Parser) -> Any:
     """An IfCondition, an UnlessCondition or None; RuntimeError if there are both attributes."""
     if_text = entity.get_attr("if", optional=True)
     if_place = entity.place
@@ -43,7 +46,7 @@ def parse_condition(entity: Entity, parser: Any) -> Any:
 def add_texts(
     arguments: dict[str, Any],
     entity: Entity,
-    parser: Any,
+    parser: Parser,
     attributes: Mapping[str, str],
     *,
     optional: bool,
@@ -55,7 +58,7 @@ def add_texts(
             arguments[keyword] = parser.parse_substitution(text)
 
 
-def parse_texts(cls: type, entity: Entity, parser: Any, attributes: Mapping[str, str]) -> Parsed:
+def parse_texts(cls: type, entity: Entity, parser: Parser, attributes: Mapping[str, str]) -> Parsed:
     """Parse an action whose attributes are all required texts: `keyword: attribute`."""
     _, arguments = parse_action(cls, entity, parser)
     add_texts(arguments, entity, parser, attributes, optional=False)
@@ -63,7 +66,7 @@ def parse_texts(cls: type, entity: Entity, parser: Any, attributes: Mapping[str,
 
 
 def name_value_pairs(
-    entity: Entity, parser: Any, tag: str, *, names: tuple[str, str] = ("name", "value")
+    entity: Entity, parser: Parser, tag: str, *, names: tuple[str, str] = ("name", "value")
 ) -> list[tuple[Any, Any]] | None:
     """The (name, value) of each nested `tag`, as substitutions; None if there is none."""
     nested = entity.get_attr(tag, data_type=ENTITIES, optional=True)
@@ -82,7 +85,7 @@ def as_dictionary(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
     return {tuple(name): value for name, value in pairs}
 
 
-def children_as_actions(entity: Entity, parser: Any, *, but: str = "") -> list[Any]:
+def children_as_actions(entity: Entity, parser: Parser, *, but: str = "") -> list[Any]:
     """The actions of the nested entities, except those named `but`."""
     children = [child for child in entity.children if child.type_name != but]
     actions: list[Any] = parser.parse_actions(children)

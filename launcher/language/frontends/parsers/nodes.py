@@ -24,6 +24,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.frontends.parser import Parser
+
 # Keyword of the constructor -> attribute.
 _TEXTS = {
     "name": "name",
@@ -55,7 +57,7 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_lifecycle_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
+def parse_lifecycle_node(cls: Any, entity: Entity, parser: Parser) -> Parsed:
     """`lifecycle_node`, from newer releases of ROS 2 Jazzy."""
     _, arguments = parse_node(cls, entity, parser)
     autostart = entity.get_attr("autostart", data_type=bool, optional=True)
@@ -64,12 +66,12 @@ def parse_lifecycle_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_parameters(cls: type, params: Iterable[Entity], parser: Any) -> list[Any]:
+def parse_parameters(cls: type, params: Iterable[Entity], parser: Parser) -> list[Any]:
     """Parameter files and dictionaries, one for each `param`, in order."""
     return [_file_or_dictionary(param, parser) for param in params]
 
 
-def _file_or_dictionary(param: Entity, parser: Any) -> Any:
+def _file_or_dictionary(param: Entity, parser: Parser) -> Any:
     file = param.get_attr("from", optional=True)
     allow_substs = param.get_attr("allow_substs", data_type=bool, optional=True)
     name = param.get_attr("name", optional=True)
@@ -86,7 +88,7 @@ def _file_or_dictionary(param: Entity, parser: Any) -> Any:
     return _dictionary([param], parser)
 
 
-def _parameter_file(param: Entity, parser: Any, file: str, allow_substs: Any) -> Any:
+def _parameter_file(param: Entity, parser: Parser, file: str, allow_substs: object) -> Any:
     from launcher.language.ros.parameter_descriptions import ParameterFile
 
     allowed = (
@@ -98,7 +100,7 @@ def _parameter_file(param: Entity, parser: Any, file: str, allow_substs: Any) ->
     return ParameterFile(parser.parse_substitution(file), allow_substs=allowed)
 
 
-def _dictionary(params: Iterable[Entity], parser: Any) -> dict[Any, Any]:
+def _dictionary(params: Iterable[Entity], parser: Parser) -> dict[Any, Any]:
     """The values of parameters, those of nested parameters in nested dictionaries."""
     values: dict[Any, Any] = {}
     for param in params:
@@ -121,7 +123,7 @@ def _data_type(param: Entity) -> Any:
     return get_data_type_from_identifier(identifier)
 
 
-def _check_shape(param: Entity, value: Any, nested: Any, data_type: Any) -> None:
+def _check_shape(param: Entity, value: object, nested: object, data_type: object) -> None:
     if nested and (value is not None or data_type is not None):
         message = "a parameter with nested parameters cannot have a 'value' or 'type'"
         raise StructureError(message, place=param.place)
@@ -130,7 +132,7 @@ def _check_shape(param: Entity, value: Any, nested: Any, data_type: Any) -> None
         raise StructureError(message, place=param.place)
 
 
-def _value(param: Entity, value: Any, data_type: Any, parser: Any) -> Any:
+def _value(param: Entity, value: object, data_type: object, parser: Parser) -> Any:
     from launcher.language.ros.parameter_descriptions import ParameterValue
 
     try:
@@ -140,7 +142,7 @@ def _value(param: Entity, value: Any, data_type: Any, parser: Any) -> Any:
     return ParameterValue(some_value, value_type=data_type)
 
 
-def parse_container(cls: Any, entity: Entity, parser: Any) -> Parsed:
+def parse_container(cls: Any, entity: Entity, parser: Parser) -> Parsed:
     """`node_container`."""
     _, arguments = parse_node(cls, entity, parser)
     nested = entity.get_attr("composable_node", data_type=ENTITIES, optional=True)
@@ -149,7 +151,7 @@ def parse_container(cls: Any, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def parse_load(cls: type, entity: Entity, parser: Any) -> Parsed:
+def parse_load(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`load_composable_node`."""
     _, arguments = parse_action(cls, entity, parser)
     arguments["target_container"] = parser.parse_substitution(entity.get_attr("target"))
@@ -158,14 +160,14 @@ def parse_load(cls: type, entity: Entity, parser: Any) -> Parsed:
     return cls, arguments
 
 
-def _descriptions(entities: list[Entity], parser: Any) -> list[Any]:
+def _descriptions(entities: list[Entity], parser: Parser) -> list[Any]:
     from launcher.language.ros.composition import ComposableNode
 
     parsed = [parse_composable_node(ComposableNode, parser, entity) for entity in entities]
     return [description(**arguments) for description, arguments in parsed]
 
 
-def parse_composable_node(cls: type, parser: Any, entity: Entity) -> Parsed:
+def parse_composable_node(cls: type, parser: Parser, entity: Entity) -> Parsed:
     """`composable_node`; as in ROS 2, unknown attributes are ignored."""
     arguments: dict[str, Any] = {}
     add_texts(arguments, entity, parser, {"package": "pkg", "plugin": "plugin"}, optional=False)

@@ -19,6 +19,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.frontends.parser import Parser
+
 # Keyword of the constructor -> attribute, for those that are texts with substitutions.
 _TEXTS = {
     "cwd": "cwd",
@@ -89,7 +91,7 @@ def _seconds(entity: Entity, name: str) -> Any:
     return value
 
 
-def parse_words(cls: type, cmd: str, parser: Any) -> list[list[Any]]:
+def parse_words(cls: type, cmd: str, parser: Parser) -> list[list[Any]]:
     """The words of a command line, each a list of substitutions.
 
     Only literal text is split; the value of a substitution stays in its word. Each text between

@@ -198,7 +198,7 @@ class InterfaceFile:
             return self.source.error("the file ends inside a definition", last)
         return self.source.error("not understood as IDL", problem.line, problem.column, hint=hint)
 
-    def _refer_from_idl(self, content: Any) -> None:
+    def _refer_from_idl(self, content: object) -> None:
         defined = _defined_type(content)
         folder = os.path.basename(os.path.dirname(os.path.abspath(self.source.path)))
         expected = (self.package, folder, self.name)

@@ -40,7 +40,7 @@ def _observe(executor: Any, write: Callable[[str], object]) -> None:
     """Let every event reactor that colcon makes pass its events on."""
     create = executor.create_event_reactor
 
-    def create_observed(context: Any) -> Any:
+    def create_observed(context: object) -> Any:
         reactor = create(context)
         reactor.register_observer(_Observer(write))
         return reactor
