@@ -30,7 +30,7 @@ help:
 run: $(VENV)/.run
 	@exec tools/foreground $(PY) -m launcher system $(ARGS)
 
-# With WING=bag, only tests that a change of launcher/bag/flight can break; perhaps none of them is `alone`.
+# With WING=bag, only tests that a change of launcher/bag can break; perhaps none of them is `alone`.
 ifdef WING
 TESTS   := $(shell $(PYTHON) -m tools.wings $(WING))
 NO_TEST := || [ $$? = 5 ]

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from launcher.language.conditions import Condition
     from launcher.language.context import LaunchContext
-    from launcher.language.frontends.parser import Parser
 
 
 def holds(condition: Condition, context: LaunchContext) -> bool:
@@ -38,7 +37,7 @@ class Action(LaunchDescriptionEntity):
         self.__condition = condition
 
     @classmethod
-    def parse(cls, entity: object, parser: Parser) -> tuple[type, dict[str, Any]]:
+    def parse(cls, entity: object, parser: object) -> tuple[type, dict[str, Any]]:
         """(class, keyword arguments) for an XML or YAML entity; subclasses call super()."""
         parsed: tuple[type, dict[str, Any]]
         parsed = frontend_registry.parse_with("Action", cls, entity, parser)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.description import LaunchDescription
-    from launcher.language.frontends.parser import Parser
     from launcher.language.some_types import FilePath
     from launcher.language.substitution import Substitution
 
@@ -185,7 +184,7 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
         launch_file_path: object,
         *,
         method: str = "interpreted frontend launch file",
-        parser: Parser | None = None,
+        parser: Any = None,
     ) -> None:
         super().__init__(None, launch_file_path, method)
         self._parser = parser
@@ -271,7 +270,7 @@ def get_launch_description_from_frontend_launch_file(
 
 
 def get_launch_description_from_any_launch_file(
-    launch_file_path: FilePath, *, parser: Parser | None = None
+    launch_file_path: FilePath, *, parser: Any = None
 ) -> LaunchDescription:
     """The description of a file of any kind; InvalidLaunchFileError if no loader accepts it.
 

@@ -117,7 +117,7 @@ ROWS = (
         ),
     ),
     PartRow(
-        "launcher.run.compose.group_output:ComposedMembers",
+        "launcher.run.compose.composed_members:ComposedMembers",
         When.FIRST,
         lambda run: run.options.compose,
         options=(COMPOSE,),

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.entity import LaunchDescriptionEntity
     from launcher.language.events.base import Event
-    from launcher.language.frontends.parser import Parser
 
 
 _OVERRIDE = "OVERRIDE_LAUNCH_PROCESS_OUTPUT"
@@ -354,12 +353,12 @@ class ExecuteProcess(ExecuteLocal):
         self._chooses_output = "output" in kwargs or _OVERRIDE in os.environ
 
     @classmethod
-    def parse(cls, entity: object, parser: Parser, ignore: list[str] | None = None) -> Any:
+    def parse(cls, entity: object, parser: Any, ignore: list[str] | None = None) -> Any:
         """(class, keyword arguments) of an XML or YAML entity."""
         return frontend_registry.parse_with("ExecuteProcess", cls, entity, parser, ignore)
 
     @classmethod
-    def _parse_cmdline(cls, cmd: str, parser: Parser) -> Any:
+    def _parse_cmdline(cls, cmd: str, parser: Any) -> Any:
         return frontend_registry.parse_with("ExecuteProcess.cmdline", cls, cmd, parser)
 
     @property
