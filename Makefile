@@ -39,23 +39,19 @@ $(error WING=$(WING))
 endif
 endif
 
-# Unit tests never wait: one process for them, beside workers that mostly wait, and no time to hand
-# them out. Tests marked `alone` inspect shared memory and processes of the whole machine: they run
-# last, and only their files are collected. They leave a core idle, for the check of types.
+# Tests marked `alone` inspect shared memory and processes of the whole machine: they run last, and
+# only their files are collected. They leave a core idle, for the check of types.
 ALONE = $(shell grep -rl --include='*.py' 'mark\.alone' tests)
 define run_tests
 	@mkdir -p build
 	status=0; \
-	$(PY) -m pytest --part unit -m "($(1)) and not alone" --junitxml=build/$@-unit.xml \
-	  $(2) $(TESTS) > build/$@-unit.txt 2>&1 & unit=$$!; \
-	$(PY) -m pytest --part others -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml \
-	  $(2) $(TESTS) $(NO_TEST) || status=1; \
-	wait $$unit $(NO_TEST) || status=1; \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) $(TESTS) \
+	  || status=1; \
 	$(PY) -m mypy > build/types.txt 2>&1 & types=$$!; \
 	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) $(or $(TESTS),$(ALONE)) \
 	  $(NO_TEST) || status=1; \
 	wait $$types || status=1; \
-	cat build/$@-unit.txt build/types.txt; \
+	cat build/types.txt; \
 	exit $$status
 endef
 

@@ -64,24 +64,6 @@ settings.register_profile(
 )
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """`make test` runs both parts at the same time: each worker collects its own part only."""
-    choices = ("unit", "others")
-    parser.addoption("--part", choices=choices, help="only tests in folders `unit`, or all others")
-
-
-def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    is_file = collection_path.suffix == ".py"
-    return True if is_file and not _is_of_the_part(collection_path, config) else None
-
-
-def _is_of_the_part(path: Path, config: pytest.Config) -> bool:
-    part = config.getoption("--part")
-    if part is None:
-        return True
-    return (UNIT in path.relative_to(config.rootpath).as_posix()) == (part == "unit")
-
-
 def pytest_configure(config: pytest.Config) -> None:
     if is_install(str(config.rootpath / "install")):
         # As a workspace, the checkout would change the environment of everything in these tests.
@@ -136,11 +118,7 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_collection_modifyitems(
-    items: list[pytest.Item], config: pytest.Config
-) -> Iterator[None]:
-    # Files that are named on the command line are not left out before.
-    items[:] = [item for item in items if _is_of_the_part(item.path, config)]
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     for item in items:
         tiers = [mark.name for mark in item.iter_markers() if mark.name in TIERS]
         if not tiers:
