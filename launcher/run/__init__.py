@@ -13,10 +13,10 @@ Pure state machines decide, with time as an argument, and drivers act:
 
 Folders:
 
-* `starts/`: stages that hold a start back. `requests/`: requests of
-  users for processes, in which order they are carried out. `ending/`: the end of a run, exit codes,
-  leftovers; `launcher.posix.cleanup` has the watchdog. `reload/`: what a new evaluation changes.
-  `debug/`: a process under debugpy.
+* `starts/`: stages that hold a start back. `requests/`: requests of users for processes, in which
+  order they are carried out. `ending/`: the end of a run, exit codes, leftovers;
+  `launcher.posix.cleanup` has the watchdog. `reload/`: what a new evaluation changes. `debug/`: a
+  process under debugpy.
 * `ready/`: first starts wait for others. `warm/`: Python nodes forked from a process that has
   imported what they need. `watch/`: files that processes have loaded. `compose/`: several nodes in
   one process. `monitor/`: resources and budgets. `stacks/`: what threads are doing.
