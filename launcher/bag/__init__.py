@@ -9,8 +9,8 @@ Doors:
 * `reader` and `writer`: bags as messages in order of time; `bag_model` is their data, `metadata`
   the file of that name. `decode` turns messages into values (by `cdr`), `snapshot_folder` makes a
   folder about the last seconds of a run: bag, logs, events and plan.
-* `ros/flight`: the flight recorder of a run (`--record`), a process. `comparing/topic_statistics`:
-  what is typical of a topic, also for smoke.
+* `flight/`: the part of a run with `--record`; `ros/flight` is its process, the flight recorder.
+  `comparing/topic_statistics`: what is typical of a topic, also for smoke.
 
 Files: `mcap_file` and `sqlite_file` read storage files, `compression` what they compress;
 `mcap_records` reads records of MCAP within bounds, `mcap_summary` their index. `mcap_scan` reads
@@ -21,7 +21,7 @@ What is known of a bag: `info`, with `topic_course` (rates, gaps) and calls of s
 `topic_selection` of topics; `agreement` is what of a topic has one type, also as other recorders
 write it; `quantity_texts` are numbers as rosbag2 prints them.
 
-Folders: `converting/` (`convert` writes what `merged` gives of several bags, `table` CSV and JSON
-lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with `traits`:
-rates and gaps, and `fields`: contents), `ros/`.
+Folders: `converting/` (`convert` writes what `merged_bags` gives of several bags, `text_tables` CSV
+and JSON lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with
+`topic_statistics`: rates and gaps, and `field_difference`: contents), `flight/`, `ros/`.
 """

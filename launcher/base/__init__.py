@@ -1,4 +1,4 @@
-"""What everything uses, and what knows nobody: text, errors, documents, the grammar of verbs.
+"""What all rooms use, and what uses none of them: text, errors, documents, the grammar of verbs.
 
 Imports nothing of the launcher outside of this room.
 
@@ -8,8 +8,8 @@ Doors:
 * `command_line`: `Command` and `option`, the grammar of all command lines: tables of options, and
   the one parser that reads words by them. `command_front` has the options in front of a verb,
   `command_help` what `--help` prints; docs/command-line.md is made from the same tables.
-* `verb_table`: the module of each verb, imported when the verb is used; with `launcher.run.parts`
-  the only place where the core names the wings.
+* `verb_table`: the module of each verb, imported when the verb is used. With `launcher.run.parts`
+  and `launcher.run.helpers.helper_programs`, the only place where the core names the wings.
 * `text`: suggestions for misspelt words, counts, escaped control characters. `program`: the name
   in usages, `launcher` or `python -m launcher`.
 * `strict_json`: JSON is written and read nowhere else. `text_file`: files of users, of bounded

@@ -15,5 +15,5 @@ Doors:
   Python packages that are not installed.
 
 Folder: `completion/` is the verb `completion`, with the scripts for shells and what Tab asks for:
-`grammar` finds the place in the tables of options, `sources` has the candidates there.
+`candidates` finds the place in the tables of options, `name_sources` has the names there.
 """

@@ -1,7 +1,7 @@
 """`doctor`: finds what makes ROS runs fail on this machine, and repairs what can be repaired.
 
-May import the core, `hosts`, `ros` and `workspace`. `verb` is its door; `stale_workspace`
-(the wing) uses its facts about a workspace.
+May import the core, `hosts`, `ros` and `workspace`. `verb` is its door; the wing
+`workspace` uses its facts about a workspace.
 
 Gathering, judging and repairing are apart: only the first does I/O, so that each check is a
 function from facts to one finding.

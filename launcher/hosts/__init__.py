@@ -8,6 +8,7 @@ Doors:
 * `engine/`: the operator's side of the engines. `engine.fleet` opens the links of a run, says what
   became of them, and waits for the hosts at the end; `engine.driver` is the process driver of a
   run with hosts.
+* `launching/`: the options of a launch with hosts: which hosts it needs, and its plan.
 * `agent/`: `launcher agent`, the engine on a host without systemd.
 * `check/` and `sync/`: `hosts check` and `hosts sync`. `verbs/`: these, `attach` and `agent`.
 * `discovery`: the variables with which nodes on several hosts find each other; `discovery_server`:

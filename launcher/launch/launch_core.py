@@ -48,9 +48,9 @@ class LaunchCore:
     """An interpreter whose start is limited in time, and which records what the run did.
 
     Its `services` are processes of the launcher's own, which start first and stop last. The
-    interpreter does not know them: no handler hears of them, and no run goes on for their sake.
-    `adapt` makes of a process in a plan what options make of it. `source` has
-    the options for a reload.
+    interpreter does not have them: no handler is called for them, and no run goes on for their
+    sake. `adapt` makes of a process in a plan what options make of it. `source` has the options for
+    a reload.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """From the output of processes to ours: whole lines, filtered and safe to show.
 
-May import `base`, `posix` and `packages`; knows no process: `launcher.run.output` connects the
+May import `base`, `posix` and `packages`. It has no processes: `launcher.run.output` connects the
 two.
 
 The path of a line has no return: bytes go from `os.read` to the terminal in whole blocks, by one

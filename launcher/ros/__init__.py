@@ -15,9 +15,9 @@ Doors:
 Folders:
 
 * `discovery/`: the graph from discovery messages, without a node. `snapshot/`: the graph at one
-  moment (`graph`), what has changed (`diff`), whether QoS settings match (`qos_matching`).
+  moment (`ros_graph`), what has changed (`diff`), whether QoS settings match (`qos_matching`).
 * `messages/`: messages to and from YAML; classes of types, their definitions as one text
-  (`schema`).
+  (`message_schema`).
 * `topics/`: listing, echo, publishing, statistics of topics.
 * `draw/`: the graph as a tree, DOT and Mermaid; DOT is drawn by Graphviz as WebAssembly from PyPI.
 """

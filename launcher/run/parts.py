@@ -93,8 +93,8 @@ def page_options(prefix: str) -> tuple[Option, ...]:
 DRY_RUN = option("--dry-run", "only show what would be done")
 STATE = option("STATE", "on or off")
 
-# In the order in which parts hear of events, and in which starts go through those that are stages.
-# Parts are closed in the opposite order.
+# In the order in which the hooks of parts are called, and in which starts go through those that are
+# stages. Parts are closed in the opposite order.
 ROWS = (
     PartRow("launcher.run.monitor.housekeeping:Housekeeping"),
     PartRow(

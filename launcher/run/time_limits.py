@@ -16,7 +16,7 @@ class RunTimeout(Part):
 
 
 class QuietLimit(Part):
-    """The time counts from the start of the launch file, and again from each line of a process."""
+    """The time counts from the start of the launch file, and again from each output."""
 
     def settled(self) -> None:
         self._begun_s = self.run.reactor.now()

@@ -8,14 +8,15 @@ the fixture `launched_system`.
 
 Folders, in the order of a run:
 
-* `expect/`: the expectation file: its grammar, its schema, its loader. `evaluation` is a process
+* `expect/`: the expectation file: its grammar, its schema, and a `script` of what it contains.
+  `evaluation` is a process
   that evaluates `where` and `fields` with limits of time and memory: Python itself would not end
   `sum(range(10**12))`. The kernel ends it when smoke has ended, even in the middle of a
   computation.
-* `preflight/`: finds impossible expectations before anything is started.
+* `preflight/`: loads the file, and finds impossible expectations before anything is started.
 * `run/`: a command, its runs, and the systems that they launch, each in a separate domain.
-* `observe/`: records facts, from the control socket, log files and the probe; `recording` is a
-  bag, for the expectation `like`, which compares it with another one.
+* `observe/`: records facts, from the control socket, log files and the probe; `topic_recording` is
+  a bag, for the expectation `like`, which compares it with another one.
 * `judges/`: pure functions (expectation, facts) -> verdict.
 * `reports/`: results for people, for CI and for the next run, and the evidence.
 * `record/`: writes expectations from what healthy runs showed.

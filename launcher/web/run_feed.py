@@ -32,7 +32,7 @@ _EXPECTATIONS = "expectations.json"  # of smoke, in the log folder of the run
 
 
 class RunFeed:
-    """Follows a run and tells the hub. `on_end` is called when the run has ended."""
+    """Follows a run and passes changes to the hub. `on_end` is called when the run has ended."""
 
     def __init__(self, hub: Hub, on_end: Callable[[], None]) -> None:
         self.log = LogStore()

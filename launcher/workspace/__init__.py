@@ -3,8 +3,8 @@
 Where a workspace is and what it sets is core: `launcher.packages.workspace`, `.environment`. May
 import the core and `doctor`.
 
-Doors: `verbs/`. `doctor` also uses `building.records`, `sources`, `place` and `toolchain` to say
-what is stale, `hosts sync` `building.place` for what is not built.
+Doors: `verbs/`. `doctor` also uses `building.records`, `sources`, `build_place` and `toolchain` to
+say what is stale, `hosts sync` `building.build_place` for what is not built.
 
 * `building/`: `build`, `wheel` and `pkg create`.
 * `testing/`: `test`.

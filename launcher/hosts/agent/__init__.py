@@ -1,8 +1,9 @@
 """`launcher agent`: the process on a host that runs what a launcher elsewhere requests.
 
 It is our engine with watchdog, control group and sweep: `workload` has the processes, by the parts
-of `launcher.run`; all are started cold. `forwarder` sends output in blocks, `run_log` what the
-engine says. `host_agent` has the connection, and what becomes of the processes without it.
+of `launcher.run`; all are started cold. `forwarder` sends output in blocks, and the log of
+`workload` what the launcher would print. `host_agent` has the connection, and what becomes of the
+processes without it.
 
 * The end of the input is a lost link, not an order. `stop-after` counts from the last frame of the
   launcher. Without processes and launcher the agent ends after 30 s, or 10 minutes if it keeps; at

@@ -1,4 +1,4 @@
-"""The agent: obeys one launcher, through one connection at a time, and outlives it if asked to."""
+"""The agent: serves one launcher, through one connection at a time, and outlives it if asked to."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ _BEATS = 4  # in the time after which a host without the operator stops its proc
 
 
 def beat_s(stop_after_s: float | None) -> float:
-    """How often a host hears of the operator: well before it would stop its processes."""
+    """How often a host gets a sign of the operator: well before it would stop its processes."""
     return BEAT_S if stop_after_s is None else min(BEAT_S, stop_after_s / _BEATS)
 
 

@@ -6,7 +6,7 @@
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
 | `events.jsonl` | starts, exits, restarts, signals (`event_log`) |
-| `plan.json` | what the launch file has done, as in `plan --json` (commands/launch/run_plan.py) |
+| `plan.json` | what the launch file has done, as in `plan --json` (launch/run_plan.py) |
 
 The nodes write their own rclpy logs here too, since their ROS_LOG_DIR is this folder.
 """

@@ -121,8 +121,8 @@ class GroupOutput:
         self._buffers.append(FrameBuffer())
         return self._buffers[-1]
 
-    def hear(self, message: bytes) -> None:
-        """Of the process: its token, a new node, or the end of a member, which waits (`settle`)."""
+    def take(self, message: bytes) -> None:
+        """A message of the process: its token, a new node, or the end of a member."""
         if found := _TOKEN.fullmatch(message):
             for buffer in self._buffers:
                 buffer.learn(found[1])

@@ -33,7 +33,7 @@ class OutputReader:
 
     What a process has started may write to its streams when it has exited, or runs again: these are
     kept, and read to their end. It pauses while the screen is slow: then the pipes fill, and the
-    children block. `read_at_s` is the time of the last read, on the monotonic clock.
+    children block. `read_at_s` is when output was last read, on the monotonic clock.
     """
 
     def __init__(
@@ -66,8 +66,8 @@ class OutputReader:
             if not self._paused:
                 self._listen(process, fd)
         if process.group is not None:
-            hear = functools.partial(self._hear, process, process.group)
-            self._reactor.add_reader(process.child.stdin, hear)
+            take = functools.partial(self._take_ends, process, process.group)
+            self._reactor.add_reader(process.child.stdin, take)
 
     def _listen(self, process: Process, fd: int) -> None:
         self._reactor.add_reader(fd, functools.partial(self._read, process, fd))
@@ -95,7 +95,7 @@ class OutputReader:
             if fd in process.streams:
                 self._finish(process, fd, process.streams[fd])
         if process.group is not None and process.child is not None:
-            self._hear(process, process.group)
+            self._take_ends(process, process.group)
             self._reactor.remove(process.child.stdin)
 
     def keep(self, process: Process) -> list[Process]:
@@ -142,13 +142,14 @@ class OutputReader:
         if process.group is not None:  # a node may be new whose lines these are
             self._take_messages(process, process.group)
         stream = process.streams[fd]
-        self.read_at_s = stream.read_at_s = self._reactor.now()
+        stream.read_at_s = self._reactor.now()
         if not chunk:
             self._close(process, fd)
             return 0
+        self.read_at_s = stream.read_at_s
         self._accept(process, fd, stream, chunk)
         if process.group is not None and process.group.has_ends:
-            self._reactor.call_later(0, functools.partial(self._hear, process, process.group))
+            self._reactor.call_later(0, functools.partial(self._take_ends, process, process.group))
         return len(chunk)
 
     def feed(self, process: Process, name: str, chunk: bytes, read_at_s: float) -> None:
@@ -160,9 +161,10 @@ class OutputReader:
         if fd not in process.streams:
             process.streams[fd] = Stream(name, shown=process.shows(name))
         stream = process.streams[fd]
-        self.read_at_s, stream.read_at_s = self._reactor.now(), read_at_s
-        stream.ago_s = self.read_at_s - read_at_s
+        now = self._reactor.now()
+        stream.read_at_s, stream.ago_s = read_at_s, now - read_at_s
         if chunk:
+            self.read_at_s = now
             self._accept(process, fd, stream, chunk)
         elif stream.waits:
             self._show_unfinished(process, fd, stream)
@@ -211,7 +213,7 @@ class OutputReader:
                 self._show(process, fd, stream, shown, prefix=part.prefix)
             self._directory.write_lines(part.name, policy, stream.name, part.lines, stream.ago_s)
 
-    def _hear(self, process: Process, group: GroupOutput) -> None:
+    def _take_ends(self, process: Process, group: GroupOutput) -> None:
         """Take messages of a process with members, and act on them behind its output."""
         self._take_messages(process, group)
         group.settle(functools.partial(self._read_all, process))
@@ -222,7 +224,7 @@ class OutputReader:
             if not message:
                 self._reactor.remove(child.stdin)
                 break
-            group.hear(message)
+            group.take(message)
 
     def _read_all(self, process: Process) -> None:
         for fd in list(process.streams):

@@ -139,14 +139,14 @@ class StepPhase(enum.Enum):
 class RequestStep:
     """Requests that are carried out together, and answered alike.
 
-    `last_end` is the last exit before its present part, `stopped_s` and `first_end` are of the
+    `last_end` is the last exit before its present phase, `stopped_s` and `first_end` are of the
     first half of a restart, `old_pid` is that of the process that it stops.
     """
 
     def __init__(self, purpose: Purpose, requests: tuple[ProcessRequest, ...] = ()) -> None:
         self.purpose = purpose
         self.requests = list(requests)
-        self.part = StepPhase.PENDING
+        self.phase = StepPhase.PENDING
         self.last_end: ReportExit | None = None
         self.first_end: ReportExit | None = None
         self.stopped_s = 0.0
@@ -158,11 +158,11 @@ class RequestStep:
 
     def leave(self, request: ProcessRequest) -> None:
         self.requests.remove(request)
-        if self.part is StepPhase.PENDING and self.requests:
+        if self.phase is StepPhase.PENDING and self.requests:
             self.purpose = max(one.purpose for one in self.requests)
 
-    def enter(self, part: StepPhase, situation: Situation) -> None:
-        self.part, self.last_end = part, situation.last_end
+    def enter(self, phase: StepPhase, situation: Situation) -> None:
+        self.phase, self.last_end = phase, situation.last_end
 
 
 class RequestQueue:
@@ -195,7 +195,7 @@ class RequestQueue:
         )
         if request.purpose.starts and last is not None and _serves(last, request, situation.phase):
             last.join(request)
-            is_queued = last.part is StepPhase.BEGINNING and situation.phase is ProcessPhase.QUEUED
+            is_queued = last.phase is StepPhase.BEGINNING and situation.phase is ProcessPhase.QUEUED
             is_again = request.purpose > Purpose.START and is_queued
             return [Do(RequestOrder.BEGIN_AGAIN, last)] if is_again else []
         self._steps.append(RequestStep(request.purpose, (request,)))
@@ -209,9 +209,9 @@ class RequestQueue:
                 kept.append(step)
                 continue
             answers.append(Answer(tuple(step.requests), Kind.OVERTAKEN, step))
-            if step.part is StepPhase.ENDING:  # the stop that it has begun goes on
+            if step.phase is StepPhase.ENDING:  # the stop that it has begun goes on
                 stop = RequestStep(Purpose.STOP)
-                stop.part, stop.last_end = step.part, step.last_end
+                stop.phase, stop.last_end = step.phase, step.last_end
                 kept.append(stop)
         self._steps = kept
         for step in kept:
@@ -226,7 +226,7 @@ class RequestQueue:
         for step in self._steps:
             if request in step.requests:
                 step.leave(request)
-                if step.part is StepPhase.PENDING and not step.requests:
+                if step.phase is StepPhase.PENDING and not step.requests:
                     self._steps.remove(step)
                 return
 
@@ -238,15 +238,15 @@ class RequestQueue:
         if step is None:
             return []
         if step.purpose is Purpose.ACT:
-            is_due = step.part is StepPhase.PENDING
+            is_due = step.phase is StepPhase.PENDING
             step.enter(StepPhase.ACTING, situation)
             return [Act(step)] if is_due else []
-        if step.part is StepPhase.PENDING:
+        if step.phase is StepPhase.PENDING:
             begin = self._begin_stop if step.purpose is Purpose.STOP else self._begin_start
             return begin(step, situation)
         if situation.phase is ProcessPhase.STUCK:
             return self._answer(step, Kind.STUCK)
-        go_on = self._ending if step.part is StepPhase.ENDING else self._beginning
+        go_on = self._ending if step.phase is StepPhase.ENDING else self._beginning
         actions = go_on(step, situation)
         if not actions and situation.is_cut_off:
             return self._answer(step, Kind.LINK_LOST)
@@ -332,5 +332,5 @@ def _serves(step: RequestStep, request: ProcessRequest, phase: ProcessPhase) -> 
         return False
     if request.purpose is Purpose.START:
         return True
-    has_begun = step.part is StepPhase.BEGINNING and phase is ProcessPhase.STARTING
+    has_begun = step.phase is StepPhase.BEGINNING and phase is ProcessPhase.STARTING
     return step.purpose is not Purpose.DEBUG and not has_begun

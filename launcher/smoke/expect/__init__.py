@@ -1,1 +1,1 @@
-"""The expectation file: its grammar, its schema and its loader."""
+"""The expectation file: its grammar, its schema, and what it contains."""

@@ -8,7 +8,7 @@ from tests.support.repository import REPOSITORY
 
 # Words are parsed, or made into values, in these: verbs, and what several verbs share.
 _VERBS = re.compile(r"launcher/(\w+/)+(verbs/.*|verbs?)\.py")
-_SHARED = ("base/command_line", "launch/options", "launch/target")
+_SHARED = ("base/command_line", "launch/launch_options", "launch/target")
 _OTHER = "launcher/language/frontends/parsers/"  # which have a type of the same name
 
 

@@ -92,7 +92,7 @@ def test_every_round_leaves_the_process_as_the_first_one_did(states: list[dict],
 def test_no_generated_file_and_no_module_of_ours_stays(states: list[dict]):
     assert [name for name in states[-1]["temporary"] if name.startswith("launch_params_")] == []
     assert states[-1]["modules"] == []
-    assert states[-1]["children"] == ""
+    assert states[-1]["children"] == []
 
 
 def test_memory_does_not_grow_with_the_number_of_plans(states: list[dict]):

@@ -38,7 +38,7 @@ class Pipe:
         names = [(f"m-{index}", b"") for index in range(members)]
         self.group = GroupOutput(("group", b""), names, lambda index, code: None)
         self.buffer = self.group.buffer()
-        self.group.hear(b"token " + member_output._TOKEN)
+        self.group.take(b"token " + member_output._TOKEN)
         self.lines: dict[str, bytes] = {}
 
     def write(self, index: int, *texts: str) -> None:

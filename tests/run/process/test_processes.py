@@ -44,7 +44,7 @@ def test_an_exit_is_reported_while_a_grandchild_still_writes_to_the_pipe(bench: 
 # They stamp entries and lines, and compare the times of files.
 WALL_CLOCK_READERS = {
     "__main__",  # of the file watcher
-    "agent",
+    "host_agent",
     "cgroup",
     "child",
     "client_process",
@@ -52,13 +52,13 @@ WALL_CLOCK_READERS = {
     "event_log",
     "ledger",
     "line_format",
-    "link",
+    "systemd_link",
     "reload",
     "run",  # when it has begun
     "run_directory",
     "process_driver",
     "shared_memory",
-    "warm",
+    "warm_starts",
     "watching",
 }
 

@@ -155,7 +155,7 @@ class BenchProcess:
     def leave(self, client: Client) -> None:
         client.has_left = True
         step = self.queue.current
-        has_begun = step is not None and step.part is not StepPhase.PENDING
+        has_begun = step is not None and step.phase is not StepPhase.PENDING
         client.is_living = step is not None and has_begun and client.request in step.requests
         client.is_dropped = not client.is_living
         self.queue.withdraw(client.request)

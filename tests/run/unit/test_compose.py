@@ -195,7 +195,7 @@ class Told:
     def begin(self, token: str = TOKEN) -> None:
         self.output.begin()
         self.buffer = self.output.buffer()
-        self.output.hear(f"token {token}".encode())
+        self.output.take(f"token {token}".encode())
 
     def feed(self, text: str) -> list[tuple[str, str]]:
         """(name, lines) of what is complete when this was read as well."""
@@ -273,8 +273,8 @@ def test_what_a_killed_process_had_begun_is_shown():
 def test_lines_of_rcl_are_told_apart_by_their_logger():
     told = Told()
     assert told.feed(log("fleet.a")) == [("group-1", log("fleet.a"))]
-    told.output.hear(b"0 node /fleet/a fleet.a")
-    told.output.hear(b"1 node /b b")
+    told.output.take(b"0 node /fleet/a fleet.a")
+    told.output.take(b"1 node /b b")
     colour = f"\x1b[33m{log('b.part.deep')}"
     assert told.feed(log("fleet.a") + colour + log("rcl") + log("bb")) == [
         ("a-1", log("fleet.a")),
@@ -286,7 +286,7 @@ def test_lines_of_rcl_are_told_apart_by_their_logger():
 
 def test_what_follows_a_line_of_a_logger_belongs_to_it_in_the_same_block():
     told = Told()
-    told.output.hear(b"0 node /a a")
+    told.output.take(b"0 node /a a")
     assert told.feed(f"x\n{log('a')}  second\nthird\n{frame(1, 'y')}") == [
         ("group-1", "x\n"),
         ("a-1", f"{log('a')}  second\nthird\n"),
@@ -297,21 +297,21 @@ def test_what_follows_a_line_of_a_logger_belongs_to_it_in_the_same_block():
 
 def test_a_logger_of_two_members_is_that_of_none():
     told = Told()
-    told.output.hear(b"0 node /a a")
-    told.output.hear(b"1 node /a a")
+    told.output.take(b"0 node /a a")
+    told.output.take(b"1 node /a a")
     assert told.feed(log("a")) == [("group-1", log("a"))]
 
 
 def test_the_end_of_a_member_is_told_behind_all_that_was_written_before():
     told = Told()
     order: list[object] = []
-    told.output.hear(b"1 exit -2")
+    told.output.take(b"1 exit -2")
     assert told.output.has_ends and told.ends == []
 
     def read() -> None:
         order.append(list(told.ends))
         if len(order) == 1:
-            told.output.hear(b"0 exit 3")  # comes with what is read
+            told.output.take(b"0 exit 3")  # comes with what is read
 
     told.output.settle(read)
     assert order == [[], [(1, -2)]], "it is read for each"
@@ -324,7 +324,7 @@ def test_the_end_of_a_member_is_told_behind_all_that_was_written_before():
 )
 def test_other_messages_do_no_harm(message: bytes):
     told = Told()
-    told.output.hear(message)
+    told.output.take(message)
     told.output.settle(lambda: None)
     assert told.ends == []
     assert told.feed(frame(0, "x")) == [("a-1", "x\n")]

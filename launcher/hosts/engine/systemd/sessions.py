@@ -88,7 +88,7 @@ class Sessions:
     # ---- connecting
 
     def open(self) -> None:
-        """Connect; the listener hears of the outcome."""
+        """Connect; the listener is called with the outcome."""
         self._timers.after("connect", 0.0, self._connect_first)
 
     def _connect_first(self) -> None:
@@ -156,7 +156,7 @@ class Sessions:
             self._timers.after("watch", 1.0, self._check_silence)
 
     def give_up(self, reason: str) -> None:
-        """Leave for ever; the listener hears of it."""
+        """Leave for ever; the listener is called after that."""
         self._refuse(reason)
 
     def _refuse(self, reason: str) -> None:

@@ -22,7 +22,7 @@ _ROOT = os.path.dirname(os.path.dirname(os.path.abspath(launcher.__file__)))
 # directory, and files in that directory (the empty entry) may hide modules of Python.
 _PROGRAM = (
     "import sys; sys.path[:] = [*filter(None, sys.path), {root!r}]; "
-    "from launcher.workspace.building.colcon import process; sys.exit(process.main())"
+    "from launcher.workspace.building.colcon import colcon_process; sys.exit(colcon_process.main())"
 )
 _TICK_S = 0.2
 
