@@ -24,7 +24,7 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
-from launcher.packages.workspace import is_install
+from launcher.packages.workspace import ROS_VARIABLES, is_install
 from launcher.posix.domain_lease import leased_domain
 from tests.support.waiting import wait_until
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
@@ -167,6 +167,17 @@ def _alone(request: pytest.FixtureRequest) -> Iterator[None]:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lock:
         wait_until(lambda: _is_bound(lock, "\0launcher-test-alone"), "no other test alone", 500.0)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_workspace_is_left() -> Iterator[None]:
+    """A verb that a test calls in this process enters a workspace, which is not that of others."""
+    names = ("AMENT_PREFIX_PATH", *ROS_VARIABLES)
+    before = {name: os.environ[name] for name in names if name in os.environ}
+    yield
+    for name in names:
+        os.environ.pop(name, None)
+    os.environ.update(before)
 
 
 def _is_bound(lock: socket.socket, name: str) -> bool:

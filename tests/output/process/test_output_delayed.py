@@ -41,6 +41,7 @@ class ReaderBench:
             (),
             self,
         )
+        self.process_of: dict[int, Process] = {}
         self.a, self.b = self._process("a"), self._process("b")
         self.remote = self._spec("remote")
 
@@ -57,6 +58,7 @@ class ReaderBench:
         process = self._spec(name)
         process.child = Child(-1, {read_end: BOTH}, -1, -1, -1)
         self.relay.attach(process)
+        self.process_of[write_end] = process
         return write_end
 
     def _spec(self, name: str) -> Process:
@@ -72,6 +74,14 @@ class ReaderBench:
         ends = os.pipe()
         self._fds += ends
         return ends
+
+    def end(self, write_end: int) -> None:
+        """Close it, and run until that is noticed."""
+        streams = self.process_of[write_end].streams
+        (read_end,) = streams
+        os.close(write_end)
+        self._run_until(lambda: not streams)
+        self._fds = [fd for fd in self._fds if fd not in (write_end, read_end)]
 
     def close(self) -> None:
         for fd in self._fds:
@@ -92,16 +102,19 @@ class ReaderBench:
 
     def shown(self, end: bytes) -> list[bytes]:
         """Run until this is shown; all that was."""
+        self._run_until(lambda: end in self._path.read_bytes())
+        return self._path.read_bytes().splitlines()
+
+    def _run_until(self, is_so: Callable[[], bool]) -> None:
         until_s = self.reactor.now() + 60.0
 
         def look() -> None:
-            if end in self._path.read_bytes() or self.reactor.now() > until_s:
+            if is_so() or self.reactor.now() > until_s:
                 self.reactor.stop()
             self.reactor.call_later(PARTIAL_LINE_S / 10, look)
 
         look()
         self.reactor.run()
-        return self._path.read_bytes().splitlines()
 
 
 BEGUN_AND_ENDED = {
@@ -137,6 +150,18 @@ def test_what_another_host_has_not_finished_is_shown_if_the_process_is_silent(tm
         bench.feed(b"your name? ")
         bench.feed(b"")
         assert bench.shown(b"[remote] your name? ") == [b"[remote] your name? "]
+        bench.close()
+
+
+def test_only_what_is_written_is_output(tmp_path: Path):
+    with Reactor() as reactor:
+        bench = ReaderBench(tmp_path, reactor)
+        bench.feed(b"your name? ")
+        read_at_s = bench.relay.read_at_s
+        assert read_at_s > 0
+        bench.feed(b"")  # it is silent
+        bench.end(bench.a)
+        assert bench.relay.read_at_s == read_at_s
         bench.close()
 
 
