@@ -59,11 +59,11 @@ endef
 test: lint
 	$(call run_tests,unit or basic)
 
-## thorough: what make test leaves out: long tests, and all examples of hypothesis (22 minutes)
+## thorough: what make test leaves out: long tests, and all examples of hypothesis (18 minutes)
 thorough: lint
 	$(call run_tests,thorough or hypothesis,--hypothesis-profile=search)
 
-## check: both in one run: every test that needs no browser (27 minutes)
+## check: both in one run: every test that needs no browser (23 minutes)
 check: lint
 	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
 
