@@ -98,7 +98,8 @@ class Prefetch:
         self._closed.set()
         self._reader.stop()
         for thread in self._threads:
-            thread.join()
+            if thread.is_alive():  # else: over, or Ctrl-C came before it was started
+                thread.join()
 
 
 def own_ports(domain_id: int) -> set[int]:

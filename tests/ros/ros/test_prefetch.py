@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -95,3 +96,15 @@ def test_verbs_find_their_node_although_another_does_not_answer(tmp_path):
             assert "success=True, message='on'" in switch.out
         finally:
             os.kill(silent.pid, signal.SIGCONT)
+
+
+def test_ctrl_c_may_come_while_our_participant_is_about_to_be_introduced(tmp_path, monkeypatch):
+    with ros_domain(tmp_path) as env, prefetching(int(env["ROS_DOMAIN_ID"])) as prefetch:
+
+        def interrupted(thread: threading.Thread) -> None:
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(threading.Thread, "start", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            prefetch.introduce()
+        prefetch.close()
