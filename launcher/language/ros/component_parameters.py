@@ -68,7 +68,7 @@ def _from_file(path: Path, node: str) -> dict[str, Any]:
     return {name: value for name, _, value in parameters_for(node, known)}
 
 
-class NamedValue(NamedTuple):
+class ComponentValue(NamedTuple):
     """A parameter with the attributes of rclpy's; the launcher does not import rclpy."""
 
     name: str
@@ -77,7 +77,7 @@ class NamedValue(NamedTuple):
 
 def to_parameters_list(
     context: LaunchContext, node_name: str, namespace: str, evaluated_parameters: Iterable[Any]
-) -> list[NamedValue]:
+) -> list[ComponentValue]:
     """The parameters of a load request."""
     pairs = parameter_pairs(context, node_name, namespace, evaluated_parameters)
-    return [NamedValue(name, value) for name, value in pairs]
+    return [ComponentValue(name, value) for name, value in pairs]

@@ -21,7 +21,7 @@ from launcher.ros.topics.listener import Listener
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.verb import GraphAccess, observing
 from launcher.ros.verbs.awaited_topics import TopicSubscriber
-from launcher.ros.verbs.streams import Limit, nothing_came, until_interrupted
+from launcher.ros.verbs.streams import ListeningLimit, nothing_came, until_interrupted
 
 _NAMES = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
 
@@ -80,7 +80,7 @@ def echo(options: ServiceEchoOptions) -> int:
                 file=sys.stderr if options.writer.json else sys.stdout,
                 flush=True,
             )
-        limit = Limit(options.timeout_s)
+        limit = ListeningLimit(options.timeout_s)
         for sample in listener.samples(limit.tick):
             is_silent, limit.is_fresh = False, True
             sys.stdout.writelines(options.writer.pieces(sample, sample.message))

@@ -84,7 +84,7 @@ def echo(options: EchoOptions) -> int:
         subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
         for name in options.topics:
             subscriber.subscribe_now(name, options.type)
-        limit = Limit(options.timeout_s)
+        limit = ListeningLimit(options.timeout_s)
         write = sys.stdout.write
         for sample in listener.samples(limit.tick):
             limit.is_fresh = True
@@ -116,7 +116,7 @@ def _too_few(name: str, count: int, limit_s: float, accepted: str | None = None)
     return ExitCode.PROCESS_FAILED
 
 
-class Limit:
+class ListeningLimit:
     """Ends listening after `timeout_s`; flushes after each burst."""
 
     def __init__(self, timeout_s: float | None) -> None:

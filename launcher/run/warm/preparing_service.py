@@ -50,8 +50,10 @@ def serve(number: int) -> Callable[[], object]:
 
 
 def _prepare(socket: _socket.socket, order: Any, scan: Scan) -> Preparation:
+    def step(name: str) -> None:
+        preparing_messages.send_answer(socket, {"step": name})
+
     try:
-        step = lambda name: preparing_messages.send_answer(socket, {"step": name})  # noqa: E731
         preparation = Preparation(order, scan, step)
         without = preparation.run()
         if without:
