@@ -6,8 +6,8 @@ on the way to the first process of every launch, and that for packages takes lon
 Doors:
 
 * `finder`: the prefix and share folder of a package, its executables; its docstring has the order
-  of search. `source_packages`: packages used from their source folder, by `setup_reader` (a process
-  of its own: what their setup.py would install) and `overlay` (a prefix of links to that).
+  of search. `source_packages`: packages used from their source folder, by `setup_reader` (a
+  separate process: what their setup.py would install) and `overlay` (a prefix of links to that).
   `entry_points`: console scripts that pip has installed.
 * `workspace`: the colcon workspace that a user has named, or the one around the working directory,
   and the variables of the installed ROS. `activation`: this process sees the workspace, and is

@@ -80,9 +80,9 @@ def _placing(
         except LauncherError as error:
             placed.append(HERE)
             if all(error.render() != known.render() for known in errors):
-                # Conflicts of rules are told once for all processes.
-                is_told = error.where in {rule.where for rule in file.rules}
-                errors += [] if findings.errors and is_told else [error]
+                # Conflicts of rules are reported once for all processes.
+                is_reported = error.where in {rule.where for rule in file.rules}
+                errors += [] if findings.errors and is_reported else [error]
     told = (*file.warnings, *findings.warnings)
     return Placing(
         placed=tuple(placed),
