@@ -82,7 +82,32 @@ def test_a_link_is_down_until_it_is_up(lab: Lab, two: Host):
     two.link_down()
     assert not is_reached(lab, two)
     two.link_up()
-    wait_until(lambda: is_reached(lab, two), "the host answers again")
+    assert answers(lab, two)
+
+
+def test_a_link_that_is_up_leaves_no_failed_search_for_the_host(lab: Lab, two: Host):
+    """One that began while it was down would end connections with "No route to host"."""
+    two.link_down()
+    lab.operator.run(["ip", "neigh", "flush", "to", two.address])
+    with lab.operator.popen([sys.executable, "-c", _SENDER, two.address]) as process:
+        wait_until(lambda: "INCOMPLETE" in neighbour(lab, two), "the operator looks for it")
+        two.link_up()
+        found = neighbour(lab, two)
+        process.kill()
+    assert "lladdr" in found
+
+
+_SENDER = """
+import socket, sys, time
+while True:
+    with socket.socket(type=socket.SOCK_DGRAM) as one:
+        one.sendto(b"", (sys.argv[1], 9))
+    time.sleep(0.05)
+"""
+
+
+def neighbour(lab: Lab, host: Host) -> str:
+    return lab.operator.run(["ip", "neigh", "show", host.address]).stdout
 
 
 def test_a_host_without_power_has_no_process_and_boots_again(lab: Lab):

@@ -104,7 +104,13 @@ class Computer:
         self.port.set("down")
 
     def link_up(self) -> None:
+        """Plug it in again; packets pass when it returns.
+
+        The carrier comes up to a second later. Who looks for the address meanwhile would be
+        refused with "No route to host".
+        """
         self.port.set("up")
+        wait_until(self.port.is_answered, f"{self.name} is on the network")
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from dataclasses import dataclass
 
 from tests.support.hosts.tool import run_tool
@@ -11,6 +12,13 @@ PREFIX = "10.77"
 GATEWAY = f"{PREFIX}.0.254"
 FIRST_ADDRESS = 11
 OPERATOR_ADDRESS = f"{PREFIX}.0.1"
+
+_CONNECT = """
+import errno, socket, sys
+with socket.socket() as one:
+    one.settimeout(1)
+    print(int(one.connect_ex((sys.argv[1], 9)) in (0, errno.ECONNREFUSED)))
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +43,16 @@ class Port:
     def set(self, *words: object, name: str = "") -> None:
         """Change the network's end of the link as with `ip link set`."""
         run_tool("ip", "-n", self.bridge, "link", "set", name or self.name, *words)
+
+    def is_answered(self) -> bool:
+        """Whether a packet passes to the operator and back.
+
+        The computer asks for the operator's hardware address, which also gives its own to an
+        operator who is just looking for it. Closed ports answer as well.
+        """
+        other = GATEWAY if self.address == OPERATOR_ADDRESS else OPERATOR_ADDRESS
+        enter = ("nsenter", f"--net={self.path}")
+        return bool(int(run_tool(*enter, sys.executable, "-c", _CONNECT, other)))
 
     def split(self) -> tuple[str, str]:
         """Take the link from the bridge; a relay between the two interfaces joins them again."""
