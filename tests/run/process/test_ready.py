@@ -132,7 +132,9 @@ def test_one_that_a_condition_keeps_away_is_not_waited_for(bench: Bench):
 
 def test_a_name_that_no_process_has_is_told_with_its_line(bench: Bench):
     supervise(bench, "b:\n  after: {processes: servr, timeout: 0.5 s}\n")
-    done = bench.run('sh("sleep 1", name="server"), sh("echo b runs", name="b"),')
+    mark = bench.folder / "b_ran"
+    server = f'sh("until test -e {mark}; do sleep 0.05; done", name="server")'
+    done = bench.run(f'{server}, sh("touch {mark}", name="b"),')
     said = (done.stdout + done.stderr).decode()
     assert (
         "bench.supervise.yaml:2: 'servr' matches no process so far (did you mean 'server'" in said
