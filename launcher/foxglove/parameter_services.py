@@ -20,14 +20,15 @@ from rclpy.serialization import deserialize_message
 from launcher.base.ros_errors import VerbError
 from launcher.foxglove.feeds import TopicFeeds
 from launcher.foxglove.service_calls import ServiceCalls
+from launcher.ros import parameter_values
 from launcher.ros import parameters as ros_parameters
 from launcher.ros.verb import to_json_plain
 
 LIMIT_S = 2.0  # for the answer of a node
 _TYPES = {
-    ros_parameters.BYTES: "byte_array",
-    ros_parameters.DOUBLE: "float64",
-    ros_parameters.DOUBLES: "float64_array",
+    parameter_values.BYTES: "byte_array",
+    parameter_values.DOUBLE: "float64",
+    parameter_values.DOUBLES: "float64_array",
 }
 _TOPIC, _TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 
@@ -76,7 +77,7 @@ class Parameters:
         for name, item in zip(names, items, strict=True):
             try:
                 known = declared[name]
-                kind = ros_parameters.type_for_json(known) if known else ros_parameters.NOT_SET
+                kind = parameter_values.type_for_json(known) if known else parameter_values.NOT_SET
                 wanted.append(to_parameter(name, item, kind))
             except VerbError as error:
                 problems.append(f"{item['name']}: {error.message}")
@@ -137,10 +138,10 @@ def changed_by(event: Any) -> list[dict[str, Any]]:
 
 def to_json(name: str, value: Any) -> dict[str, Any]:
     """A ParameterValue as clients get it; no value if it is not set."""
-    if value.type not in ros_parameters.KINDS:
+    if value.type not in parameter_values.KINDS:
         return {"name": name}
-    plain = ros_parameters.plain_value(value)
-    if value.type == ros_parameters.BYTES:
+    plain = parameter_values.plain_value(value)
+    if value.type == parameter_values.BYTES:
         plain = base64.b64encode(bytes(plain)).decode()
     kind = {"type": _TYPES[value.type]} if value.type in _TYPES else {}
     return {"name": name, "value": to_json_plain(plain), **kind}
@@ -153,14 +154,14 @@ def to_parameter(name: str, item: Mapping[str, Any], declared: int) -> Any:
         return Parameter(name=name, value=ParameterValue())
     try:
         if kind == "byte_array":
-            value, declared = list(base64.b64decode(value, validate=True)), ros_parameters.BYTES
+            value, declared = list(base64.b64decode(value, validate=True)), parameter_values.BYTES
         elif kind == "float64":
             value = float(value)
         elif kind == "float64_array":
             value = [float(one) for one in value]
     except (TypeError, ValueError, binascii.Error):
         raise VerbError(f"the value is no {kind}") from None
-    return ros_parameters.plain_parameter(name, value, declared)
+    return parameter_values.plain_parameter(name, value, declared)
 
 
 def _split(name: str) -> tuple[str, str]:

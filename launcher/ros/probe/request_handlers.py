@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
 from launcher.base.ros_errors import VerbError, did_you_mean
-from launcher.ros import parameters
+from launcher.ros import parameter_values, parameters
 from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.form import form
@@ -50,8 +50,8 @@ def get_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, An
     names = [name for name in (known if asked is None else asked) if name in known]
     found = parameters.values_of(caller, node, names)
     return {
-        "values": {name: parameters.plain_value(value) for name, value in found.items()},
-        "types": {name: parameters.type_name(value.type) for name, value in found.items()},
+        "values": {name: parameter_values.plain_value(value) for name, value in found.items()},
+        "types": {name: parameter_values.type_name(value.type) for name, value in found.items()},
         "missing": [name for name in asked or () if name not in known],
     }
 
@@ -72,7 +72,7 @@ def set_parameters(caller: ServiceCaller, request: ProbeRequest) -> dict[str, An
     node, values = full_topic(request.text("node")), request.values()
     caller.answer_s = request.number("timeout_s", ANSWER_S)
     outcomes = parameters.set_values(
-        caller, node, values, parameters.plain_parameter, parameters.type_for_json
+        caller, node, values, parameter_values.plain_parameter, parameter_values.type_for_json
     )
     return {
         "results": {

@@ -90,7 +90,7 @@ def _list(options: Parsed) -> int:
 
 
 def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
-    from launcher.ros import parameters
+    from launcher.ros import parameter_values, parameters
 
     names = parameters.list_names(caller, node, list(options.param_prefixes))
     if options.filter is not None:
@@ -100,7 +100,9 @@ def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
     types = parameters.declared_types(caller, node, names)
     # one may have been undeclared meanwhile
     return [
-        f"{name} (type: {parameters.type_name(types[name])})" for name in names if name in types
+        f"{name} (type: {parameter_values.type_name(types[name])})"
+        for name in names
+        if name in types
     ]
 
 
@@ -130,7 +132,7 @@ def _list_all(options: Parsed) -> int:
 
 
 def _get(options: Parsed) -> int:
-    from launcher.ros import parameters
+    from launcher.ros import parameter_values, parameters
 
     name = options.parameter_name
     with _asking(options) as (caller, node):
@@ -140,26 +142,32 @@ def _get(options: Parsed) -> int:
     if not values:
         print("Parameter not set.")
         return ExitCode.OK
-    value, kind = values[0], parameters.type_name(values[0].type)
-    document = {"name": name, "type": kind, "value": parameters.plain_value(value)}
-    return show(options, document, [parameters.value_text(value, hide_type=options.hide_type)])
+    value, kind = values[0], parameter_values.type_name(values[0].type)
+    document = {"name": name, "type": kind, "value": parameter_values.plain_value(value)}
+    return show(
+        options, document, [parameter_values.value_text(value, hide_type=options.hide_type)]
+    )
 
 
 def _set(options: Parsed) -> int:
-    from launcher.ros import parameters
+    from launcher.ros import parameter_values, parameters
 
     words = dict(zip(options.pairs[::2], options.pairs[1::2], strict=True))
     with _asking(options) as (caller, node):
         if options.atomic:
-            types = parameters.declared_types(caller, node, list(words), parameters.type_for_words)
+            types = parameters.declared_types(
+                caller, node, list(words), parameter_values.type_for_words
+            )
             messages = [
-                parameters.typed_parameter(name, word, types.get(name, parameters.NOT_SET))
+                parameter_values.typed_parameter(
+                    name, word, types.get(name, parameter_values.NOT_SET)
+                )
                 for name, word in words.items()
             ]
             result = parameters.set_atomically(caller, node, messages)
             done = "Set parameters atomically successful"
             return _report(result, done, "Setting parameters atomically")
-        outcomes = parameters.set_values(caller, node, words, parameters.typed_parameter)
+        outcomes = parameters.set_values(caller, node, words, parameter_values.typed_parameter)
     codes = [
         _report(one.result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
         for name, one in outcomes.items()
@@ -186,36 +194,38 @@ def _delete(options: Parsed) -> int:
 
 
 def _describe(options: Parsed) -> int:
-    from launcher.ros import parameters
+    from launcher.ros import parameter_values, parameters
     from launcher.ros.messages.to_yaml import to_plain
 
     with _asking(options) as (caller, node):
         found = parameters.describe(caller, node, options.parameter_names)
     documents = [to_plain(descriptor) for descriptor in found]
-    named = [{**one, "type": parameters.type_name(one["type"])} for one in documents]
+    named = [{**one, "type": parameter_values.type_name(one["type"])} for one in documents]
     lines = (parameters.descriptor_lines(descriptor) for descriptor in found)
     return show(options, named, itertools.chain.from_iterable(lines))
 
 
 def _dump(options: Parsed) -> int:
     from launcher.base.model.parameter_text import file_text
-    from launcher.ros import parameters
+    from launcher.ros import parameter_documents, parameter_values, parameters
 
     with _asking(options) as (caller, node):
         found = parameters.values_of(caller, node, parameters.list_names(caller, node))
-    values = {name: parameters.plain_value(value) for name, value in found.items() if value.type}
-    document = parameters.dump_document(node, values)
+    values = {
+        name: parameter_values.plain_value(value) for name, value in found.items() if value.type
+    }
+    document = parameter_documents.dump_document(node, values)
     return show(options, document, [file_text(document)])
 
 
 def _load(options: Parsed) -> int:
-    from launcher.ros import parameters
+    from launcher.ros import parameter_documents, parameter_values, parameters
 
     with _asking(options) as (caller, node):
-        values = parameters.file_values(
+        values = parameter_documents.file_values(
             options.parameter_file, node, use_wildcard=not options.no_use_wildcard
         )
-        outcomes = parameters.set_values(caller, node, values, parameters.written_parameter)
+        outcomes = parameters.set_values(caller, node, values, parameter_values.written_parameter)
         refused = [name for name, one in outcomes.items() if not one.result.successful]
         now = parameters.values_of(caller, node, refused)
     code = int(ExitCode.OK)

@@ -16,7 +16,7 @@ from launcher.cli.dispatch import main
 from launcher.language.context import LaunchContext
 from launcher.language.substitution import SubstitutionFailure
 from launcher.language.substitutions.files import FileContent
-from launcher.ros.parameters import file_values
+from launcher.ros.parameter_documents import file_values
 
 POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"
 SENTENCE = "is a pointer of Git LFS in place of the file"

@@ -21,7 +21,7 @@ from launcher.language.frontends.parser import read_text
 from launcher.language.sources import load_python_launch_file_as_module
 from launcher.launch.supervise import supervise_reader as supervision
 from launcher.packages.source_packages import has_interfaces
-from launcher.ros import parameters
+from launcher.ros import parameter_documents, parameter_values
 from launcher.ros.snapshot import diff
 from launcher.smoke.preflight import loader
 from launcher.smoke.reports import measures
@@ -35,7 +35,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "QoS": read_overrides,
     "graph": diff.load,
     "bags": output_options.read,
-    "parameters": lambda path: parameters.file_values(path, "/n", use_wildcard=True),
+    "parameters": lambda path: parameter_documents.file_values(path, "/n", use_wildcard=True),
     "launch file": read_text,
     "script": load_python_launch_file_as_module,
 }
@@ -89,8 +89,8 @@ def test_a_pipe_is_read_once(tmp_path: Path):
     text = "n: {ros__parameters: {a: 1}}"
     writer = threading.Thread(target=path.write_text, args=(text,), daemon=True)
     writer.start()
-    (given,) = parameters.file_values(str(path), "/n", use_wildcard=True).values()
-    assert given == parameters.Written(1, "1")
+    (given,) = parameter_documents.file_values(str(path), "/n", use_wildcard=True).values()
+    assert given == parameter_values.Written(1, "1")
 
 
 def test_lines_end_in_one_way(tmp_path: Path):

@@ -20,7 +20,7 @@ from launcher.foxglove.client_session import ClientOutbox
 from launcher.foxglove.graph_view import Connections, TopicChoice, look
 from launcher.foxglove.parameter_services import changed_by, to_json, to_parameter
 from launcher.foxglove.protocol import ClientData, ProtocolError, ServiceCall
-from launcher.ros import parameters as ros_parameters
+from launcher.ros import parameter_values
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.snapshot.ros_graph import Endpoint, EndpointInfo
 
@@ -284,27 +284,27 @@ def test_a_choice_of_topics():
     ],
 )
 def test_parameters_are_shown_and_set_as_they_are_shown(value, shown):
-    parameter = ros_parameters.parameter("p", value)
+    parameter = parameter_values.parameter("p", value)
     item = to_json("/n.p", parameter.value)
     assert item == {"name": "/n.p", **shown}
     assert repr(to_parameter("p", item, 0)) == repr(parameter)
 
 
 def test_bytes_are_base64():
-    parameter = ros_parameters.parameter("p", [0, 255], ros_parameters.BYTES)
+    parameter = parameter_values.parameter("p", [0, 255], parameter_values.BYTES)
     item = to_json("/n.p", parameter.value)
     assert item == {"name": "/n.p", "value": "AP8=", "type": "byte_array"}
     assert to_parameter("p", item, 0) == parameter
 
 
 def test_a_parameter_without_a_value():
-    unset = to_parameter("p", {"name": "/n.p"}, ros_parameters.DOUBLE)
+    unset = to_parameter("p", {"name": "/n.p"}, parameter_values.DOUBLE)
     assert unset.value.type == 0
     assert to_json("/n.p", unset.value) == {"name": "/n.p"}
 
 
 def test_a_whole_number_for_a_double_is_one():
-    assert to_parameter("p", {"value": 2}, ros_parameters.DOUBLE).value.double_value == 2.0
+    assert to_parameter("p", {"value": 2}, parameter_values.DOUBLE).value.double_value == 2.0
 
 
 @pytest.mark.parametrize(
@@ -326,9 +326,9 @@ def test_values_that_parameters_cannot_have(item, problem):
 def test_an_event_tells_what_has_changed():
     event = ParameterEvent(
         node="/n",
-        new_parameters=[ros_parameters.parameter("a", 1)],
-        changed_parameters=[ros_parameters.parameter("b", 2.0)],
-        deleted_parameters=[ros_parameters.parameter("c", "gone")],
+        new_parameters=[parameter_values.parameter("a", 1)],
+        changed_parameters=[parameter_values.parameter("b", 2.0)],
+        deleted_parameters=[parameter_values.parameter("c", "gone")],
     )
     assert changed_by(event) == [
         {"name": "/n.a", "value": 1},

@@ -13,7 +13,7 @@ import yaml
 
 from launcher.base.model.parameter_sections import sections
 from launcher.base.model.parameter_text import word_value
-from launcher.ros.parameters import plain_value, typed_parameter
+from launcher.ros.parameter_values import plain_value, typed_parameter
 from tests.base.unit.test_parameter_text import WORDS
 from tests.support.repository import REPOSITORY
 from tests.support.ros_domain import ros_domain

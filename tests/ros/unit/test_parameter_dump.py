@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.ros.parameters import dump_document
+from launcher.ros.parameter_documents import dump_document
 
 
 def test_groups_are_levels_unless_a_parameter_has_the_name_of_the_group():

@@ -17,7 +17,7 @@ from std_msgs.msg import (
 )
 
 from launcher.base.ros_errors import VerbError
-from launcher.ros import parameters
+from launcher.ros import parameter_documents, parameter_values
 from launcher.ros.messages.from_yaml import fill, parse, value_of
 
 HUGE = 99999999999999999999
@@ -62,94 +62,98 @@ def test_a_number_that_python_does_not_write_is_refused_in_words(message):
 @pytest.mark.parametrize(
     ("value", "declared", "hint"),
     [
-        (HUGE, parameters.NOT_SET, "a whole number is from -9223372036854775808 to"),
-        (HUGE, parameters.BOOL, "a whole number is from"),
-        ([1, HUGE], parameters.STRINGS, "a whole number is from"),
-        (10**400, parameters.DOUBLE, "a double is at most"),
-        ([1.5, 10**400], parameters.NOT_SET, "a double is at most"),
-        ([1, 256], parameters.BYTES, "a byte is from 0 to 255"),
-        ([[1]], parameters.NOT_SET, "a parameter is a boolean, number, string, or a list"),
-        (None, parameters.NOT_SET, "a parameter is a boolean"),
+        (HUGE, parameter_values.NOT_SET, "a whole number is from -9223372036854775808 to"),
+        (HUGE, parameter_values.BOOL, "a whole number is from"),
+        ([1, HUGE], parameter_values.STRINGS, "a whole number is from"),
+        (10**400, parameter_values.DOUBLE, "a double is at most"),
+        ([1.5, 10**400], parameter_values.NOT_SET, "a double is at most"),
+        ([1, 256], parameter_values.BYTES, "a byte is from 0 to 255"),
+        ([[1]], parameter_values.NOT_SET, "a parameter is a boolean, number, string, or a list"),
+        (None, parameter_values.NOT_SET, "a parameter is a boolean"),
     ],
 )
 def test_a_parameter_that_cannot_hold_a_value_says_so(value, declared, hint):
     with pytest.raises(VerbError, match=r"^Parameter 'p' cannot hold ") as raised:
-        parameters.parameter("p", value, declared)
+        parameter_values.parameter("p", value, declared)
     assert raised.value.hint.startswith(hint)
 
 
 @pytest.mark.parametrize(
     ("word", "declared", "value"),
     [
-        (str(HUGE), parameters.NOT_SET, 1e20),  # as rcl reads it
-        (str(HUGE), parameters.STRING, str(HUGE)),
-        ("1e-9", parameters.DOUBLE, 1e-9),
-        ("[1e-9, 0.0]", parameters.DOUBLES, [1e-9, 0.0]),
-        ("[.5, 1]", parameters.DOUBLES, [0.5, 1.0]),
-        ("0x10", parameters.INTEGER, 16),
-        ("y", parameters.BOOL, True),
-        ("1_000", parameters.NOT_SET, "1_000"),
-        ("null", parameters.NOT_SET, "null"),
-        ("[1, y]", parameters.STRINGS, ["1", "y"]),
-        ("{a: 1}", parameters.NOT_SET, "{a: 1}"),
-        ("[1", parameters.NOT_SET, "[1"),
-        ("", parameters.NOT_SET, ""),
+        (str(HUGE), parameter_values.NOT_SET, 1e20),  # as rcl reads it
+        (str(HUGE), parameter_values.STRING, str(HUGE)),
+        ("1e-9", parameter_values.DOUBLE, 1e-9),
+        ("[1e-9, 0.0]", parameter_values.DOUBLES, [1e-9, 0.0]),
+        ("[.5, 1]", parameter_values.DOUBLES, [0.5, 1.0]),
+        ("0x10", parameter_values.INTEGER, 16),
+        ("y", parameter_values.BOOL, True),
+        ("1_000", parameter_values.NOT_SET, "1_000"),
+        ("null", parameter_values.NOT_SET, "null"),
+        ("[1, y]", parameter_values.STRINGS, ["1", "y"]),
+        ("{a: 1}", parameter_values.NOT_SET, "{a: 1}"),
+        ("[1", parameter_values.NOT_SET, "[1"),
+        ("", parameter_values.NOT_SET, ""),
     ],
 )
 def test_a_word_of_the_command_line_is_what_rcl_takes_it_for(word, declared, value):
-    held = parameters.plain_value(parameters.typed_parameter("p", word, declared).value)
+    held = parameter_values.plain_value(parameter_values.typed_parameter("p", word, declared).value)
     assert (type(held), held) == (type(value), value)
 
 
 @pytest.mark.parametrize(
     ("given", "declared", "value"),
     [
-        (".5", parameters.DOUBLE, 0.5),
-        ("1e-9", parameters.STRING, "1e-9"),
-        ("1e-9", parameters.NOT_SET, "1e-9"),
-        ("0x10", parameters.INTEGER, 16),
+        (".5", parameter_values.DOUBLE, 0.5),
+        ("1e-9", parameter_values.STRING, "1e-9"),
+        ("1e-9", parameter_values.NOT_SET, "1e-9"),
+        ("0x10", parameter_values.INTEGER, 16),
     ],
 )
 def test_a_text_of_json_is_a_number_only_where_one_is_declared(given, declared, value):
-    held = parameters.plain_value(parameters.plain_parameter("p", given, declared).value)
+    held = parameter_values.plain_value(
+        parameter_values.plain_parameter("p", given, declared).value
+    )
     assert (type(held), held) == (type(value), value)
 
 
 @pytest.mark.parametrize(
     ("word", "declared", "value"),
     [
-        ("5", parameters.STRING, 5),
-        ("5", parameters.DOUBLE, 5),
-        ("[1, 2]", parameters.STRINGS, [1, 2]),
-        ("abc", parameters.INTEGER, "abc"),
-        ("'5'", parameters.STRING, "5"),
+        ("5", parameter_values.STRING, 5),
+        ("5", parameter_values.DOUBLE, 5),
+        ("[1, 2]", parameter_values.STRINGS, [1, 2]),
+        ("abc", parameter_values.INTEGER, "abc"),
+        ("'5'", parameter_values.STRING, "5"),
     ],
 )
 def test_a_word_changes_the_type_of_a_parameter_that_may(word, declared, value):
-    kind = parameters.type_for_words(ParameterDescriptor(type=declared, dynamic_typing=True))
-    held = parameters.plain_value(parameters.typed_parameter("p", word, kind).value)
+    kind = parameter_values.type_for_words(ParameterDescriptor(type=declared, dynamic_typing=True))
+    held = parameter_values.plain_value(parameter_values.typed_parameter("p", word, kind).value)
     assert (type(held), held) == (type(value), value)
 
 
 @pytest.mark.parametrize(
     ("given", "declared", "value"),
     [
-        (5, parameters.STRING, 5),
-        ("5", parameters.STRING, "5"),
-        (5, parameters.DOUBLE, 5.0),
-        ([], parameters.DOUBLES, []),
+        (5, parameter_values.STRING, 5),
+        ("5", parameter_values.STRING, "5"),
+        (5, parameter_values.DOUBLE, 5.0),
+        ([], parameter_values.DOUBLES, []),
     ],
 )
 def test_json_changes_the_type_of_a_parameter_that_may(given, declared, value):
-    kind = parameters.type_for_json(ParameterDescriptor(type=declared, dynamic_typing=True))
-    held = parameters.plain_value(parameters.plain_parameter("p", given, kind).value)
+    kind = parameter_values.type_for_json(ParameterDescriptor(type=declared, dynamic_typing=True))
+    held = parameter_values.plain_value(parameter_values.plain_parameter("p", given, kind).value)
     assert (type(held), held) == (type(value), value)
 
 
-@pytest.mark.parametrize("type_for", [parameters.type_for_words, parameters.type_for_json])
+@pytest.mark.parametrize(
+    "type_for", [parameter_values.type_for_words, parameter_values.type_for_json]
+)
 def test_the_type_of_other_parameters_is_kept(type_for):
-    kind = type_for(ParameterDescriptor(type=parameters.STRING))
-    assert parameters.typed_parameter("p", "5", kind).value.string_value == "5"
+    kind = type_for(ParameterDescriptor(type=parameter_values.STRING))
+    assert parameter_values.typed_parameter("p", "5", kind).value.string_value == "5"
 
 
 @pytest.mark.parametrize(
@@ -161,8 +165,8 @@ def test_the_type_of_other_parameters_is_kept(type_for):
     ],
 )
 def test_binary_is_an_array_of_bytes(text, held):
-    value = parameters.typed_parameter("p", text, parameters.NOT_SET).value
-    assert (value.type, list(value.byte_array_value)) == (parameters.BYTES, held)
+    value = parameter_values.typed_parameter("p", text, parameter_values.NOT_SET).value
+    assert (value.type, list(value.byte_array_value)) == (parameter_values.BYTES, held)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +188,7 @@ def test_a_section_of_a_parameter_file_that_holds_itself(tmp_path):
     path = tmp_path / "endless.yaml"
     path.write_text("/n:\n  ros__parameters: &a\n    b: *a\n", encoding="utf-8")
     with pytest.raises(VerbError, match="contains itself"):
-        parameters.file_values(str(path), "/n", use_wildcard=False)
+        parameter_documents.file_values(str(path), "/n", use_wildcard=False)
 
 
 SECTIONS = """
@@ -202,33 +206,35 @@ def test_the_sections_of_a_parameter_file_are_those_that_rcl_reads(tmp_path):
         (True, {"speed": 2, "group.a": 3, "group.b": 2}),
         (False, {"speed": 2, "group.a": 3}),
     ):
-        found = parameters.file_values(str(path), "/site/east/n", use_wildcard=use_wildcard)
+        found = parameter_documents.file_values(
+            str(path), "/site/east/n", use_wildcard=use_wildcard
+        )
         assert {name: given.value for name, given in found.items()} == expected
     with pytest.raises(VerbError, match="does not contain parameters for /n"):
-        parameters.file_values(str(path), "/n", use_wildcard=False)
-    assert "speed" in parameters.file_values(str(path), "/n", use_wildcard=True)
+        parameter_documents.file_values(str(path), "/n", use_wildcard=False)
+    assert "speed" in parameter_documents.file_values(str(path), "/n", use_wildcard=True)
 
 
 @pytest.mark.parametrize(
     ("word", "declared", "value"),
     [
-        ("0123", parameters.STRING, "0123"),
-        ("2026-01-01", parameters.STRING, "2026-01-01"),
-        ("'0123'", parameters.STRING, "0123"),
-        ("[0123, y]", parameters.STRINGS, ["0123", "y"]),
-        ("1e-3", parameters.DOUBLE, 0.001),
-        ("5", parameters.DOUBLE, 5.0),
-        ("1e5", parameters.NOT_SET, 1e5),
-        ("'1e5'", parameters.NOT_SET, "1e5"),
-        ("[1e-9, 0.0]", parameters.DOUBLES, [1e-9, 0.0]),
+        ("0123", parameter_values.STRING, "0123"),
+        ("2026-01-01", parameter_values.STRING, "2026-01-01"),
+        ("'0123'", parameter_values.STRING, "0123"),
+        ("[0123, y]", parameter_values.STRINGS, ["0123", "y"]),
+        ("1e-3", parameter_values.DOUBLE, 0.001),
+        ("5", parameter_values.DOUBLE, 5.0),
+        ("1e5", parameter_values.NOT_SET, 1e5),
+        ("'1e5'", parameter_values.NOT_SET, "1e5"),
+        ("[1e-9, 0.0]", parameter_values.DOUBLES, [1e-9, 0.0]),
     ],
 )
 def test_a_word_of_a_parameter_file_is_read_as_its_parameter(tmp_path, word, declared, value):
     path = tmp_path / "p.yaml"
     path.write_text(f"n: {{ros__parameters: {{p: {word}}}}}", encoding="utf-8")
-    (given,) = parameters.file_values(str(path), "/n", use_wildcard=True).values()
-    message = parameters.written_parameter("p", given, declared)
-    assert parameters.plain_value(message.value) == value
+    (given,) = parameter_documents.file_values(str(path), "/n", use_wildcard=True).values()
+    message = parameter_values.written_parameter("p", given, declared)
+    assert parameter_values.plain_value(message.value) == value
 
 
 @pytest.mark.parametrize("content", ["3", "text", "[a, b]"])
@@ -237,14 +243,14 @@ def test_a_section_without_names_is_an_error(tmp_path, content):
     path.write_text(f"/n: {{ros__parameters: {content}}}", encoding="utf-8")
     expected = f"{path}: expected names of parameters below 'ros__parameters' of '/n'"
     with pytest.raises(VerbError, match=re.escape(expected)):
-        parameters.file_values(str(path), "/n", use_wildcard=True)
+        parameter_documents.file_values(str(path), "/n", use_wildcard=True)
 
 
 @pytest.mark.parametrize("content", ["", "{}"])
 def test_a_section_may_be_empty(tmp_path, content):
     path = tmp_path / "p.yaml"
     path.write_text(f"/n:\n  ros__parameters: {content}", encoding="utf-8")
-    assert parameters.file_values(str(path), "/n", use_wildcard=True) == {}
+    assert parameter_documents.file_values(str(path), "/n", use_wildcard=True) == {}
 
 
 @pytest.mark.parametrize("text", ["/n:\n  a: [", "/n:\n\ta: 1", "a: b: c", "a: \x07"])
@@ -252,6 +258,6 @@ def test_an_error_of_yaml_is_one_line_with_its_place(tmp_path, text):
     path = tmp_path / "p.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(VerbError) as raised:
-        parameters.file_values(str(path), "/n", use_wildcard=True)
+        parameter_documents.file_values(str(path), "/n", use_wildcard=True)
     place = rf"{re.escape(str(path))}(:[1-3])?"
     assert re.fullmatch(rf"{place}: invalid YAML: (?!.*unicode string).+", raised.value.message)
