@@ -27,7 +27,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 

@@ -19,7 +19,7 @@ from launcher.control.peer import Exchange
 from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request, to_json
 from launcher.output.filters import Pattern, level_named
 from launcher.run.output.screen_filters import ScreenFilters, Shown
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.requests.process_control import ProcessControl
 from launcher.run.requests.process_selection import ProcessNames, refuse_part, resolve
 from launcher.run.requests.request_queue import Done, ProcessRequest

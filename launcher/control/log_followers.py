@@ -10,7 +10,7 @@ from functools import partial
 from launcher.base.model.record import Record
 from launcher.control.peer import Exchange
 from launcher.output.lines import Block, LogRing, for_terminal, texts_of
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.run import Run
 
 TYPE_CHECKING = False

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from launcher.base.model.spec import ProcessSpec, RestartMode, RestartPolicy
 from launcher.output.filters import LEVELS, LineFilter
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.requests.process_selection import ProcessNames
 from launcher.run.run import Run
 

@@ -7,16 +7,15 @@ Pure state machines decide, with time as an argument, and drivers act:
 
 * `run` has what everything in a run shares; `supervisor` begins and ends it. A feature of a run is
   a `part`, with a row in the table `parts`.
-* `machine` and `process_driver`: start, stop and restart of a process.
 * `core_driver` feeds the interpreter with events and carries out its effects; `launch_timers` are
   those of the launch file; `ros_requests`: what launch files ask of nodes.
 
 Folders:
 
-* `starts/`: stages that hold a start back. `requests/`: requests of users for processes, in which
-  order they are carried out. `ending/`: the end of a run, exit codes, leftovers;
-  `launcher.posix.cleanup` has the watchdog. `reload/`: what a new evaluation changes. `debug/`: a
-  process under debugpy.
+* `processes/`: start, stop and restart of a process. `starts/`: stages that hold a start back.
+  `requests/`: requests of users for processes, in which order they are carried out. `ending/`: the
+  end of a run, exit codes, leftovers; `launcher.posix.cleanup` has the watchdog. `reload/`: what a
+  new evaluation changes. `debug/`: a process under debugpy.
 * `ready/`: first starts wait for others. `warm/`: Python nodes forked from a process that has
   imported what they need. `watch/`: files that processes have loaded. `compose/`: several nodes in
   one process. `monitor/`: resources and budgets. `stacks/`: what threads are doing.

@@ -9,8 +9,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from launcher.base.model import events
-from launcher.run.machine import MachineCommand
-from launcher.run.process import Process, adapted
+from launcher.run.processes.machine_events import MachineCommand
+from launcher.run.processes.process import Process, adapted
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
     from launcher.run.launch_timers import LaunchTimers
-    from launcher.run.machine import ReportExit
+    from launcher.run.processes.machine_events import ReportExit
     from launcher.run.ros_requests import RosRequests
     from launcher.run.run import Run
 

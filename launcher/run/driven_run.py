@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from launcher.posix.reactor import Reactor
     from launcher.posix.spawn import Child
     from launcher.run.logs.run_log import RunLog
-    from launcher.run.machine import ReportExit
     from launcher.run.output.output_reader import OutputReader
     from launcher.run.part import StartStage
-    from launcher.run.process import Process
+    from launcher.run.processes.machine_events import ReportExit
+    from launcher.run.processes.process import Process
 
     class Spawning(Protocol):
         # Start the program of a process; OSError.

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterable, Sequence
 
 from launcher.base.model.events import CallLater
 from launcher.posix.reactor import Reactor, Timer
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.run.helpers.ros_agent import AgentTimer
-    from launcher.run.process_driver import ProcessDriver
+    from launcher.run.processes.process_driver import ProcessDriver
     from launcher.run.ros_requests import RosRequests
 
 

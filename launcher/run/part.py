@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
     from launcher.base.run_verb import BadCallError, Call
-    from launcher.run.machine import ReportExit
-    from launcher.run.process import Process
-    from launcher.run.process_driver import ProcessDriver
+    from launcher.run.processes.machine_events import ReportExit
+    from launcher.run.processes.process import Process
+    from launcher.run.processes.process_driver import ProcessDriver
     from launcher.run.run import Run
 
     class Exchange(Protocol):

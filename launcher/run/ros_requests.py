@@ -12,7 +12,7 @@ from launcher.base.model import events
 from launcher.posix.reactor import Reactor, Timer
 from launcher.run.helpers.ros_agent import AgentTimer, RosAgent
 from launcher.run.logs.run_log import RunLog
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ from launcher.run.logs.run_log import RunLog
 from launcher.run.output.output_reader import OutputReader
 from launcher.run.part import Part, PartRow, StartStage, When
 from launcher.run.parts import ROWS
-from launcher.run.process import child_environment
-from launcher.run.process_driver import ProcessDriver
+from launcher.run.processes.process import child_environment
+from launcher.run.processes.process_driver import ProcessDriver
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from launcher.posix.spawn import Child
     from launcher.run.core_driver import Core
     from launcher.run.ending.shutdown import Shutdown
-    from launcher.run.machine import ReportExit
     from launcher.run.monitor.housekeeping import Housekeeper
-    from launcher.run.process import Process
+    from launcher.run.processes.machine_events import ReportExit
+    from launcher.run.processes.process import Process
     from launcher.run.requests.process_control import ProcessControl
 
     P = TypeVar("P", bound=Part)

@@ -17,7 +17,7 @@ from launcher.hosts.engine.replica import Replica
 from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import Exited, MachineCommand, MachineEvent
+from launcher.run.processes.machine_events import Exited, MachineCommand, MachineEvent
 from tests.support.children import children_named
 from tests.support.command_transport import CommandTransport
 from tests.support.repository import REPOSITORY

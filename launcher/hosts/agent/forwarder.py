@@ -9,7 +9,7 @@ from launcher.output.tracebacks import has_begin
 from launcher.posix.reactor import Reactor, Timer
 from launcher.posix.spawn import read_stream
 from launcher.run.output.output_reader import PARTIAL_LINE_S, OutputReader
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 _NUMBERS = {"stdout": 0, "stderr": 1, "both": 2}  # of `frames.STREAMS`
 

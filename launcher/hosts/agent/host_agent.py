@@ -26,7 +26,7 @@ from launcher.hosts.engine.frames import (
 )
 from launcher.hosts.engine.reports import encode_event
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import MachineCommand, MachineEvent
+from launcher.run.processes.machine_events import MachineCommand, MachineEvent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -23,9 +23,14 @@ from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, StartSettings, start
 from launcher.run.ending.session_end import stop_session
 from launcher.run.logs.run_log import RunLog
-from launcher.run.machine import MachineCommand, MachineEvent, ReportExit, SignalSent
-from launcher.run.process import Process
-from launcher.run.process_driver import ProcessDriver
+from launcher.run.processes.machine_events import (
+    MachineCommand,
+    MachineEvent,
+    ReportExit,
+    SignalSent,
+)
+from launcher.run.processes.process import Process
+from launcher.run.processes.process_driver import ProcessDriver
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

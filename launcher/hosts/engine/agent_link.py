@@ -26,7 +26,7 @@ from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import HostError, failure, no_ssh
 from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.ssh import SshConnection, python_script, ssh_environment
-from launcher.run.machine import MachineCommand
+from launcher.run.processes.machine_events import MachineCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

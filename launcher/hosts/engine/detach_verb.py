@@ -10,7 +10,7 @@ from launcher.hosts.engine.fleet import Fleet
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.run.part import VerbRequest
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 

@@ -16,7 +16,7 @@ from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost, host_of
 from launcher.hosts.engine.replica import STARTS, Replica
 from launcher.hosts.file.order_words import folder_there, words_there
 from launcher.run.logs import messages
-from launcher.run.machine import (
+from launcher.run.processes.machine_events import (
     Action,
     Escalate,
     Exited,
@@ -30,7 +30,7 @@ from launcher.run.machine import (
     SignalSent,
     SpawnError,
 )
-from launcher.run.process_driver import ProcessDriver
+from launcher.run.processes.process_driver import ProcessDriver
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from launcher.hosts.engine.fleet import Fleet
     from launcher.run.driven_run import DrivenRun
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
 
 _KILLED = -9  # the return code of a process that was lost with its host
 

@@ -21,7 +21,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.hosts.engine.driver import HostsDriver
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 CONNECT_S = 60.0  # a link that has not told its outcome by then

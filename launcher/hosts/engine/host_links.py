@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from launcher.hosts.file.order import Order
-    from launcher.run.machine import MachineCommand
+    from launcher.run.processes.machine_events import MachineCommand
 
     MakeAgent = Callable[[LinkContext], Link]
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from launcher.hosts.file.hosts_model import Host
     from launcher.hosts.file.order import Order
     from launcher.posix.reactor import Reactor
-    from launcher.run.machine import MachineCommand, MachineEvent, ProcessState
+    from launcher.run.processes.machine_events import MachineCommand, MachineEvent, ProcessState
 
 
 BEAT_S = 1.0

@@ -11,7 +11,7 @@ from launcher.base.text import count
 from launcher.hosts.engine.link import Link, LinkState
 from launcher.hosts.file.hosts_model import Host
 from launcher.posix.spawn import Child
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 _GRACE_S = 3.0  # beyond the stop policies, for a host that cannot be reached
 

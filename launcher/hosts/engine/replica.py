@@ -7,12 +7,12 @@ from collections.abc import Callable
 from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
 from launcher.base.model.spec import RestartPolicy, StopPolicy
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     Action,
     Exited,
     MachineCommand,
     MachineEvent,
-    ProcessMachine,
     ProcessState,
     ReportExit,
 )

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from launcher.base.model.events import Outcome
-from launcher.run.machine import Exited, MachineCommand, MachineEvent, SignalSent, SpawnError
+from launcher.run.processes.machine_events import (
+    Exited,
+    MachineCommand,
+    MachineEvent,
+    SignalSent,
+    SpawnError,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from launcher.base.model.events import MemberExited, Outcome
 from launcher.base.model.run_events import MemberEnded
 from launcher.run.compose.group_output import GroupOutput
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 
 class ComposedMembers(Part):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from launcher.base import strict_json
 from launcher.base.run_verb import BadCallError
 from launcher.run.debug.debugger import Debugger, NotDebuggableError, debugger_for
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.requests.process_selection import refuse_part
 from launcher.run.requests.request_queue import ProcessRequest, Purpose
 from launcher.run.requests.request_result import Kind, Result

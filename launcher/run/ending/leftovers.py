@@ -9,13 +9,13 @@ from launcher.base.model.spec import RestartPolicy, StopPolicy
 from launcher.posix import proc
 from launcher.posix.cleanup import sweep
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     POLITE,
     Action,
     Escalate,
     MachineCommand,
     MachineEvent,
-    ProcessMachine,
     Signal,
 )
 

@@ -11,8 +11,8 @@ from launcher.posix.reactor import Timer
 from launcher.run.ending import shutdown_machine as rules
 from launcher.run.ending.session_end import stop_session
 from launcher.run.logs import messages
-from launcher.run.machine import MachineCommand, ReportExit
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import MachineCommand, ReportExit
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

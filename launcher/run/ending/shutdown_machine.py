@@ -18,11 +18,11 @@ from collections.abc import Collection, Mapping
 from launcher.base.errors import ExitCode
 from launcher.base.model.events import Event, Outcome, ShutdownAsked, SignalReceived
 from launcher.base.model.record import Record
-from launcher.run.machine import ReportExit
+from launcher.run.processes.machine_events import ReportExit
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
 
 MAX_NAMES = 3  # of processes in a cause
 REPORT_EVERY_S = 1.0  # while processes take their time to stop

@@ -15,7 +15,7 @@ from launcher.base.text import did_you_mean
 from launcher.run.helpers.helper_programs import LOGGER_LEVELS
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.requests.process_selection import ProcessNames, parts_meant
 
 TYPE_CHECKING = False

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from launcher.base.model.spec import ProcessSpec
     from launcher.posix.reactor import Timer
     from launcher.run.helpers.json_lines import JsonLinesProcess
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 # After the start of nodes: comparing their parameters takes CPU time that they need to start.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from launcher.base.model.events import Outcome
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
 
 # Signals whose default action is a core dump (signal(7)).
 SIGNALS = frozenset(

@@ -14,8 +14,9 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.events import Outcome, refusal, signal_name
 from launcher.base.model.record import Record
 from launcher.base.text import count
-from launcher.run.machine import Escalate, ProcessMachine, ProcessState, ReportExit
-from launcher.run.process import Process
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import Escalate, ProcessState, ReportExit
+from launcher.run.processes.process import Process
 
 _RUN = ("-m", "launcher", "run")  # what finds the executable on hosts with systemd
 LAST_LINES = 10  # of the process that failed first, in the summary

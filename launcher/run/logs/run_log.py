@@ -7,7 +7,7 @@ from launcher.output.lines import LogRing
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

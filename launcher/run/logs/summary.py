@@ -15,15 +15,15 @@ from launcher.base.model.events import SIGNALLED, signal_name
 from launcher.base.text import count
 from launcher.output.filters import ERROR, level_of
 from launcher.output.lines import for_terminal, without_colour
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.output.stdout import StdoutWriter
     from launcher.run.ending.shutdown import Shutdown
     from launcher.run.logs.run_log import RunLog
-    from launcher.run.machine import ReportExit
-    from launcher.run.process import History
+    from launcher.run.processes.machine_events import ReportExit
+    from launcher.run.processes.process import History
 
 MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
 MAX_NAME = 24  # columns of a name on a terminal

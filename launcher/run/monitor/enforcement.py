@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from launcher.base.model.run_events import OverBudget
 from launcher.base.model.run_options import names_of
-from launcher.run.machine import MachineCommand
 from launcher.run.monitor import budget_parser
 from launcher.run.monitor.budgets import BudgetAction, Judge
 from launcher.run.part import Part
+from launcher.run.processes.machine_events import MachineCommand
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.base.model.run_options import RunOptions
     from launcher.run.monitor.budgets import BudgetExcess
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 

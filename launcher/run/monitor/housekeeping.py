@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from launcher.base.model.run_events import Sample
     from launcher.posix.reactor import Reactor, Timer
     from launcher.run.logs.run_log import RunLog
-    from launcher.run.machine import ReportExit
     from launcher.run.monitor.resources import Sampler, Steps
-    from launcher.run.process import Process
+    from launcher.run.processes.machine_events import ReportExit
+    from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
 PERIOD_S = 1.0

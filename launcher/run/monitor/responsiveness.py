@@ -16,9 +16,9 @@ from launcher.posix import proc
 from launcher.posix.reactor import Timer
 from launcher.run.helpers.helper_programs import RESPONSIVENESS
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
-from launcher.run.machine import ProcessState
 from launcher.run.part import Part
-from launcher.run.process import Process, Silence
+from launcher.run.processes.machine_events import ProcessState
+from launcher.run.processes.process import Process, Silence
 from launcher.run.stacks.dump import Dump, lines
 from launcher.run.stacks.stacks import Stacks, Wish, members
 

@@ -11,9 +11,9 @@ from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import most_open_files, read_stream
-from launcher.run.machine import ProcessState
 from launcher.run.output.stream import Stream
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import ProcessState
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

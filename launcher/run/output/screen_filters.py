@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from launcher.base.model.record import Record
 from launcher.output.filters import LineFilter, Pattern
 from launcher.run.logs.run_log import RunLog
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 
 class FilterChange(enum.Enum):

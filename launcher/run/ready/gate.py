@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from launcher.base.model import run_events
 from launcher.base.model.supervision import StartRule
 from launcher.posix.reactor import Timer
-from launcher.run.machine import MachineCommand, ProcessState
 from launcher.run.part import StartStage
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import MachineCommand, ProcessState
+from launcher.run.processes.process import Process
 from launcher.run.ready import start_order
 from launcher.run.ready.ready_watch import ReadyWatch
 from launcher.run.ready.start_order import StartOrder
@@ -20,7 +20,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.run_options import RunOptions
     from launcher.run.helpers.graph_facts import GraphFacts
-    from launcher.run.machine import ReportExit
+    from launcher.run.processes.machine_events import ReportExit
     from launcher.run.run import Run
 
 REPORT_EVERY_S = 10.0  # which processes still wait

@@ -8,7 +8,7 @@ from launcher.base.model.supervision import GRAPH_KINDS, Fact
 from launcher.output.filters import Pattern, TooSlowError
 from launcher.output.lines import without_colour
 from launcher.posix.reactor import Reactor
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from launcher.base.model.spec_diff import comparable, needs_restart
 from launcher.base.model.supervision import setting_changes
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count
-from launcher.run.machine import ProcessState
 from launcher.run.part import Part
 from launcher.run.parts import DRY_RUN
-from launcher.run.process import Process, adapted
+from launcher.run.processes.machine_events import ProcessState
+from launcher.run.processes.process import Process, adapted
 from launcher.run.requests.process_control import ProcessControl
 from launcher.run.requests.request_queue import ProcessRequest, Purpose
 from launcher.run.requests.request_result import Kind, Result

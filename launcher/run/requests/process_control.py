@@ -6,9 +6,9 @@ import functools
 
 from launcher.base.model import run_events
 from launcher.base.model.record import replace
-from launcher.run.machine import MachineCommand, ProcessState, ReportExit
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import MachineCommand, ProcessState, ReportExit
+from launcher.run.processes.process import Process
 from launcher.run.requests.process_signals import (
     ProcessSignals,
     may_restart,

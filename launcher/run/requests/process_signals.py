@@ -9,9 +9,9 @@ from launcher.base.model.run_events import Asked
 from launcher.base.model.spec import RestartMode
 from launcher.posix.reactor import Reactor
 from launcher.run.logs.run_log import RunLog
-from launcher.run.machine import POLITE, MachineCommand
-from launcher.run.process import Process
-from launcher.run.process_driver import ProcessDriver
+from launcher.run.processes.machine_events import POLITE, MachineCommand
+from launcher.run.processes.process import Process
+from launcher.run.processes.process_driver import ProcessDriver
 from launcher.run.requests.request_result import Kind, Result
 
 TYPE_CHECKING = False

@@ -16,7 +16,7 @@ from launcher.run.requests.request_result import Kind, Result
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.run.machine import ReportExit
+    from launcher.run.processes.machine_events import ReportExit
 
 Done = Callable[[Result], None]
 

@@ -6,7 +6,7 @@ import enum
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.record import Record
-from launcher.run.machine import ProcessState
+from launcher.run.processes.machine_events import ProcessState
 
 
 class Kind(enum.Enum):

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from launcher.base.model.events import signal_name
 from launcher.base.text import count
 from launcher.output.filters import LEVELS
-from launcher.run.machine import ProcessState
 from launcher.run.output.screen_filters import FilterChange, Shown
+from launcher.run.processes.machine_events import ProcessState
 from launcher.run.requests.request_result import Kind, Result
 
 

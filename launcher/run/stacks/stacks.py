@@ -11,7 +11,7 @@ from launcher.base.run_verb import BadCallError
 from launcher.packages.extras import install_command
 from launcher.posix import proc
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.stacks import py_spy, warm_stacks
 from launcher.run.stacks.dump import Dump, command_of, document, lines, of_kernel
 from launcher.run.stacks.py_spy import Completed, ShortCommand

@@ -10,9 +10,9 @@ from collections import deque
 
 from launcher.posix.reactor import Timer
 from launcher.posix.tree_cpu_usage import TreeCpuUsage
-from launcher.run.machine import ProcessState
 from launcher.run.part import StartStage
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import ProcessState
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

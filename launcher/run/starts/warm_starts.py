@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 
-from launcher.run.machine import ProcessState
 from launcher.run.part import StartStage
+from launcher.run.processes.machine_events import ProcessState
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
     from launcher.run.warm.spawner import WarmSpawner
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.packages.python_program import PythonProgram
-    from launcher.run.process import Process
+    from launcher.run.processes.process import Process
 
 
 class WarmStart:

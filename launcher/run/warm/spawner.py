@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from launcher.base.model.spec import ProcessSpec
     from launcher.posix.reactor import Reactor, Timer
-    from launcher.run.process import Process
-    from launcher.run.process_driver import ProcessDriver
+    from launcher.run.processes.process import Process
+    from launcher.run.processes.process_driver import ProcessDriver
 
 
 MOST_SENT = 2  # the preparing process always has the next one at hand

@@ -9,7 +9,7 @@ from launcher.base.errors import LauncherError
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import count
 from launcher.run.parts import STATE
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.watch.watching import Watching
 
 TYPE_CHECKING = False

@@ -14,9 +14,9 @@ from launcher.base.text import count, how_it_ended
 from launcher.packages.extras import require
 from launcher.posix.reactor import Reactor, Timer
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end
-from launcher.run.machine import ProcessState
 from launcher.run.part import Part
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import ProcessState
+from launcher.run.processes.process import Process
 from launcher.run.reload.reload import Change, ComparedProcess, Reloader, restart_changed
 from launcher.run.requests.request_result import Kind, Result
 

@@ -17,7 +17,13 @@ from launcher.base.model.spec import Limits, RestartMode, RestartPolicy, StopPol
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.file.hosts_model import Host, LinkPolicy
 from launcher.hosts.file.order import SentFile
-from launcher.run.machine import Exited, MachineCommand, ProcessState, SignalSent, SpawnError
+from launcher.run.processes.machine_events import (
+    Exited,
+    MachineCommand,
+    ProcessState,
+    SignalSent,
+    SpawnError,
+)
 from tests.support.children import is_alive
 from tests.support.link_recorder import AGENT, RELAYED, Recorder, python
 from tests.support.waiting import wait_until

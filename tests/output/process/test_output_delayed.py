@@ -18,7 +18,7 @@ from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import BOTH, Child
 from launcher.run.output.output_reader import PARTIAL_LINE_S, OutputReader
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from tests.support.benches import Bench
 from tests.support.waiting import wait_until
 

@@ -18,7 +18,7 @@ from launcher.run.logs.run_log import RunLog
 from launcher.run.monitor import housekeeping as module
 from launcher.run.monitor.housekeeping import Housekeeper
 from launcher.run.monitor.resources import Sampler
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 pytestmark = pytest.mark.thorough
 

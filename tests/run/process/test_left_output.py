@@ -17,7 +17,7 @@ from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import BOTH, Child
 from launcher.run.compose.group_output import GroupOutput
 from launcher.run.output.output_reader import OutputReader
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from tests.support.benches import Bench, ControlBench
 from tests.support.link_recorder import Recorder, python
 from tests.support.waiting import wait_until

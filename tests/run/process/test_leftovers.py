@@ -24,8 +24,8 @@ from launcher.posix.cleanup import RUN_ID_VARIABLE, sweep
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, StartSettings, start
 from launcher.run.ending.leftovers import Leftovers
-from launcher.run.machine import MachineCommand
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import MachineCommand
+from launcher.run.processes.process import Process
 from launcher.run.run import Launched, Run
 from tests.support.benches import Bench
 from tests.support.waiting import wait_until

@@ -22,7 +22,7 @@ from launcher.posix.cleanup import subreaper
 from launcher.posix.limits import parse_refusal
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, StartSettings
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 from launcher.run.warm import preparing_process, spawner
 from launcher.run.warm.spawner import WarmSpawner
 from tests.support.children import children, is_alive

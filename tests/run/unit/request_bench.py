@@ -8,14 +8,14 @@ from collections.abc import Callable, Sequence
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartPolicy, StopPolicy
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     POLITE,
     Action,
     Exited,
     MachineAction,
     MachineCommand,
     MachineEvent,
-    ProcessMachine,
     ProcessState,
     ReportExit,
     Signal,

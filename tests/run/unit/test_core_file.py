@@ -15,7 +15,7 @@ from launcher.base.model.spec import Limits, ProcessSpec
 from launcher.posix import proc
 from launcher.run.logs import core_file
 from launcher.run.logs.core_file import CorePattern, note_of
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 DUMPED = Outcome(returncode=-signal.SIGSEGV, core_dumped=True)
 NOT_DUMPED = Outcome(returncode=-signal.SIGSEGV)

@@ -7,12 +7,12 @@ import pytest
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     Escalate,
     Exited,
     MachineAction,
     MachineCommand,
-    ProcessMachine,
     ProcessState,
     ReportExit,
     ReportStuck,

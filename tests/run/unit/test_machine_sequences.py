@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     Exited,
     MachineAction,
     MachineCommand,
     MachineEvent,
-    ProcessMachine,
     ProcessState,
     ReportExit,
     Signal,

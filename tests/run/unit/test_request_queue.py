@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from launcher.base.model.spec import RestartMode, RestartPolicy
-from launcher.run.machine import MachineCommand, ProcessState
+from launcher.run.processes.machine_events import MachineCommand, ProcessState
 from launcher.run.requests.request_queue import ProcessPhase, Purpose, RequestOrder
 from launcher.run.requests.request_result import Kind
 from tests.run.unit.request_bench import BenchProcess, Client, Clock

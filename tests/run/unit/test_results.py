@@ -8,8 +8,8 @@ import signal
 import pytest
 
 from launcher.base.model.events import Outcome
-from launcher.run.machine import ProcessState
 from launcher.run.output.screen_filters import FilterChange, Shown
+from launcher.run.processes.machine_events import ProcessState
 from launcher.run.requests.request_result import Kind, Result
 from launcher.run.requests.result_sentences import sentence, shown_sentences
 

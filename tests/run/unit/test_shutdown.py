@@ -26,8 +26,14 @@ from launcher.run.ending.shutdown_machine import (
     StopRequested,
     WriteLog,
 )
-from launcher.run.machine import Exited, MachineCommand, ProcessState, ReportExit, SignalSent
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import (
+    Exited,
+    MachineCommand,
+    ProcessState,
+    ReportExit,
+    SignalSent,
+)
+from launcher.run.processes.process import Process
 
 INT, TERM, HUP, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL
 SKIP = ShutdownOrder.SKIP_GRACE_PERIODS

@@ -13,8 +13,9 @@ from launcher.hosts.engine.remote_host import RemoteHost
 from launcher.hosts.file.hosts_model import Host
 from launcher.posix.spawn import Child
 from launcher.run.logs import messages, summary
-from launcher.run.machine import Exited, MachineCommand, ProcessMachine, ReportExit
-from launcher.run.process import Process
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import Exited, MachineCommand, ReportExit
+from launcher.run.processes.process import Process
 
 STOPPED = ReportExit(Outcome(returncode=-2), asked=True, retry_in_s=None)
 DIED = ReportExit(Outcome(returncode=3), asked=False, retry_in_s=None)

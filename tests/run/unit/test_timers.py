@@ -10,8 +10,8 @@ import pytest
 from launcher.base.model.events import CallLater, Outcome
 from launcher.base.model.spec import ProcessSpec
 from launcher.run.launch_timers import LaunchTimers
-from launcher.run.machine import Exited, MachineCommand
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import Exited, MachineCommand
+from launcher.run.processes.process import Process
 
 STEP_S = 0.125  # exact in a float, as its multiples
 

@@ -10,7 +10,7 @@ from typing import Any
 from launcher.hosts.engine.link import LinkContext, LinkState
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Timer
-from launcher.run.machine import MachineCommand
+from launcher.run.processes.machine_events import MachineCommand
 from tests.support.loopback.machine import Machine
 
 REFUSES = "refuses"  # hosts whose names begin so

@@ -16,9 +16,9 @@ from launcher.hosts.file.order import Order
 from launcher.hosts.file.resolution import resolve
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import Child, StartSettings, start
-from launcher.run.machine import MachineCommand, MachineEvent, SignalSent
-from launcher.run.process import Process
-from launcher.run.process_driver import ProcessDriver
+from launcher.run.processes.machine_events import MachineCommand, MachineEvent, SignalSent
+from launcher.run.processes.process import Process
+from launcher.run.processes.process_driver import ProcessDriver
 
 # event, process_id, at_s, pid, left_s; or output: stream, process_id, data, at_s
 Report = tuple[str, tuple[Any, ...]]

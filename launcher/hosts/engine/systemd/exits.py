@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from launcher.base.model.events import Outcome
 from launcher.hosts.file.order import Order
-from launcher.run.machine import SpawnError
+from launcher.run.processes.machine_events import SpawnError
 
 _EXITED, _WAS_KILLED, _DUMPED = 1, 2, 3  # CLD_EXITED and so on
 _EXIT_CPUAFFINITY = 215  # of systemd.exec(5): no such processor

@@ -22,7 +22,7 @@ from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.failures import NOT_FOUND, failure
 from launcher.hosts.file.order import Order
-from launcher.run.machine import MachineCommand
+from launcher.run.processes.machine_events import MachineCommand
 
 LOOK_S = 3.0  # between looks at the states of the units
 FINISH_S = 3.0  # for the last lines

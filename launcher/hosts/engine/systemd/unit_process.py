@@ -24,7 +24,7 @@ from launcher.hosts.engine.systemd.unit_check import Doubt
 from launcher.hosts.engine.timers import Timers
 from launcher.hosts.file import order as orders
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import (
+from launcher.run.processes.machine_events import (
     Action,
     Exited,
     MachineAction,

@@ -22,7 +22,7 @@ from launcher.hosts.engine.frames import (
     pack,
 )
 from launcher.hosts.engine.reports import decode_event, encode_event
-from launcher.run.machine import Exited, MachineCommand, SignalSent, SpawnError
+from launcher.run.processes.machine_events import Exited, MachineCommand, SignalSent, SpawnError
 
 FRAMES = st.lists(
     st.tuples(

@@ -12,8 +12,8 @@ from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost
 from launcher.hosts.file.hosts_model import Host
 from launcher.run.logs import messages
-from launcher.run.machine import MachineCommand, ReportExit
-from launcher.run.process import Process
+from launcher.run.processes.machine_events import MachineCommand, ReportExit
+from launcher.run.processes.process import Process
 
 
 class Link:

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from launcher.base.model.events import Outcome
 from launcher.base.model.spec import RestartMode, RestartPolicy, StopPolicy
 from launcher.hosts.engine.replica import STARTS, Replica, ReportingMachine
-from launcher.run.machine import (
+from launcher.run.processes.machine import ProcessMachine
+from launcher.run.processes.machine_events import (
     Action,
     Escalate,
     Exited,
     MachineAction,
     MachineCommand,
     MachineEvent,
-    ProcessMachine,
     ProcessState,
     ReportExit,
     ReportStuck,

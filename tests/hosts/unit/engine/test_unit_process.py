@@ -17,7 +17,13 @@ from launcher.hosts.engine.systemd.unit_process import UnitProcess
 from launcher.hosts.file.hosts_model import Host
 from launcher.hosts.file.order import Order
 from launcher.posix.reactor import Reactor
-from launcher.run.machine import Exited, MachineCommand, MachineEvent, ProcessState, ReportExit
+from launcher.run.processes.machine_events import (
+    Exited,
+    MachineCommand,
+    MachineEvent,
+    ProcessState,
+    ReportExit,
+)
 from tests.support.waiting import wait_until
 
 FACTS = HostFacts(

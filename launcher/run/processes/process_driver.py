@@ -14,8 +14,8 @@ from launcher.base.model.run_events import known
 from launcher.posix import proc
 from launcher.posix.spawn import Child
 from launcher.run.logs import messages
-from launcher.run.machine import (
-    OWN_TIMERS,
+from launcher.run.processes.machine import OWN_TIMERS
+from launcher.run.processes.machine_events import (
     Action,
     Escalate,
     Exited,
@@ -29,7 +29,7 @@ from launcher.run.machine import (
     SignalSent,
     SpawnError,
 )
-from launcher.run.process import Process
+from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from launcher.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.posix import proc
 from launcher.posix.reactor import Timer
 from launcher.posix.spawn import Child
-from launcher.run.machine import ProcessMachine
+from launcher.run.processes.machine import ProcessMachine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from launcher.output.filters import LineFilter
     from launcher.run.compose.group_output import GroupOutput
     from launcher.run.debug.debugger import Debugger
-    from launcher.run.machine import ReportExit
     from launcher.run.output.stream import Stream
+    from launcher.run.processes.machine_events import ReportExit
 
     class Elsewhere(Protocol):
         """Another host, on which a process runs."""
