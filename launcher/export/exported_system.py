@@ -24,7 +24,7 @@ from launcher.hosts.file.order import order_for
 from launcher.hosts.unit import stem_of
 
 if TYPE_CHECKING:
-    from launcher.launch.plan.planner import Plan, PlannedProcess
+    from launcher.launch.plan.plan import Plan, PlannedProcess
 
 HostOf = Callable[[ProcessSpec], Host | None]
 

@@ -26,7 +26,7 @@ from launcher.launch.plan.entities import handler_target
 if TYPE_CHECKING:
     from launcher.base.model.spec import ProcessSpec
     from launcher.language.interpreter.trace import Visit
-    from launcher.launch.plan.planner import Plan, PlannedProcess
+    from launcher.launch.plan.plan import Plan, PlannedProcess
 
 _LOADERS = (ComposableNodeContainer, LoadComposableNodes)
 _NO_HANDLER = "nothing reacts to it; what it starts or stops is left out"

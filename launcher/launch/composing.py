@@ -19,7 +19,7 @@ from launcher.run.parts import COMPOSED
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.launch.launch_core import LaunchCore
-    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.plan import Plan
     from launcher.run.core_driver import Core
 
 _LABEL = "composed"

@@ -31,7 +31,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.plan import Plan
 
 _MAX_OBJECTS = 200_000  # the search ends there
 _VOCABULARY = ("launch", "launch_ros", "launch_xml", "launch_yaml", "launcher")

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base import strict_json
 from launcher.base.errors import ExitCode, LauncherError
+from launcher.launch.plan.plan import Plan
 from launcher.launch.plan.plan_tree import plan_tree
-from launcher.launch.plan.planner import Plan
 from launcher.launch.plan.shell_command import ParameterFileWriter
 from launcher.launch.target import LaunchRequest
 from launcher.launch.verbs import launch

@@ -8,7 +8,7 @@ from collections.abc import Container, Iterable, Mapping
 
 from launcher.base.model.record import replace
 from launcher.base.model.spec import ProcessSpec
-from launcher.launch.plan.planner import Plan
+from launcher.launch.plan.plan import Plan
 from launcher.posix.crowd import too_many
 from launcher.posix.ports import participants_by_domain
 

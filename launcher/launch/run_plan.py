@@ -18,15 +18,9 @@ from collections.abc import Callable, Sequence
 
 from launcher.base.model import events as model
 from launcher.base.model.spec import ProcessSpec
+from launcher.launch.plan.plan import Plan, PlannedProcess, Stamp
 from launcher.launch.plan.plan_json import document
-from launcher.launch.plan.planner import (
-    USER_LOGGER,
-    Plan,
-    PlannedProcess,
-    Stamp,
-    plan_error,
-    with_temporary_files,
-)
+from launcher.launch.plan.planner import USER_LOGGER, plan_error, with_temporary_files
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

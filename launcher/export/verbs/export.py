@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from launcher.export.export_model import ExportedSystem, Unsupported
     from launcher.export.exported_system import HostOf
     from launcher.hosts.file.hosts_model import HostsFile
-    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.plan import Plan
 
 ENGINES = ("systemd", "kubernetes", "compose", "podman")
 _OF_PROCESSES = ("restart", "stop", "limits", "settings", "settings_beside")

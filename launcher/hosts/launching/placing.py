@@ -11,8 +11,8 @@ from launcher.hosts.file.hosts_model import HostsFile
 from launcher.hosts.file.order import order_for
 from launcher.hosts.file.placement import Candidates, Component, Placement, PlacementFindings
 from launcher.hosts.launching.shown import HERE, PlacedThere
+from launcher.launch.plan.plan import Plan
 from launcher.launch.plan.plan_certainty import is_certain
-from launcher.launch.plan.planner import Plan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

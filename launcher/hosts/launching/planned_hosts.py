@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from launcher.base.errors import LauncherError
     from launcher.base.model.run_options import RunOptions
     from launcher.hosts.launching.shown import PlacedThere
-    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.plan import Plan
 
 
 class PlannedHosts:

@@ -6,7 +6,7 @@ from typing import Any
 
 from launcher.language.actions.event_actions import OpaqueFunction, RegisterEventHandler
 from launcher.language.interpreter.trace import Visit
-from launcher.launch.plan.planner import Occasion, Plan, Stamp
+from launcher.launch.plan.plan import Occasion, Plan, Stamp
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from launcher.base.model.events import LoadRequest
     from launcher.base.model.spec import ParameterSource
     from launcher.language.actions.arguments import DeclareLaunchArgument
+    from launcher.launch.plan.plan import Plan, PlanError, PlannedProcess, Stamp
     from launcher.launch.plan.plan_places import Placed
-    from launcher.launch.plan.planner import Plan, PlanError, PlannedProcess, Stamp
 
 GENERATED = "<generated>"
 

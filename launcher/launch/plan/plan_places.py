@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from launcher.base.errors import LauncherError
-    from launcher.launch.plan.planner import Plan
+    from launcher.launch.plan.plan import Plan
 
 
 class Placed(Protocol):

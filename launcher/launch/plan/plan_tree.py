@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
     from launcher.base.model.events import StateRequest
     from launcher.language.interpreter.trace import ConfigurationSetting, Visit
+    from launcher.launch.plan.plan import Plan, PlannedProcess, Stamp
     from launcher.launch.plan.plan_places import Placed
-    from launcher.launch.plan.planner import Plan, PlannedProcess, Stamp
 
 
 # Not shown, only the group that contains them.

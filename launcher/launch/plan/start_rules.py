@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from launcher.base.model.supervision import Fact
-    from launcher.launch.plan.planner import Plan, PlannedProcess
+    from launcher.launch.plan.plan import Plan, PlannedProcess
 
 
 def start_lines(

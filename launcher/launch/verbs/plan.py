@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.control.active_runs import ListedRun
+    from launcher.launch.plan.plan import Plan
     from launcher.launch.plan.plan_places import PlanPlaces
-    from launcher.launch.plan.planner import Plan
 
 _HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
 # A running launch has its own.
@@ -228,7 +228,8 @@ def _print_answer(run: ListedRun, parsed: Parsed, verb: str, **options: Any) -> 
 
 def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
     """The plan; what the launch file prints goes to standard error."""
-    from launcher.launch.plan.planner import Plan, PlanError, make_plan
+    from launcher.launch.plan.plan import Plan, PlanError
+    from launcher.launch.plan.planner import make_plan
 
     try:
         with stdout_to_stderr(), limited(request.time_limit, request.path):

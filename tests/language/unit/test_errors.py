@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from launcher.base.errors import ExitCode
-from launcher.launch.plan.planner import Plan, make_plan
+from launcher.launch.plan.plan import Plan
+from launcher.launch.plan.planner import make_plan
 
 HEAD = """\
 from launch import LaunchDescription

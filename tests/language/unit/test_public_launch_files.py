@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from launcher.launch.plan.planner import Plan, make_plan
+from launcher.launch.plan.plan import Plan
+from launcher.launch.plan.planner import make_plan
 
 
 def planned(tmp_path: Path, text: str, **arguments: str) -> Plan:

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from launcher.language.compat import vocabulary
-from launcher.launch.plan.planner import Plan, make_plan
+from launcher.launch.plan.plan import Plan
+from launcher.launch.plan.planner import make_plan
 
 HEAD = """\
 import os, pathlib

@@ -8,7 +8,8 @@ import pytest
 
 from launcher.language.configurations import ALL_NAMES
 from launcher.language.interpreter.trace import Visit
-from launcher.launch.plan.planner import Plan, make_plan
+from launcher.launch.plan.plan import Plan
+from launcher.launch.plan.planner import make_plan
 
 HEAD = (
     "from launch import LaunchDescription\n"
