@@ -14,8 +14,9 @@ Doors:
   filter costs one comparison per block. Searches by expressions of users have a limit of CPU time.
 * `line_format`: `compact`, or a user's template; `tracebacks`: kept together, and shortened where
   a stop was ordinary; `escapes`: control characters removed for terminals.
-* `stdout`: writes our standard output without blocking, with prefixes and colours. `backlog`: at
-  the end of a run, waits for a slow reader, or drops visibly.
+* `stdout`: lines with prefixes and colours, written to our standard output by an `output_queue`,
+  which does not block. `backlog`: at the end of a run, waits for a slow reader, or drops visibly.
+  `colours`: whether there are any.
 
 Folder: `logs/` is the folder of a run on disk: `run_directory`, its files (`rotating_file`,
 `event_log`) and the removal of `old_runs`.

@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
-import stat
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 
 from launcher.output.lines import for_pipe, for_terminal, with_prefix, without_colour
+from launcher.output.output_queue import OutputQueue
 from launcher.posix.reactor import Reactor
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.base.model.spec import ProcessSpec
     from launcher.output.line_format import LineFormat
-
-    Bytes = bytes | memoryview
-
-HIGH_WATER = 1024 * 1024  # queued bytes above which children are not read
-# The same for a terminal: what is queued is shown before the answer to a key, and after a `mute`.
-TERMINAL_HIGH_WATER = 128 * 1024
-COLLECT_S = 0.02  # for so long, lines may be collected and written together
-# Errors of a full disk, which do not end the run. Any other error means that nobody reads.
-FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-TOGETHER_BYTES = 16 * 1024  # a terminal takes half as much, and most lines are far shorter
-LOW_PART = 4  # the children are read again when the queue is below 1/4 of that
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
@@ -36,48 +23,17 @@ _OVERWRITE = b"\r\x1b[K"  # for progress bars, whose lines begin or end with \r
 PINNED_BYTES = 1000  # longest unfinished line that is repeated below lines of other processes
 
 
-def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
-    """Whether output to `fd` is coloured: NO_COLOR, then FORCE_COLOR, then whether it is a tty."""
-    if env.get("NO_COLOR"):
-        return False
-    if env.get("FORCE_COLOR"):
-        return env["FORCE_COLOR"] != "0"
-    return os.isatty(fd) and env.get("TERM") != "dumb"
+class StdoutWriter(OutputQueue):
+    """Lines of processes and our own, to a terminal, a pipe or the console.
 
-
-def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
-    """Whether the colours of processes reach the output.
-
-    As for our own, but RCUTILS_COLORIZED_OUTPUT=1 keeps them in a pipe, too (CONFORMANCE 1.34).
-    """
-    if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
-        return wants_colour(fd, env)
-    return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
-
-
-class StdoutWriter:
-    """Writes blocks to a descriptor without blocking, and queues what cannot be written yet.
-
-    `colour` is for our own lines, `plain` removes that of processes. `on_pressure(True)` is called
-    when the queue is long, `on_pressure(False)` when it is short again; `on_closed()` once when
-    the output has no reader any more (`| head`).
+    `colour` is for our own lines, `plain` removes that of processes.
     """
 
     def __init__(self, reactor: Reactor, fd: int = 1, *, colour: bool, plain: bool = False) -> None:
-        self._reactor = reactor
-        self.fd, self._own = _non_blocking(fd)
+        super().__init__(reactor, fd)
         self.colour = colour
         self._plain = plain
-        self.is_tty = os.isatty(fd)
         self._sound = for_terminal if self.is_tty else for_pipe
-        self.closed = False
-        self.dropped_bytes = 0
-        self._waiting: deque[Bytes] = deque()
-        self._waiting_bytes = 0
-        self._pressed = False
-        self._collected: list[bytes] | None = None
-        self._collect_until_s = 0.0
-        self._high_water = TERMINAL_HIGH_WATER if self.is_tty else HIGH_WATER
         self._partial_of: object = None
         self._partial = b""
         # The processes by their prefixes, each with its colour; and the form of lines, if it is not
@@ -85,9 +41,6 @@ class StdoutWriter:
         self._sources: dict[bytes, tuple[ProcessSpec, bytes]] = {}
         self._format: LineFormat | None = None
         self._terminal = self.fd
-        self._next_fd: int | None = None  # of the pipe to the console
-        self.on_pressure: Callable[[bool], None] = lambda pressed: None
-        self.on_closed: Callable[[], None] = lambda: None
         self.taken_bytes: Callable[[], int] = lambda: 0  # by the terminal, from the console
 
     @property
@@ -234,129 +187,6 @@ class StdoutWriter:
             self._format.interrupt()
         self._write_around(self._clean(line.encode(errors="surrogateescape") + b"\n"))
 
-    # ---- writing
-
-    @contextlib.contextmanager
-    def collecting(self) -> Iterator[None]:
-        """Within, collect what is written for COLLECT_S, so that many lines are one write."""
-        self._collected = []
-        try:
-            yield
-        finally:
-            collected, self._collected = self._collected, None
-            if collected:
-                self.write(b"".join(collected))
-
-    def _collect(self, collected: list[bytes], block: bytes) -> None:
-        now = self._reactor.now()
-        if not collected:
-            self._collect_until_s = now + COLLECT_S
-        collected.append(block)
-        if now > self._collect_until_s:
-            self._collected = None
-            self.write(b"".join(collected))
-            self._collected = []
-
-    def write(self, block: bytes) -> None:
-        """Write bytes as they are."""
-        if self._collected is not None:
-            self._collect(self._collected, block)
-            return
-        if self.closed:
-            return
-        if self._waiting:
-            self._waiting.append(block)
-            self._waiting_bytes += len(block)
-            self.push()
-        else:
-            rest = self._try(block)
-            if not rest or self.closed:
-                return
-            self._reactor.remove(self.fd)  # it is still watched if `push` has emptied the queue
-            self._reactor.add_writer(self.fd, self.flush)
-            self._waiting.append(rest)
-            self._waiting_bytes += len(rest)
-        if self._waiting_bytes > self._high_water:
-            self._press()
-
-    def push(self) -> None:
-        """Write of the queue what the output takes now; `flush` follows when it can take more.
-
-        A terminal takes a few KB: it would have nothing to do while much more is being read.
-        """
-        while self._waiting:
-            block = self._take_block()
-            rest = self._try(block)
-            self._waiting_bytes -= len(block) - len(rest)
-            if rest:
-                self._waiting.appendleft(rest)
-                break
-
-    def flush(self) -> None:
-        """The same when the output can be written to, and what an empty queue allows."""
-        self.push()
-        if not self._waiting:
-            self._reactor.remove(self.fd)
-            self._divert_now()
-        if self._waiting_bytes < self._high_water // LOW_PART and self._next_fd is None:
-            self._release()
-
-    def _take_block(self) -> Bytes:
-        """The next block of the queue, together with those after it if they are short."""
-        block = self._waiting.popleft()
-        if len(block) >= TOGETHER_BYTES or not self._waiting:
-            return block
-        parts, size = [block], len(block)
-        while self._waiting and size < TOGETHER_BYTES:
-            parts.append(self._waiting.popleft())
-            size += len(parts[-1])
-        return b"".join(parts)
-
-    def _press(self) -> None:
-        if not self._pressed:
-            self._pressed = True
-            self.on_pressure(True)
-
-    def _release(self) -> None:
-        if self._pressed:
-            self._pressed = False
-            self.on_pressure(False)
-
-    def _try(self, block: Bytes) -> Bytes:
-        """Write without blocking; returns the rest."""
-        try:
-            written = os.write(self.fd, block)
-            if written == len(block):
-                return b""
-            block = memoryview(block)[written:]  # a terminal takes 4 KB: do not copy the rest
-            while block:
-                block = block[os.write(self.fd, block) :]
-        except BlockingIOError:
-            pass
-        except OSError as error:
-            if error.errno in FULL:
-                self._drop(block, error)
-            else:
-                self._close_output()  # EPIPE, EIO: it has no reader any more
-            return b""
-        return block
-
-    def _drop(self, block: Bytes, error: OSError) -> None:
-        if not self.dropped_bytes:
-            from launcher.output.backlog import complain
-
-            reason = f"cannot write the output: {error.strerror}"
-            complain(f"{reason}; what does not fit is dropped")
-        self.dropped_bytes += len(block)
-
-    def _close_output(self) -> None:
-        self.closed = True
-        self._waiting.clear()
-        self._waiting_bytes = 0
-        self._reactor.remove(self.fd)
-        self._release()
-        self.on_closed()
-
     # ---- the console
 
     def divert(self, fd: int, on_diverted: Callable[[], None]) -> None:
@@ -368,10 +198,12 @@ class StdoutWriter:
         self._next_fd, self._on_diverted = fd, on_diverted
         if self._waiting:
             self._press()
-        self._divert_now()
+        else:
+            self._has_emptied()
 
-    def _divert_now(self) -> None:
-        if self._next_fd is None or self._waiting:
+    def _has_emptied(self) -> None:
+        """Write to the console from now on, if there is one."""
+        if self._next_fd is None:
             return
         source, partial = self._partial_of, self._partial
         if source is not None:
@@ -409,18 +241,9 @@ class StdoutWriter:
         """Whether the output goes to the console."""
         return self.fd != self._terminal
 
-    @property
-    def waiting_bytes(self) -> int:
-        return self._waiting_bytes
-
     def take_waiting(self) -> bytes:
-        """What could not be written yet; it is forgotten here."""
-        waiting = b"".join(self._waiting)
-        self._waiting.clear()
-        self._waiting_bytes = 0
         self._partial_of = None
-        self._reactor.remove(self.fd)
-        return waiting
+        return super().take_waiting()
 
     def settle(self, *, is_interrupted: bool) -> int:
         """Wait for a slow reader before the last lines; the number of lines that were dropped."""
@@ -442,17 +265,3 @@ class StdoutWriter:
             os.close(self._terminal)
             self._own = False
         return lost_lines
-
-
-def _non_blocking(fd: int) -> tuple[int, bool]:
-    """A non-blocking descriptor for the same output, and whether it is ours to close.
-
-    O_NONBLOCK on a descriptor that we inherited would change the shell's as well, so terminals
-    and pipes are opened again. Files do not block, and a second opening would lose the offset.
-    """
-    mode = os.fstat(fd).st_mode
-    if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode):
-        with contextlib.suppress(OSError):
-            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
-            return os.open(f"/proc/self/fd/{fd}", flags), True
-    return fd, False

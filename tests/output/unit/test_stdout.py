@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from launcher.output import stdout
-from launcher.output.stdout import TERMINAL_HIGH_WATER, TOGETHER_BYTES, StdoutWriter
+from launcher.output import output_queue
+from launcher.output.output_queue import TERMINAL_HIGH_WATER, TOGETHER_BYTES
+from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from tests.support.waiting import wait_until
 
@@ -49,7 +50,7 @@ def test_lines_are_written_together_in_their_order(screen: Screen):
 
 
 def test_lines_are_not_collected_for_long(screen: Screen, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(stdout, "COLLECT_S", -1.0)
+    monkeypatch.setattr(output_queue, "COLLECT_S", -1.0)
     with screen.collecting():
         screen.log("INFO", "a", "one")
         assert screen.blocks == [b"[INFO] [a]: one\n"]
