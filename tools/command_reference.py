@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.base.command_help import explanation, sentence
-from launcher.base.command_line import Command, Option
+from launcher.base.command_line import Command
+from launcher.base.option import Option
 from launcher.base.verb_table import VERBS, module_of
 from launcher.control import verb as control
 from launcher.control import verbs

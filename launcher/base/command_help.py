@@ -5,7 +5,8 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from launcher.base.command_line import HELP, WORKSPACE, Command, Option
+from launcher.base.command_line import Command
+from launcher.base.option import HELP, WORKSPACE, Option
 
 WIDTH = 96
 INDENT = 25  # columns in front of the explanations

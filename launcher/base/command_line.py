@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.model.record import Record
+from launcher.base.option import HELP, WORKSPACE, Option
 from launcher.base.text import did_you_mean
 
 TYPE_CHECKING = False
@@ -19,97 +20,11 @@ if TYPE_CHECKING:
     from typing import Any, NoReturn
 
 
-class Option(Record):
-    """An option; without `flags`, a positional argument. `option` makes one.
-
-    An argument whose `metavar` is `PARAMETER VALUE` takes two words at a time.
-
-    The parsed value becomes the attribute `name`. An option without a `metavar` is a flag, which
-    sets `value`. `read` turns a word into the value; it raises LauncherError, or ValueError with a
-    message for the user.
-
-    `count` is the number of words of its value: `1`, `?` (one or none), `*`, `+`; `=` for an
-    option whose value may be left out, and must follow a `=`; for the last argument of a command
-    `...`, all words that follow, whatever they look like, or `text`, the same without `--options`.
-    An option that is given `repeat`edly keeps its `last` value, collects `all` of them, or may be
-    given `once`. `kind` is what the control protocol expects: flag, text, count, seconds, signal.
-    """
-
-    name: str
-    spelling: str
-    flags: tuple[str, ...]
-    metavar: str
-    count: str
-    help: str = ""
-    read: Callable[[str], Any] = str
-    default: object = None
-    value: object = True
-    choices: tuple[str, ...] = ()
-    repeat: str = "last"
-    kind: str = "text"
-
-    @property
-    def is_flag(self) -> bool:
-        return bool(self.flags) and not self.metavar and self.count != "="
-
-
-def option(
-    spelling: str,
-    help: str = "",
-    read: Callable[[str], Any] = str,
-    default: object = None,
-    *,
-    name: str = "",
-    count: str = "",
-    **more: Any,
-) -> Option:
-    """An option or argument by its spelling in help: `-n, --lines N`, `--tag[=NAME]`, `[NAME ...]`.
-
-    The word behind `--clock [HZ]` is its value if it can be read as one, otherwise it is `value`.
-
-    The name is that of the last flag, or the argument in lower case.
-    """
-    flags = tuple(
-        word.partition("[=")[0].rstrip(",") for word in spelling.split() if word[0] == "-"
-    )
-    shape = spelling.rpartition(flags[-1])[2].lstrip() if flags else spelling
-    if flags and shape.startswith("[="):
-        count, shape = "=", shape[2:-1]
-    elif shape.startswith("["):
-        count = count or ("*" if shape.endswith(" ...]") else "?")
-        shape = shape[1:-1]
-    metavar = shape.removesuffix(" ...")
-    count = count or ("1" if metavar == shape else "+")
-    name = name or (flags[-1].lstrip("-").replace("-", "_") if flags else metavar.lower())
-    if flags and not metavar and count == "1":
-        more.setdefault("kind", "flag")
-        default = False if default is None else default
-    return Option(
-        name=name,
-        spelling=spelling,
-        flags=flags,
-        metavar=metavar,
-        count=count,
-        help=help,
-        read=read,
-        default=default,
-        **more,
-    )
-
-
 def split_at_dashes(words: Sequence[str]) -> tuple[list[str], list[str]]:
     """The words before and behind `--`, behind which are those of another program."""
     words = list(words)
     place = words.index("--") if "--" in words else len(words)
     return words[:place], words[place + 1 :]
-
-
-HELP = option("-h, --help", "show this help")
-DEBUG = option("--debug", "show the traceback of an error")
-# Of every command of a shell, and in front of it. `cli.workspace_option` takes it out.
-WORKSPACE = option(
-    "--workspace DIR", "the colcon workspace, instead of that around the working directory"
-)
 
 
 class Command(Record):
@@ -438,42 +353,3 @@ def _is_negative(word: str) -> bool:
 
 def _least(argument: Option) -> int:
     return len(argument.metavar.split()) if argument.count in "1+" else 0
-
-
-# ---- values that several commands take
-
-
-def number(text: str) -> float:
-    """A number; ValueError."""
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"'{text}' is not a number") from None
-
-
-def seconds(text: str) -> float:
-    """A number of seconds, finite and not negative; ValueError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < float("inf"):
-        raise ValueError(f"'{text}' is not a number of seconds")
-    return value
-
-
-def positive_seconds(text: str) -> float:
-    """As `seconds`, but not 0; ValueError."""
-    value = seconds(text)
-    if not value:
-        raise ValueError(f"'{text}' is not a number of seconds above 0")
-    return value
-
-
-def count(text: str, least: int = 0, most: int | None = None) -> int:
-    """A whole number within limits; ValueError."""
-    value = int(text) if text.isascii() and text.isdigit() and len(text) < 20 else -1
-    if value < least or (most is not None and value > most):
-        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise ValueError(f"'{text}' is not a whole number {limits}")
-    return value

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.base.command_line import option
+from launcher.base.option import option
 from launcher.base.text import escape
 
 _SUMMARY = "GITHUB_STEP_SUMMARY"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from launcher.base.command_line import Command, Option, option
+from launcher.base.command_line import Command
 from launcher.base.model.record import Record
+from launcher.base.option import Option, option
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

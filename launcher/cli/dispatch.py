@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import HELP, HelpRequested
+from launcher.base.command_line import HelpRequested
 from launcher.base.errors import (
     ExitCode,
     LauncherError,
@@ -16,6 +16,7 @@ from launcher.base.errors import (
     UsageError,
     exit_code_table,
 )
+from launcher.base.option import HELP
 from launcher.base.text import did_you_mean, suggest
 from launcher.base.verb_table import (
     ABSENT_VERBS,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from launcher.base.command_line import WORKSPACE, HelpRequested
+from launcher.base.command_line import HelpRequested
 from launcher.base.errors import UsageError
+from launcher.base.option import WORKSPACE
 from launcher.base.program import program
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
 from launcher.cli.lookup import command_of, verbs_first

@@ -10,8 +10,9 @@ from typing import Any
 
 from launcher.base import strict_json
 from launcher.base.command_help import sentence
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.base.run_verb import Call, Verb
 from launcher.control import verbs
 from launcher.control.active_runs import (

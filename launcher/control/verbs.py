@@ -6,9 +6,9 @@ import math
 import signal
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.base import command_line
-from launcher.base.command_line import Command, HelpRequested, Option, Parsed, option
+from launcher.base.command_line import Command, HelpRequested, Parsed
 from launcher.base.errors import UsageError
+from launcher.base.option import Option, count, option, positive_seconds
 from launcher.base.run_verb import TEXT, BadCallError, Call, Verb
 from launcher.base.text import did_you_mean
 from launcher.run.parts import ROWS
@@ -31,19 +31,19 @@ AS_CRASH = option(
 LINES = option(
     "-n, --lines N",
     "print the last N lines (default: 100, with -f 10)",
-    command_line.count,
+    count,
     kind="count",
 )
 MAX_RATE = option(
     "--max-rate N",
     "with -f: leave out lines of a process that writes more than N in a second, and say how many",
-    command_line.count,
+    count,
     kind="count",
 )
 PERIOD = option(
     "-p, --period S",
     "seconds between two samples (default: 1)",
-    command_line.positive_seconds,
+    positive_seconds,
     name="period_s",
     kind="seconds",
 )

@@ -6,9 +6,10 @@ import os
 from collections.abc import Sequence
 
 from launcher.base import strict_json
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
 from launcher.base.model.level import Level
+from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect

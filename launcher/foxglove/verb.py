@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 
-from launcher.base.command_line import Parsed, count, number, option
+from launcher.base.command_line import Parsed
+from launcher.base.option import count, number, option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import GraphAccess, dispatch, ros_command
 

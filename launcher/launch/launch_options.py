@@ -6,11 +6,12 @@ import os
 from collections.abc import Sequence
 
 from launcher.base.by_name import lazy
-from launcher.base.command_line import Option, Parsed, option
+from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import UNLIMITED
+from launcher.base.option import Option, option
 from launcher.run.parts import PART_OPTIONS, check_options
 
 TYPE_CHECKING = False

@@ -12,7 +12,6 @@ import resource
 import signal
 from collections.abc import Callable, Sequence
 
-from launcher.base.command_line import count, seconds
 from launcher.base.errors import UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.spec import (
@@ -22,6 +21,7 @@ from launcher.base.model.spec import (
     RestartPolicy,
     StopPolicy,
 )
+from launcher.base.option import count, seconds
 from launcher.base.text import did_you_mean
 from launcher.posix import proc
 

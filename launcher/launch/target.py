@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 
-from launcher.base.command_line import Parsed, option, seconds
+from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.record import Record
+from launcher.base.option import option, seconds
 from launcher.base.text import shown_path
 from launcher.launch.time_limit import TimeLimit
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 
 from launcher.base.command_front import take_front
-from launcher.base.command_line import WORKSPACE
 from launcher.base.errors import UsageError
+from launcher.base.option import WORKSPACE
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.base.verb_table import ABSENT_VERBS, CONTROL_VERBS, ROS_VERBS, VERBS

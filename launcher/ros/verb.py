@@ -11,9 +11,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from launcher.base import command_line, strict_json
-from launcher.base.command_line import DEBUG, Command, Option, Parsed, option
+from launcher.base import strict_json
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
+from launcher.base.option import DEBUG, Option, option
+from launcher.base.option import seconds as any_seconds
 from launcher.base.text import count, escape_controls
 from launcher.posix.dispositions import heeded
 from launcher.posix.stdio import can_print
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
 def seconds(word: str) -> float:
     """A time below thirty years; ValueError."""
-    value = command_line.seconds(word)
+    value = any_seconds(word)
     if value >= 1e9:
         raise ValueError(f"'{word}' is not a number of seconds")
     return value

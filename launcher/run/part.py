@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import enum
 
-from launcher.base.command_line import Option
 from launcher.base.model.record import Record
+from launcher.base.option import Option
 from launcher.base.run_verb import Verb
 
 TYPE_CHECKING = False

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 
 from launcher.base.by_name import lazy, load
-from launcher.base.command_line import Option, count, option, positive_seconds, seconds
 from launcher.base.model.run_options import RunOptions
+from launcher.base.option import Option, count, option, positive_seconds, seconds
 from launcher.base.run_verb import Verb
 from launcher.run.part import PartRow, When
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from launcher.base.command_line import Option, option
+from launcher.base.option import Option, option
 from launcher.smoke.expect.expectation import Expectation
 from launcher.smoke.preflight.loader import parse_entry
 

@@ -10,11 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import Command, Option, Parsed, count, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.document.document_reader import together
 from launcher.base.document.quantities import DURATION
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
+from launcher.base.option import Option, count, option
 from launcher.base.verb_table import VERBS
 from launcher.launch.launch_options import RUN_OPTIONS, run_options
 from launcher.launch.target import (

@@ -7,8 +7,9 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.base.program import browse
 from launcher.base.verb_table import VERBS
 from launcher.control.active_runs import find_run

@@ -6,8 +6,9 @@ import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.base.text import count
 from launcher.ros.verb import show, warn
 

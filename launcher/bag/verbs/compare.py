@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, selected
-from launcher.base.command_line import DEBUG, Command, Parsed, number, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, number, option
 from launcher.base.text import aligned, count
 from launcher.ros.verb import show
 

@@ -12,9 +12,10 @@ from launcher.bag.converting.time_texts import Moment, duration_ns, moment
 from launcher.bag.verbs.files import COMPRESSION, SPLIT, storage_of
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, selected
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import DEBUG, option
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:

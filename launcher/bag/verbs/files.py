@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from launcher.bag.compression import FORMATS, MODES, PRESETS
-from launcher.base.command_line import Parsed, count, option, seconds
+from launcher.base.command_line import Parsed
+from launcher.base.option import count, option, seconds
 
 if TYPE_CHECKING:
     from launcher.bag.writer import Storage

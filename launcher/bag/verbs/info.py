@@ -6,8 +6,9 @@ import shutil
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.posix.stdio import can_print
 from launcher.ros.verb import print_json, warn
 

@@ -5,16 +5,10 @@ from __future__ import annotations
 import math
 
 from launcher.bag.verbs.topics import SELECT, names, selected
-from launcher.base.command_line import (
-    Parsed,
-    count,
-    number,
-    option,
-    positive_seconds,
-    seconds,
-)
+from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import count, number, option, positive_seconds, seconds
 from launcher.ros.verb import GraphAccess, ros_command
 
 _CLOCK_HZ = 40.0

@@ -8,8 +8,9 @@ from collections.abc import Iterable
 from launcher.bag.topic_selection import Selection, expression
 from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
 from launcher.bag.verbs.topics import EXCLUDE, names
-from launcher.base.command_line import Parsed, count, option, positive_seconds
+from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
+from launcher.base.option import count, option, positive_seconds
 from launcher.ros.verb import GraphAccess, ros_command
 
 _CACHE_BYTES = 100 * 1024 * 1024

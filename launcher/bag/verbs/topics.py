@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from launcher.bag.topic_selection import Selection, expression
-from launcher.base.command_line import Parsed, option
+from launcher.base.command_line import Parsed
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import option
 
 EXCLUDE = (
     option("-x, --exclude, --exclude-regex REGEX", "not those whose names it matches", expression),

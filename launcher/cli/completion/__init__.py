@@ -7,8 +7,9 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
+from launcher.base.option import option
 from launcher.base.verb_table import VERBS
 
 COMMAND = Command(

@@ -6,8 +6,9 @@ import importlib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from launcher.base.command_line import WORKSPACE, Command, Option
+from launcher.base.command_line import Command
 from launcher.base.errors import LauncherError, UsageError
+from launcher.base.option import WORKSPACE, Option
 from launcher.base.verb_table import CONTROL_VERBS, ROS_FRONT, ROS_VERBS, VERBS
 from launcher.cli.completion import name_sources
 from launcher.cli.lookup import command_of

@@ -7,8 +7,9 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, UsageError
+from launcher.base.option import option
 from launcher.base.program import program
 from launcher.base.text import count
 from launcher.base.verb_table import VERBS

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, Parsed
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG
 from launcher.base.verb_table import VERBS
 from launcher.hosts.verbs.check import CHECK
 from launcher.hosts.verbs.sync import SYNC

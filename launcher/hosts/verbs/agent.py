@@ -6,8 +6,9 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode, UsageError
+from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
 
 _LOW = 10  # descriptors of the protocol are above, out of the way of standard streams

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 
-from launcher.base.command_line import Command, count, option
+from launcher.base.command_line import Command
 from launcher.base.errors import (
     OF_SMOKE,
     ExitCode,
@@ -23,6 +23,7 @@ from launcher.base.model.events import (
     StartProcess,
 )
 from launcher.base.model.spec import OutputPolicy, ProcessSpec
+from launcher.base.option import count, option
 from launcher.base.text import escape
 from launcher.base.verb_table import VERBS
 from launcher.hosts.engine.fleet import FleetPlan

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option, positive_seconds
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option, positive_seconds
 from launcher.hosts.verbs.hosts_options import HOSTS, hosts_file
 from launcher.launch.target import (
     ABOUT_TARGET,

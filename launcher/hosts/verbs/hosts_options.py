@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 
-from launcher.base.command_line import Parsed, option
+from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
+from launcher.base.option import option
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

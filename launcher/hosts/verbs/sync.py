@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import sys
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import UsageError
+from launcher.base.option import DEBUG, option
 from launcher.base.text import did_you_mean, escape
 from launcher.hosts.verbs.hosts_options import HOSTS, hosts_file
 from launcher.hosts.verbs.sync_report import SyncReport

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode, UsageError
+from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
 from launcher.posix.stdio import print_text
 

@@ -9,9 +9,10 @@ import sys
 from collections.abc import Callable, Sequence
 
 from launcher.base import text_file
-from launcher.base.command_line import Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import OF_SMOKE, ExitCode, UsageError, exit_code_table
 from launcher.base.model.run_options import RunOptions
+from launcher.base.option import option
 from launcher.base.verb_table import ENABLE, VERBS
 from launcher.launch.launch_core import LaunchCore, launched, supervising
 from launcher.launch.launch_options import (

@@ -6,10 +6,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
+from launcher.base.option import option
 from launcher.base.verb_table import VERBS
 from launcher.launch.launch_options import (
     LOG_LEVEL,

@@ -7,8 +7,9 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import UsageError
+from launcher.base.option import DEBUG, option
 from launcher.base.verb_table import VERBS
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.packages.finder import executables, find_executable

@@ -7,8 +7,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import Parsed, option
+from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode, LauncherError
+from launcher.base.option import option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     dispatch,

@@ -7,8 +7,9 @@ import itertools
 import os
 import sys
 
-from launcher.base.command_line import Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import option
 from launcher.base.text import did_you_mean
 from launcher.base.verb_table import VERBS
 from launcher.packages import unbuilt

@@ -7,9 +7,10 @@ import functools
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.command_line import Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     GraphAccess,

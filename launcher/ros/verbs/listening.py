@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import Parsed, count, option
+from launcher.base.command_line import Parsed
+from launcher.base.option import count, option
 from launcher.ros.topics.qos import MAX_DEPTH, POLICIES, PRESETS, QosOptions
 from launcher.ros.verb import seconds
 

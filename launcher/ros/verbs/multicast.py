@@ -7,8 +7,9 @@ import socket
 import struct
 from collections.abc import Iterator, Sequence
 
-from launcher.base.command_line import DEBUG, Command, Parsed, count, option, positive_seconds
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, count, option, positive_seconds
 from launcher.base.ros_errors import VerbError
 from launcher.base.verb_table import VERBS
 

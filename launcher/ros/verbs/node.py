@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 
-from launcher.base.command_line import Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     dispatch,

@@ -8,9 +8,10 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import Command, Parsed, number, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import number, option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     GraphAccess,

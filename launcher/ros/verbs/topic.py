@@ -7,17 +7,10 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from launcher.base.command_line import (
-    Command,
-    Option,
-    Parsed,
-    count,
-    number,
-    option,
-    positive_seconds,
-)
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.ros_names import full_name
+from launcher.base.option import Option, count, number, option, positive_seconds
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     SIM_TIME,

@@ -7,7 +7,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import DEBUG, Command, option, split_at_dashes
+from launcher.base.command_line import Command, split_at_dashes
+from launcher.base.option import DEBUG, option
 from launcher.base.text import escape
 from launcher.base.verb_table import VERBS
 

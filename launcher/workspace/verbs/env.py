@@ -8,8 +8,9 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base import strict_json
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
 from launcher.packages.environment import LIBRARIES, merged, read

@@ -7,17 +7,10 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from launcher.base.command_line import (
-    DEBUG,
-    Command,
-    Parsed,
-    count,
-    option,
-    positive_seconds,
-    split_at_dashes,
-)
+from launcher.base.command_line import Command, Parsed, split_at_dashes
 from launcher.base.errors import ExitCode
 from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
+from launcher.base.option import DEBUG, count, option, positive_seconds
 from launcher.base.program import program
 from launcher.base.text import escape
 from launcher.base.verb_table import VERBS

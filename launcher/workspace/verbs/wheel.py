@@ -7,8 +7,9 @@ import shlex
 import sys
 from collections.abc import Mapping, Sequence
 
-from launcher.base.command_line import DEBUG, Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode, UsageError
+from launcher.base.option import DEBUG, option
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from launcher.base.command_help import help_text
-from launcher.base.command_line import Command, HelpRequested, count, option, seconds
+from launcher.base.command_line import Command, HelpRequested
 from launcher.base.errors import UsageError
+from launcher.base.option import count, option, seconds
 
 NAME = option("NAME")
 MORE = option("[MORE ...]")

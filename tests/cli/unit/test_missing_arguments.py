@@ -6,8 +6,9 @@ import re
 
 import pytest
 
-from launcher.base.command_line import Command, Option
+from launcher.base.command_line import Command
 from launcher.base.errors import UsageError
+from launcher.base.option import Option
 from launcher.base.run_verb import Verb
 from launcher.control import verb as control
 from launcher.control import verbs

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from launcher.base.command_line import WORKSPACE
 from launcher.base.errors import UsageError
+from launcher.base.option import WORKSPACE
 from launcher.cli.completion.candidates import candidates
 from launcher.cli.workspace_option import choose_workspace
 from launcher.packages.workspace import VARIABLE

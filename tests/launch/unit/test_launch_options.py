@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from launcher.base.command_line import Command, option
+from launcher.base.command_line import Command
 from launcher.base.errors import LaunchFileError, UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions, matches
@@ -17,6 +17,7 @@ from launcher.base.model.spec import (
     RosIdentity,
     StopPolicy,
 )
+from launcher.base.option import option
 from launcher.launch.launch_options import RUN_OPTIONS, run_options
 from launcher.launch.process_options import parse_cpus, parse_limit, parse_restart, parse_stop
 from launcher.run.monitor.enforcement import judge_for

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import sys
 
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
+from launcher.base.option import DEBUG, option
 from launcher.base.text import escape
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
 from launcher.workspace.building.create import create

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.base import text_file
-from launcher.base.command_line import DEBUG, Command, Parsed, option
+from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, PackageNotFoundError
+from launcher.base.option import DEBUG, option
 from launcher.base.ros_errors import VerbError
 from launcher.packages import finder
 from launcher.packages.workspace import current
