@@ -151,17 +151,17 @@ class LaunchDescriptionSource:
 class _FileSource(LaunchDescriptionSource):
     """Base of sources of a certain kind of launch file."""
 
-    _kind = ""
+    _method = "interpreted launch file"
 
     def __init__(self, launch_file_path: object) -> None:
-        super().__init__(None, launch_file_path, f"interpreted {self._kind}launch file")
+        super().__init__(None, launch_file_path, self._method)
 
 
 @public("launch.launch_description_sources.python_launch_description_source")
 class PythonLaunchDescriptionSource(_FileSource):
     """A Python launch file."""
 
-    _kind = "python "
+    _method = "interpreted python launch file"
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         return get_launch_description_from_python_launch_file(location)
@@ -197,7 +197,7 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
 class XMLLaunchDescriptionSource(_FileSource):
     """An XML launch file."""
 
-    _kind = "XML "
+    _method = "interpreted XML launch file"
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         parser = frontend_registry.parser_class("xml")
@@ -208,7 +208,7 @@ class XMLLaunchDescriptionSource(_FileSource):
 class YAMLLaunchDescriptionSource(_FileSource):
     """A YAML launch file."""
 
-    _kind = "YAML "
+    _method = "interpreted YAML launch file"
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
         parser = frontend_registry.parser_class("yaml")

@@ -99,13 +99,42 @@ def _check_level(level: str) -> None:
         raise KeyError(f"Invalid log level '{level}', expected: {', '.join(_LEVELS)}")
 
 
-@public("launch.actions.log_info")
-@parsed
-class LogInfo(Log):
-    """Prints a message."""
+class _LogAt(Log):
+    """Base of those with a fixed level."""
+
+    _level = ""
 
     def __init__(self, *, msg: object, **kwargs: object) -> None:
-        super().__init__(msg=msg, level="INFO", **kwargs)
+        super().__init__(msg=msg, level=self._level, **kwargs)
+
+
+@public("launch.actions.log_info")
+@parsed
+class LogInfo(_LogAt):
+    """Prints a message."""
+
+    _level = "INFO"
+
+
+@public("launch.actions.log")
+class LogDebug(_LogAt):
+    """Prints a debug message."""
+
+    _level = "DEBUG"
+
+
+@public("launch.actions.log")
+class LogWarning(_LogAt):
+    """Prints a warning."""
+
+    _level = "WARNING"
+
+
+@public("launch.actions.log")
+class LogError(_LogAt):
+    """Prints an error."""
+
+    _level = "ERROR"
 
 
 @public("launch.actions.opaque_function")
@@ -198,27 +227,3 @@ class UnregisterEventHandler(_OfHandler):
 
     def execute(self, context: LaunchContext) -> None:
         context.unregister_event_handler(self.event_handler)
-
-
-@public("launch.actions.log")
-class LogDebug(Log):
-    """Prints a debug message."""
-
-    def __init__(self, *, msg: object, **kwargs: object) -> None:
-        super().__init__(msg=msg, level="DEBUG", **kwargs)
-
-
-@public("launch.actions.log")
-class LogWarning(Log):
-    """Prints a warning."""
-
-    def __init__(self, *, msg: object, **kwargs: object) -> None:
-        super().__init__(msg=msg, level="WARNING", **kwargs)
-
-
-@public("launch.actions.log")
-class LogError(Log):
-    """Prints an error."""
-
-    def __init__(self, *, msg: object, **kwargs: object) -> None:
-        super().__init__(msg=msg, level="ERROR", **kwargs)

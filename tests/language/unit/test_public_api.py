@@ -380,6 +380,30 @@ def test_a_class_shows_the_path_that_ros_2_users_know():
     )
 
 
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("launch.actions", "LogInfo"),
+        ("launch.conditions", "IfCondition"),
+        ("launch.launch_description_sources", "PythonLaunchDescriptionSource"),
+        ("launch.substitutions", "EnvironmentVariable"),
+    ],
+)
+def test_a_wrong_call_is_reported_with_the_name_of_the_class(module: str, name: str):
+    with pytest.raises(TypeError, match=rf"^{name}.__init__\(\) missing 1 required"):
+        getattr(importlib.import_module(module), name)()
+
+
+@pytest.mark.parametrize(
+    ("module", "name"), [(module, name) for module, names in SIGNATURES.items() for name in names]
+)
+def test_no_constructor_has_the_name_of_a_class_that_ros_2_does_not_have(module: str, name: str):
+    thing = getattr(importlib.import_module(module), name)
+    if isinstance(thing, type):
+        owner = next(one for one in thing.__mro__ if "__init__" in vars(one))
+        assert not owner.__module__.startswith("launcher.")
+
+
 def test_submodules_are_there_after_a_mere_import_of_the_package():
     launch = importlib.import_module("launch")
 
