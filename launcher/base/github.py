@@ -34,7 +34,7 @@ def is_on(env: Mapping[str, str]) -> bool:
     return env.get("GITHUB_ACTIONS") == "true"
 
 
-def is_wanted(*, github: bool, no_github: bool) -> bool:
+def wants_github(*, github: bool, no_github: bool) -> bool:
     """Whether to report to a workflow, by these options."""
     return github or (is_on(os.environ) and not no_github)
 

@@ -130,6 +130,8 @@ class Logs:
             yield {"process": name, "stream": stream, "time": wall_s, "text": text}
 
 
+# ---- what is left out of a flood
+
 BURST_S = 4.0  # what a process may have saved up: the start of a program is seldom a flood
 _DEBT_S = 1.0  # after a large block, the lines that follow are left out for so long
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from launcher.base.model.level import Level
 from launcher.base.program import program
-from launcher.base.text import count
+from launcher.base.text import count, several
 from launcher.doctor.doctor_facts import Finding, NetworkFacts, ParticipantProcess
 from launcher.posix.crowd import too_many
 
@@ -153,9 +153,7 @@ def _crowds(facts: NetworkFacts) -> Iterator[Finding]:
 
 
 def _named(nodes: list[ParticipantProcess]) -> str:
-    names = ", ".join(f"{node.command} [{node.pid}]" for node in nodes[:_MAX_NODES])
-    more = len(nodes) - _MAX_NODES
-    return f"{names} and {more} more" if more > 0 else names
+    return several([f"{node.command} [{node.pid}]" for node in nodes], _MAX_NODES)
 
 
 def _clock(facts: NetworkFacts) -> Finding:

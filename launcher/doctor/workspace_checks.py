@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Mapping
 
 from launcher.base.model.level import Level
+from launcher.base.text import several
 from launcher.doctor.doctor_facts import Finding, WorkspaceFacts
 
 _SHOWN = 5  # packages in one line
@@ -108,9 +109,7 @@ def _overlay(facts: WorkspaceFacts) -> list[Finding]:
 
 
 def _listed(shown: Mapping[str, str]) -> str:
-    words = [text or name for name, text in sorted(shown.items())]
-    more = len(words) - _SHOWN
-    return ", ".join(words[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    return several([text or name for name, text in sorted(shown.items())], _SHOWN)
 
 
 def _build_afresh(facts: WorkspaceFacts, names: Mapping[str, str]) -> str:

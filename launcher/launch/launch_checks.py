@@ -11,6 +11,7 @@ from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.events import Effect, LogMessage, StartProcess
 from launcher.base.model.run_options import matches
 from launcher.base.model.supervision import StartRule
+from launcher.base.text import several
 from launcher.language import logging_session
 from launcher.language.configurations import ROS_NAMES
 from launcher.launch import mistakes
@@ -54,11 +55,9 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
     nodes = [spec.name for spec in specs if spec.ros and spec.env.get("ROS_DOMAIN_ID") == word]
     if not nodes:
         return
-    names = ", ".join(nodes[:_MAX_NAMES])
-    more = f" and {len(nodes) - _MAX_NAMES} more" if len(nodes) > _MAX_NAMES else ""
+    names = several(nodes, _MAX_NAMES)
     raise UsageError(
-        f"ROS_DOMAIN_ID is '{word}', which is not a valid domain id: "
-        f"no node can start ({names}{more})",
+        f"ROS_DOMAIN_ID is '{word}', which is not a valid domain id: no node can start ({names})",
         hint=f"a domain is a number from 0 to {MAX_DOMAIN}: export ROS_DOMAIN_ID=0, or unset it",
     )
 

@@ -9,8 +9,7 @@ import socket
 from collections.abc import Iterator
 
 from launcher.base.errors import LauncherError
-from launcher.posix import proc
-from launcher.posix.ports import FIRST_PORT, PORTS_PER_DOMAIN
+from launcher.posix.ports import busy_domains
 
 # Above 101 the UDP ports are in the ephemeral range of Linux; users choose small ids.
 _DOMAIN_IDS = range(20, 102)
@@ -51,9 +50,3 @@ def _take(lease: socket.socket, domain_id: int) -> bool:
             raise
         return False
     return True
-
-
-def busy_domains() -> set[int]:
-    """Domains with an open UDP port."""
-    ports = {port for port, _ in proc.udp_sockets()}
-    return {(port - FIRST_PORT) // PORTS_PER_DOMAIN for port in ports if port >= FIRST_PORT}

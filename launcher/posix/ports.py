@@ -11,8 +11,8 @@ from collections import Counter
 
 from launcher.posix import proc
 
-FIRST_PORT = 7400
-PORTS_PER_DOMAIN = 250
+_FIRST_PORT = 7400
+_PORTS_PER_DOMAIN = 250
 _UNICAST = range(10, 250, 2)  # offsets of the ports for announcements
 MAX_DOMAIN = 232  # above it the ports would pass 65535
 
@@ -26,12 +26,18 @@ def participants_of(bound: set[int]) -> Counter[int]:
     """Domain -> number of participants that hold these ports."""
     return Counter(
         domain
-        for domain, offset in (divmod(port - FIRST_PORT, PORTS_PER_DOMAIN) for port in bound)
+        for domain, offset in (divmod(port - _FIRST_PORT, _PORTS_PER_DOMAIN) for port in bound)
         if 0 <= domain <= MAX_DOMAIN
         and offset in _UNICAST
         # a single port belongs to some other program
         and multicast_port(domain) + offset + 1 in bound
     )
+
+
+def busy_domains() -> set[int]:
+    """Domains with an open UDP port."""
+    ports = {port for port, _ in proc.udp_sockets()}
+    return {(port - _FIRST_PORT) // _PORTS_PER_DOMAIN for port in ports if port >= _FIRST_PORT}
 
 
 def occupied_ports(domain_id: int) -> set[int]:
@@ -55,4 +61,4 @@ def socket_inodes(domain_id: int) -> set[str]:
 
 def multicast_port(domain_id: int) -> int:
     """The port on which all participants of a domain, on every machine, receive announcements."""
-    return FIRST_PORT + PORTS_PER_DOMAIN * domain_id
+    return _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id

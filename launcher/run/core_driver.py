@@ -198,10 +198,9 @@ class CoreDriver:
         starting, timers = [*waiting], {}
         for effect in effects:
             match effect:
-                case events.StartProcess(process_id=process_id):
-                    self._start(effect)
-                    if process_id in self._processes:  # else: its host is skipped
-                        starting.append(self._processes[process_id])
+                case events.StartProcess():
+                    if process := self._start(effect):
+                        starting.append(process)
                 case events.CallLater(timer_id=timer_id):
                     timers[timer_id] = effect
                 case events.CancelTimer(timer_id=timer_id):
@@ -221,14 +220,14 @@ class CoreDriver:
                     self._control(self._processes[effect.process_id], effect)
         self._timers.add(timers.values(), starting)
 
-    def _start(self, effect: events.StartProcess) -> None:
-        """Start a new process, unless a part refuses it."""
+    def _start(self, effect: events.StartProcess) -> Process | None:
+        """Start a new process, unless a part refuses it, as that for a host that is skipped."""
         run = self._run
         number = len(self._processes)
         spec = adapted(effect.spec, run.options)
         if any(part.refuses(spec) for part in run.parts):
             self.not_started(effect.process_id, errno.ECANCELED)
-            return
+            return None
         prefix = run.screen.prefix(spec, number)
         process = Process(effect.process_id, spec, number=number, prefix=prefix)
         self._processes[effect.process_id] = process
@@ -237,6 +236,7 @@ class CoreDriver:
         run.driver.advance(process, MachineCommand.START)
         for part in run.parts:
             part.added(process)
+        return process
 
     def _control(self, process: Process, effect: events.Effect) -> None:
         match effect:

@@ -181,10 +181,10 @@ class StartStage(Part):
 class When(enum.Enum):
     """When a part is made that is wanted."""
 
-    FIRST = "before the first start, and before the run has its driver"
-    BEGUN = "after the static part of the launch file"
-    SERVED = "when there is a control socket"
-    ASKED = "when its class is asked for, which also makes the others earlier"
+    FIRST = enum.auto()  # before the first start, and before the run has its driver
+    BEGUN = enum.auto()  # after the static part of the launch file
+    SERVED = enum.auto()  # when there is a control socket
+    ASKED = enum.auto()  # by `RunParts.need` only, which makes the others ahead of their time, too
 
 
 class PartRow(Record):

@@ -14,7 +14,7 @@ from launcher.base.command_line import Command, Parsed
 from launcher.base.document.document_reader import together
 from launcher.base.document.quantities import DURATION
 from launcher.base.errors import ExitCode, LauncherError, UsageError
-from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
+from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, wants_github
 from launcher.base.option import Option, count, option
 from launcher.base.verb_table import VERBS
 from launcher.launch.launch_options import RUN_OPTIONS, run_options
@@ -179,7 +179,7 @@ def _session(parsed: Parsed) -> Session:
         junit=parsed.junit,
         html=parsed.html,
         artifacts=parsed.artifacts,
-        github=is_wanted(github=parsed.github, no_github=parsed.no_github),
+        github=wants_github(github=parsed.github, no_github=parsed.no_github),
         repeat=parsed.repeat or 1,
         baseline=parsed.baseline,
         update_baseline=parsed.update_baseline,
@@ -238,7 +238,7 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
     if parsed.junit is not None:
         with contextlib.suppress(OSError):  # that may be what is wrong
             junit.write_refusal(parsed.junit, error, name)
-    if is_wanted(github=parsed.github, no_github=parsed.no_github):
+    if wants_github(github=parsed.github, no_github=parsed.no_github):
         print("\n".join(github.refusal(error)))
         if problem := add_summary(os.environ, github.refusal_summary(error, name)):
             print(f"smoke: warning: {problem}", file=sys.stderr)

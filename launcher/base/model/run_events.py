@@ -47,8 +47,9 @@ class RunEvent(Record):
     @property
     def text(self) -> str:
         """The event in words, which follow the name of the process."""
+        kinds = self.__annotations__
         return self.words.format(
-            **{name: _shown(name, getattr(self, name)) for name in self._fields}
+            **{name: _shown(kinds[name], getattr(self, name)) for name in self._fields}
         )
 
     @property
@@ -497,14 +498,18 @@ def known(pid: int) -> int | None:
     return pid if pid > 0 else None
 
 
-def _shown(name: str, value: Any) -> object:
-    if isinstance(value, tuple):
-        return _listed(value)
-    if name == "returncode":
-        return exit_text(value)
-    if name == "signal":
-        return signal_name(value)
-    return _duration(value) if name.endswith("_s") else value
+def _shown(kind: str, value: Any) -> object:
+    """A value by its type in the source."""
+    match kind.partition(" ")[0]:
+        case "Names":
+            return _listed(value)
+        case "ReturnCode":
+            return exit_text(value)
+        case "SignalNumber":
+            return signal_name(value)
+        case "Seconds":
+            return _duration(value)
+    return value
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -171,6 +171,8 @@ class _CursorPlace:
         return _BY_METAVAR[metavar](current) if metavar in _BY_METAVAR else []
 
 
+# ---- the answer to a shell
+
 _SPECIAL = re.compile(r"([^\w@%+:,./=\-])")
 _OPEN_ENDS = (":=", "=", "/")  # more of the word follows
 

@@ -51,7 +51,9 @@ def levels(current: str) -> Candidates:
 
 
 def logger_levels(current: str) -> Candidates:
-    return [(name, "") for name in ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")]
+    from launcher.output.filters import LEVELS
+
+    return [(name, "") for name in LEVELS]
 
 
 # ---- launch files and packages

@@ -17,10 +17,10 @@ from launcher.base.run_verb import Verb
 from launcher.control.console.bar import short_names
 from launcher.control.console.requests import CLEAR, CLEAR_HELP, SHELL_HELP, SHELL_VERBS, runs_here
 from launcher.control.verbs import VERBS, find
+from launcher.output.filters import LEVELS
 
-LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL", "ALL")
 # Words for the first argument of a verb, by its name.
-WORDS = {"level": LEVELS, "format": ("compact", "default")}
+WORDS = {"level": (*LEVELS, "ALL"), "format": ("compact", "default")}
 _GLOB = re.compile(r"[*?\[]")
 _NUMBER_AT_END = re.compile(r"\d+$")
 

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from launcher.base.model.record import Record
+from launcher.base.model.record import replace
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
 from launcher.base.model.spec import ParameterSource, RosIdentity
 from launcher.language import frontend_registry, logging_session
@@ -256,13 +256,12 @@ class Node(ExecuteProcess):
         unnamed = self.__node_name is None
         if namespace == UNSPECIFIED_NODE_NAMESPACE:
             namespace = make_namespace_absolute(given.namespace)
-        return RosIdentity(
+        return replace(
+            given,
             package=found[0] if found else None,
             executable=found[1] if found else self._program_word(),
             node_name=given.node_name if unnamed else self.__expanded_node_name,
             namespace=namespace,
-            remappings=given.remappings,
-            parameters=given.parameters,
         )
 
     def _program_word(self) -> str | None:
@@ -270,23 +269,16 @@ class Node(ExecuteProcess):
         return None if not words else words[len(words) - len(self.process_description.cmd)]
 
 
+# ---- the command line
+
 _NAMES, _NAMESPACE = ("__node", "__name"), "__ns"
 
 
-class RosArguments(Record):
-    """The ROS arguments of one command line, in their order.
+def ros_arguments(words: Iterable[str]) -> RosIdentity:
+    """The arguments behind `--ros-args`, up to `--` or the end; what is malformed is left out.
 
-    `node_name` and `namespace` are those of rules that apply to every node of the process.
+    Name and namespace are those of rules that apply to every node of the process.
     """
-
-    parameters: tuple[ParameterSource, ...] = ()
-    remappings: tuple[tuple[str, str], ...] = ()
-    node_name: str | None = None
-    namespace: str | None = None
-
-
-def ros_arguments(words: Iterable[str]) -> RosArguments:
-    """The arguments behind `--ros-args`, up to `--` or the end; what is malformed is left out."""
     parameters: list[ParameterSource] = []
     remappings: list[tuple[str, str]] = []
     names: dict[str, str] = {}
@@ -303,7 +295,7 @@ def ros_arguments(words: Iterable[str]) -> RosArguments:
             names.setdefault(left, right)  # rcl takes the first rule that fits
         elif left.rpartition(":")[2] not in (*_NAMES, _NAMESPACE):  # of one node among several
             remappings.append((left, right))
-    return RosArguments(
+    return RosIdentity(
         parameters=tuple(parameters),
         remappings=tuple(remappings),
         node_name=next((names[key] for key in _NAMES if key in names), None),

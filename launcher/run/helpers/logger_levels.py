@@ -12,6 +12,7 @@ from launcher.base.model.record import Record
 from launcher.base.program import program
 from launcher.base.run_verb import BadCallError
 from launcher.base.text import did_you_mean
+from launcher.output.filters import LEVELS
 from launcher.run.helpers.helper_programs import LOGGER_LEVELS
 from launcher.run.helpers.json_lines import JsonLinesProcess, own_end, without_shared_memory
 from launcher.run.part import Part
@@ -110,7 +111,7 @@ def _without_answer(questions: Sequence[LoggerQuestion]) -> Answers:
     return [{"process": one.process.name, "node": one.node, "error": error} for one in questions]
 
 
-LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
+# ---- the verb
 
 
 def serve(request: VerbRequest) -> None:

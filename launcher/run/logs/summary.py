@@ -12,7 +12,7 @@ import signal
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from launcher.base.model.events import SIGNALLED, signal_name
-from launcher.base.text import count
+from launcher.base.text import count, several
 from launcher.output.filters import ERROR, level_of
 from launcher.output.lines import for_terminal, without_colour
 from launcher.run.processes.process import Process
@@ -160,10 +160,8 @@ def odd_codes(processes: Collection[Process]) -> list[str]:
     if not codes:
         return []
     named = [f"{name} ({_code(code)})" for name, code in codes.items()]
-    shown, more = named[:MAX_NAMES], len(named) - MAX_NAMES
     an, s = ("an ", "") if len(named) == 1 else ("", "s")
-    rest = f" and {more} more" if more > 0 else ""
-    return [f"stopped with {an}unusual exit code{s}: {', '.join(shown)}{rest}"]
+    return [f"stopped with {an}unusual exit code{s}: {several(named, MAX_NAMES)}"]
 
 
 def _code(code: int) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from launcher.base.model import run_events
 from launcher.base.model.supervision import StartRule
+from launcher.base.text import several
 from launcher.posix.reactor import Timer
 from launcher.run.part import StartStage
 from launcher.run.processes.machine_events import MachineCommand, ProcessState
@@ -224,8 +225,7 @@ class ReadyGate(StartStage):
         for entry in self._order.waiting:
             names.setdefault(self._order.reason(entry.name), []).append(entry.name)
         for reason, those in names.items():
-            more = len(those) - MAX_NAMES
-            listed = ", ".join(those[:MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
+            listed = several(those, MAX_NAMES)
             waited_s = now - min(self._order[name].admitted_s for name in those)
             verb = "waits" if len(those) == 1 else "wait"
             text = f"{listed} {verb} for {reason} ({waited_s:.1f} s)"

@@ -160,6 +160,8 @@ def _restart_log_clock(logging: Any) -> None:
     logging._startTime = time.time_ns() if is_in_ns else time.time()
 
 
+# ---- name and command line
+
 _PR_SET_MM, _PR_SET_MM_MAP = 35, 14
 _NAME_BYTES = 15
 # Fields of /proc/self/stat behind the state (proc(5)): number - 3.
@@ -174,7 +176,13 @@ def set_name(name: str) -> None:
 
 
 def set_title(words: Sequence[str], environment: Mapping[str, str]) -> None:
-    """The command line and environment in /proc."""
+    """The command line and environment in /proc.
+
+    The kernel reads them from the memory of the process. PR_SET_MM_MAP says where they are: without
+    privileges, but only in a kernel with CONFIG_CHECKPOINT_RESTORE, as distributions have it.
+    Elsewhere the command line is written over the old one, cut off where that ends, and
+    /proc/PID/environ stays as it was.
+    """
     line = b"".join(os.fsencode(word) + b"\0" for word in words)
     variables = b"".join(os.fsencode(f"{k}={v}") + b"\0" for k, v in environment.items())
     fields = [*map(_number, proc.stat_fields(os.getpid()))]

@@ -73,6 +73,8 @@ def _quiet() -> Iterator[None]:
         yield
 
 
+# ---- LTTng
+
 _SIGNAL_SET_BYTES = 128
 _PREFIXES = ("lttng_ust_", "ust_")  # since 2.13, and before
 

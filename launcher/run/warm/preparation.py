@@ -212,7 +212,10 @@ def _recorded_variables(names: set[str]) -> Iterator[None]:
 
 
 class Scan:
-    """Begins at once. `programs` have `script` or `module`, and `folder`, first in their path."""
+    """Finds the imports of programs in a process of its own, while this one imports modules.
+
+    Begins at once. `programs` have `script` or `module`, and `folder`, first in their path.
+    """
 
     def __init__(self, programs: Sequence[Mapping[str, str]]) -> None:
         self._answer, ours = os.pipe()

@@ -163,6 +163,8 @@ def _folders() -> Iterator[str]:
     return (path for path in sys.path if os.path.basename(path) in names and os.path.isdir(path))
 
 
+# ---- the C heap
+
 # Bytes. Large gaps are taken in few pieces, since each piece writes to one page; malloc of glibc
 # rounds small sizes up to multiples of 16.
 _SIZES = (65536, 32768, 16384, 8192, *range(4096, 0, -16))

@@ -282,7 +282,7 @@ class WarmSpawner:
             self._reactor.add_reader(pidfd, functools.partial(self._reap, pidfd))
             return
         start.process.start_kind = "warm"
-        start.process.take_spec()  # it has none
+        start.process.debugger = None  # a warm start has none
         self._driver.adopt(start.process, start.child(pid, pidfd))
 
     def _reap(self, pidfd: int) -> None:

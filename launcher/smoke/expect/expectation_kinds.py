@@ -27,6 +27,7 @@ from launcher.base.document.quantities import (
     WINDOW,
     NumberRange,
 )
+from launcher.output.filters import LEVELS
 from launcher.smoke.expect.expectation_fields import (
     CONDITIONS,
     EXPRESSION,
@@ -201,7 +202,7 @@ KINDS = (
         "A line that matches is printed.",
         (
             _PROCESS,
-            Field("level", choice("DEBUG", "INFO", "WARN", "ERROR", "FATAL"), "level of the line"),
+            Field("level", choice(*LEVELS), "level of the line"),
             Field("count", COUNT, "number of lines (default: at least one)"),
         ),
     ),

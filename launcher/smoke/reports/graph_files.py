@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
-from launcher.posix.domain_lease import busy_domains
+from launcher.posix.ports import busy_domains
 from launcher.ros.snapshot.diff import load, to_document
 from launcher.ros.snapshot.ros_graph import TopicGraph
 from launcher.smoke.reports.artifacts import save

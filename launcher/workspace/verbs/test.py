@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from launcher.base.command_line import Command, Parsed, split_at_dashes
 from launcher.base.errors import ExitCode
-from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, is_wanted
+from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, wants_github
 from launcher.base.option import DEBUG, count, option, positive_seconds
 from launcher.base.program import program
 from launcher.base.text import escape
@@ -86,7 +86,7 @@ def main(words: Sequence[str]) -> int:
         )
         outcomes = running.run()
     code = shown.summarize(outcomes, missing)
-    if is_wanted(github=options.github, no_github=options.no_github):
+    if wants_github(github=options.github, no_github=options.no_github):
         _report_to_github(shown)
     if running.signum is None:
         return code

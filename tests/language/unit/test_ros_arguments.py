@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from launcher.base.model.spec import ParameterSource
-from launcher.language.ros.node import RosArguments, ros_arguments
+from launcher.base.model.spec import ParameterSource, RosIdentity
+from launcher.language.ros.node import ros_arguments
 from launcher.launch.plan.plan_json import document
 from launcher.launch.plan.planner import make_plan
 
@@ -42,7 +42,7 @@ def test_names_and_remappings_are_told_apart():
         "x --ros-args -r __node:=n -r __ns:=/s --remap a:=b -r n:c:=d -r o:__node:=p -r __node:=m"
     )
 
-    assert ros_arguments(line.split()) == RosArguments(
+    assert ros_arguments(line.split()) == RosIdentity(
         remappings=(("a", "b"), ("n:c", "d")), node_name="n", namespace="/s"
     )
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from launcher.posix import domain_lease
-from launcher.posix.domain_lease import busy_domains, leased_domain
+from launcher.posix.domain_lease import leased_domain
+from launcher.posix.ports import busy_domains
 
 LEASE = """
 import sys
