@@ -11,22 +11,9 @@ from rosbags.rosbag2 import Reader
 
 from launcher.bag import check, metadata
 from launcher.bag.bag_model import BagError
-from launcher.bag.reader import Bag
 from launcher.bag.writer import Storage
-from tests.support.bags import counting, text_of, write_bag
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_bag(tmp_path_factory.mktemp("bags") / "good", counting("/a", 95))
-
-
-def storage_of(folder: Path) -> Path:
-    return next(folder.glob("*.mcap"))
-
-
-def texts(folder: Path) -> list[str]:
-    return [text_of(one.data) for one in Bag(str(folder)).messages()]
+from tests.bag.unit.damaged_files import storage_of, texts
+from tests.support.bags import counting, write_bag
 
 
 def test_a_whole_bag(whole: Path):
