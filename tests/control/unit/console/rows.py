@@ -19,3 +19,6 @@ def process(name: str, state: str = "RUNNING", **more: object) -> dict[str, obje
         "muted": False,
     }
     return {**base, **more}
+
+
+FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
