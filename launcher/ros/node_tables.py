@@ -73,10 +73,20 @@ def vitals(pid: int) -> Vitals | None:
         status=found["status"],
         program=program_name(found["cmdline"] or ()),
         run=(found["environ"] or {}).get(RUN_ID_VARIABLE),
-        cpu_s=found["cpu_times"].user + found["cpu_times"].system,
+        cpu_s=_sum(found["cpu_times"]),
         uss_bytes=found["memory_full_info"] and found["memory_full_info"].uss,
         uptime_s=time.time() - found["create_time"],
     )
+
+
+def _cpu_s(pid: int) -> float | None:
+    found = proc.details(pid, "cpu_times")
+    return _sum(found["cpu_times"]) if found else None
+
+
+def _sum(times: Any) -> float:
+    total: float = times.user + times.system
+    return total
 
 
 def program_name(words: Sequence[str]) -> str | None:
@@ -125,7 +135,7 @@ def rows(caller: ServiceCaller, *, hidden: bool, timeout_s: float) -> list[Row]:
     """One row per node and process, sorted by name. Takes as long as the slowest node, bounded."""
     found = list(owners(caller, hidden=hidden))
     pids = {owner.pid for owner in found if owner.pid is not None}
-    start, before = time.monotonic(), {pid: vitals(pid) for pid in pids}
+    start, before = time.monotonic(), {pid: _cpu_s(pid) for pid in pids}
     answers = _probe(caller, {o.node for o in found if not o.gone}, timeout_s)
     time.sleep(max(0.0, start + _SAMPLE_S - time.monotonic()))
     elapsed_s, after = time.monotonic() - start, {pid: vitals(pid) for pid in pids}
@@ -223,13 +233,13 @@ def _probe(caller: ServiceCaller, nodes: set[str], timeout_s: float) -> dict[str
 
 
 def _row(
-    owner: Owner, before: Vitals | None, after: Vitals | None, elapsed_s: float, answer: str
+    owner: Owner, before_s: float | None, after: Vitals | None, elapsed_s: float, answer: str
 ) -> Row:
     if owner.gone or (owner.pid is not None and after is None):
         return Row(node=owner.node, liveness=GHOST)
-    if after is None or before is None or owner.pid is None:
+    if after is None or before_s is None or owner.pid is None:
         return Row(node=owner.node, liveness=answer)
-    cpu_percent = round(100 * (after.cpu_s - before.cpu_s) / elapsed_s, 1)
+    cpu_percent = round(100 * (after.cpu_s - before_s) / elapsed_s, 1)
     return _process_row(owner.node, answer, owner.pid, after, cpu_percent)
 
 

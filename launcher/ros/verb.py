@@ -8,12 +8,12 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from launcher.base import strict_json
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
+from launcher.base.model.record import Record
 from launcher.base.option import DEBUG, Option, option
 from launcher.base.option import seconds as any_seconds
 from launcher.base.text import count, escape_controls
@@ -183,8 +183,7 @@ def _read_graph(options: Parsed) -> GraphSnapshot | None:
     return result.snapshot
 
 
-@dataclass(frozen=True, slots=True)
-class GraphAccess:
+class GraphAccess(Record):
     """The domain of the graph, and how long to wait at most until it is complete and quiet."""
 
     domain_id: int

@@ -9,13 +9,12 @@ from launcher.bag.bag_model import Qos
 from launcher.bag.metadata import TIMES, document_in
 from launcher.base.errors import UsageError
 from launcher.ros.snapshot.ros_graph import INFINITE_NS, EndpointInfo
-from launcher.ros.topics.qos import MAX_DEPTH, copied
+from launcher.ros.topics.qos import MAX_DEPTH, POLICIES, copied
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
-_POLICIES = ("history", "reliability", "durability", "liveliness")
-_FIELDS = (*_POLICIES, "depth", *TIMES, "avoid_ros_namespace_conventions")
+_FIELDS = (*POLICIES, "depth", *TIMES, "avoid_ros_namespace_conventions")
 _DEPTH = 10  # where a bag does not say; rosbag2 has the same
 _S = 10**9
 
@@ -82,7 +81,7 @@ def changed(base: QoSProfile | None, policies: Qos) -> QoSProfile:
     from rclpy.qos import QoSProfile
 
     profile = QoSProfile(depth=_DEPTH) if base is None else copied(base)
-    for name in _POLICIES:
+    for name in POLICIES:
         word = str(policies.get(name, "unknown")).upper()
         if word != "UNKNOWN":
             kind = type(getattr(profile, name))
@@ -110,7 +109,7 @@ def to_play(offered: Sequence[Qos]) -> QoSProfile:
     if not offered:
         return changed(None, {})
     first = offered[0]
-    compared = (*_POLICIES, *TIMES)
+    compared = (*POLICIES, *TIMES)
     if all(one.get(name) == first.get(name) for one in offered for name in compared):
         return changed(None, {k: v for k, v in first.items() if k != "history" and _is_known(k, v)})
     reliable = any(one.get("reliability") == "reliable" for one in offered)

@@ -6,7 +6,7 @@ import contextlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from launcher.bag.bag_model import Extent, Message, Qos, Span, summed
 from launcher.bag.quantity_texts import clock as clock_text
@@ -23,7 +23,6 @@ from launcher.ros.verb import GraphAccess, observing, warn
 JUMP_S = 5.0
 RATE_FACTOR = 1.1
 _LONGEST_SLEEP_S = 0.05  # from one look at the keys to the next
-_ACKED_S = 10.0
 _SWITCH_S = 0.0005  # the thread that reads ahead must not hold up a message for 5 ms
 _BAR_WIDTH = 30
 MIN_RATE, MAX_RATE = 0.01, 1000.0
@@ -34,29 +33,25 @@ class PlayOptions:
     """What `bag play` was asked for; offsets and durations are seconds of the bag."""
 
     selection: Selection
-    overrides: Mapping[str, Qos] = field(default_factory=dict)
-    remap: Mapping[str, str] = field(default_factory=dict)
-    rate: float = 1.0
-    loop: bool = False
-    start_offset_s: float = 0.0
-    duration_s: float | None = None
-    until_ns: int | None = None
-    delay_s: float = 0.0
-    clock_hz: float | None = None
-    clock_topics: frozenset[str] | None = None
-    start_paused: bool = False
-    acked_s: float | None = None
-    requests: str | None = None
-    read_ahead: int = 1000
-    keyboard: bool = True
-    wait_for_subscriptions: bool = True
+    overrides: Mapping[str, Qos]
+    remap: Mapping[str, str]
+    rate: float
+    loop: bool
+    start_offset_s: float
+    duration_s: float | None
+    until_ns: int | None
+    delay_s: float
+    clock_hz: float | None
+    clock_topics: frozenset[str] | None
+    start_paused: bool
+    acked_s: float
+    requests: str | None
+    read_ahead: int
+    keyboard: bool
 
 
 def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     """Play until the end, or Ctrl-C; the exit code. BagError, VerbError if nothing is played."""
-    for bag in bags:
-        for note in bag.notes:
-            warn(f"{bag.path}: {note}")
     switch_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     player = None
@@ -68,8 +63,7 @@ def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
             )
             topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
-            if options.wait_for_subscriptions:
-                publishers.wait_for_others(observer.prefetched_graph(), access.spin_time_s)
+            publishers.wait_for_others(observer.prefetched_graph(), access.spin_time_s)
             player.run()
     except KeyboardInterrupt:
         pass
@@ -154,7 +148,7 @@ class _Player:
                 while self._play_once(keys) and self._options.loop:
                     self._jump(self._first_ns)
             self._status.clear()
-            limit_s = _ACKED_S if self._options.acked_s is None else self._options.acked_s
+            limit_s = self._options.acked_s
             if not self._publishers.wait_for_all_acked(limit_s):
                 warn(f"not everything was received after {limit_s:g} s")
         finally:

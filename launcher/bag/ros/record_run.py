@@ -38,11 +38,11 @@ class RecordOptions:
     folder: str
     storage: Storage
     cache_bytes: int
-    start_paused: bool = False
-    snapshot: bool = False
-    keyboard: bool = True
-    for_s: float | None = None
-    custom_data: dict[str, str] | None = None
+    start_paused: bool
+    snapshot: bool
+    keyboard: bool
+    for_s: float | None
+    custom_data: dict[str, str]
 
 
 def record(access: GraphAccess, options: RecordOptions, recorder_options: RecorderOptions) -> int:

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 from launcher.bag.converting.time_texts import Moment, duration_ns, moment
 from launcher.bag.verbs.files import COMPRESSION, SPLIT, storage_of
 from launcher.bag.verbs.info import warn_of
-from launcher.bag.verbs.topics import SELECT, selected
+from launcher.bag.verbs.topics import SELECT, remapping, selected
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, UsageError
-from launcher.base.model.ros_names import full_name
 from launcher.base.option import DEBUG, option
 from launcher.ros.verb import warn
 
@@ -26,13 +25,6 @@ _KINDS = ("csv", "jsonl", "mcap")
 _NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
 _STORAGES = ("mcap", "sqlite3")
 _OF_BAGS = ("max_bag_size", "max_bag_duration", "compression_mode", "compression_format")
-
-
-def _remap(word: str) -> tuple[str, str]:
-    old, mark, new = word.partition(":=")
-    if not old or not mark or not new:
-        raise ValueError(f"'{word}' is not OLD:=NEW")
-    return full_name(old), full_name(new)
 
 
 def _offset(word: str) -> Moment:
@@ -161,7 +153,7 @@ COMMAND = Command(
         option("--to FORMAT", "in place of what OUT ends with", choices=_KINDS),
         *SELECT,
         *_TIMES,
-        option("--remap OLD:=NEW", "another name for a topic", _remap, repeat="all"),
+        option("--remap OLD:=NEW", "another name for a topic", remapping, repeat="all"),
         option("--field PATH", "of tables, only this field: a.b[0]", repeat="all"),
         *SPLIT,
         *COMPRESSION,

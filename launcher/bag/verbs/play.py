@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from launcher.bag.verbs.topics import SELECT, names, selected
+from launcher.bag.verbs.info import warn_of
+from launcher.bag.verbs.topics import SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
-from launcher.base.model.ros_names import full_name
 from launcher.base.option import count, number, option, positive_seconds, seconds
 from launcher.ros.verb import GraphAccess, ros_command
 
@@ -19,13 +19,6 @@ def _rate(word: str) -> float:
     if not 0 < value < math.inf:
         raise ValueError(f"'{word}' is not a positive number")
     return value
-
-
-def _remapping(word: str) -> tuple[str, str]:
-    old, sign, new = word.partition(":=")
-    if not (old and sign and new):
-        raise ValueError(f"'{word}' is not OLD:=NEW")
-    return full_name(old), full_name(new)
 
 
 def _play(options: Parsed) -> int:
@@ -40,6 +33,8 @@ def _play(options: Parsed) -> int:
         exclude_services=names(options.exclude_services),
     )
     bags = [Bag(one) for one in options.bags]
+    for bag in bags:
+        warn_of(bag)
     if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
         longest_s = max(bag.extent.duration_ns for bag in bags) / 1e9
         raise UsageError(f"--start-offset is behind the end: the bag has {longest_s:.3f} s")
@@ -75,9 +70,7 @@ def _requests(options: Parsed) -> str | None:
     return str(options.service_requests_source).partition("_")[0]
 
 
-def _acked_s(milliseconds: int | None) -> float | None:
-    if milliseconds is None:
-        return None
+def _acked_s(milliseconds: int) -> float:
     return math.inf if milliseconds == 0 else milliseconds / 1000
 
 
@@ -91,7 +84,7 @@ COMMAND = ros_command(
     *SELECT,
     option("--services NAME ...", "events of these services"),
     option("--exclude-services NAME ...", "not events of these services"),
-    option("-m, --remap OLD:=NEW ...", "other names for topics", _remapping),
+    option("-m, --remap OLD:=NEW ...", "other names for topics", remapping),
     option(
         "--clock [HZ]",
         "publish the time of the bag on /clock (40 Hz)",
@@ -107,9 +100,9 @@ COMMAND = ros_command(
     option("--playback-until-sec S", "end at this time, in seconds since 1970", seconds),
     option(
         "--wait-for-all-acked MS",
-        "at the end, wait so long until RELIABLE subscriptions have everything; 0: for ever "
-        "(default: 10000)",
-        lambda word: count(word, 0),
+        "at the end, wait so long until RELIABLE subscriptions have everything; 0: for ever",
+        count,
+        10_000,
     ),
     option("--qos-profile-overrides-path FILE", "YAML: topic -> policies of its publisher"),
     option(

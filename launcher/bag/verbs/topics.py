@@ -18,6 +18,14 @@ SELECT = (
 )
 
 
+def remapping(word: str) -> tuple[str, str]:
+    """The full names of `OLD:=NEW`; ValueError."""
+    old, sign, new = word.partition(":=")
+    if not (old and sign and new):
+        raise ValueError(f"'{word}' is not OLD:=NEW")
+    return full_name(old), full_name(new)
+
+
 def names(words: object) -> frozenset[str]:
     """The full names that an option has; none if it was not given."""
     return frozenset(map(full_name, words)) if isinstance(words, list) else frozenset()

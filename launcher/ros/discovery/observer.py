@@ -205,9 +205,7 @@ class Observer:
         graph = GraphSnapshot(domain_id=self.domain_id, nodes=tuple(nodes), infos=tuple(infos))
         return replace(graph, ghosts=self._ghosts(graph.topic_graph().endpoints))
 
-    def living(
-        self, nodes: Iterable[str], endpoints: Iterable[Endpoint | EndpointInfo]
-    ) -> list[str]:
+    def living(self, nodes: Iterable[str], endpoints: Iterable[Endpoint]) -> list[str]:
         """The nodes without those whose participant has gone; `endpoints` are all that there are.
 
         Nodes first, then their endpoints: of a node that is discovered meanwhile, none are known.

@@ -165,4 +165,5 @@ class Introductions:
             return
         self._next_s = now + _INTRODUCE_S
         known = self._observer.participants()
-        announce(self._ports, (peer for peer in peers if peer.prefix not in known))
+        if unknown := [peer for peer in peers if peer.prefix not in known]:
+            announce(self._ports, unknown)

@@ -45,7 +45,7 @@ def write(path: Path, results: Sequence[SmokeResult], target: str, words: Sequen
 
     `words` name the launch file, its arguments, and how it is read; without them there is no tree.
     """
-    tree: Tree | None = planned(_OUTLINE, words) if words else None
+    tree: Tree | None = _planned(words) if words else None
     most = page_lines.MAX_LINES // len(results), page_lines.MAX_CHARACTERS // len(results)
     runs = [
         FrozenRun(label=f"run {number}: {_word(one)}", messages=messages(one, target, tree, most))
@@ -246,10 +246,10 @@ def _expectations(result: SmokeResult) -> list[Message]:
 PLAN_S = 20.0  # a launch file that takes longer is launched without
 
 
-def planned(module: str, words: Sequence[str]) -> Any:
-    """What `python -m module words` prints as JSON; None if it prints nothing or takes too long."""
+def _planned(words: Sequence[str]) -> Any:
+    """The outline of the launch file as JSON; None if there is none, or it takes too long."""
     with subprocess.Popen(
-        [sys.executable, "-m", module, *words],
+        [sys.executable, "-m", _OUTLINE, *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 
 from launcher.base.errors import ExitCode, LauncherError
+from launcher.base.model.events import signal_name
 from launcher.base.program import program
 from launcher.base.text import count, escape
 from launcher.workspace.building.build_place import FULL_DISK_HINT, full_folders
@@ -38,9 +38,7 @@ def show(outcome: BuildOutcome) -> ExitCode:
 
 def _colcon_failed(outcome: BuildOutcome) -> str:
     if outcome.code < 0:
-        return (
-            f"colcon was killed by {signal.Signals(-outcome.code).name}; the next build continues"
-        )
+        return f"colcon was killed by {signal_name(-outcome.code)}; the next build continues"
     return f"colcon failed: {escape(outcome.errors) or f'exit code {outcome.code}'}"
 
 

@@ -14,8 +14,7 @@ from launcher.packages.workspace import ROS_VARIABLES
 from launcher.workspace.building import lock, preflight, records, sources
 from launcher.workspace.building.build_place import Place, full_folders
 from launcher.workspace.building.build_progress import Progress
-from launcher.workspace.building.colcon import Colcon, Event
-from launcher.workspace.building.colcon import colcon_arguments as colcon_words
+from launcher.workspace.building.colcon import Colcon, Event, colcon_arguments
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.toolchain import build_variables
 from launcher.workspace.building.toolchain import versions as tools
@@ -120,7 +119,7 @@ class _Build:
             compiler=repr(compiler.identity) if compiler else "",
             options=(
                 *(["--cpp"] if self._options.cpp else ()),
-                *colcon_words.that_count(self._options.words),
+                *colcon_arguments.that_count(self._options.words),
             ),
             prefixes=tuple(prefixes),
             interfaces=tools.interfaces(prefixes),
@@ -137,7 +136,7 @@ class _Build:
             self._now[package.name] = records.make(package, setting, digests, last)
 
     def _changed(self) -> list[str]:
-        if self._options.everything or colcon_words.select(self._options.words):
+        if self._options.everything or colcon_arguments.select(self._options.words):
             return [package.name for package in self._packages]
         return [
             package.name
@@ -176,18 +175,18 @@ class _Build:
     def _run_colcon(self, changed: Sequence[str], compiler: Compiler | None, held: int) -> None:
         place, words = self._place, self._options.words
         env = build_variables.prepared(self._environ, place, compiler)
-        shows = colcon_words.show(words)
+        shows = colcon_arguments.show(words)
         self._progress.quiet = shows
         known = {*changed, *self._outcome.built, *self._outcome.unchanged}
         others = [one.name for one in self._packages if one.name not in known]
         if compiler is not None and compiler.is_zig and not zig_library_is_cached(compiler.cache):
             self._progress.note = "the first use of zig compiles its C++ library, 1 to 2 min"
-        command = colcon_words.build(
+        command = colcon_arguments.build(
             place,
-            select=() if colcon_words.select(words) else changed,
+            select=() if colcon_arguments.select(words) else changed,
             cmake_args=build_variables.cmake_args(compiler, cpp=self._options.cpp),
             links=self._options.links,
-            words=colcon_words.ignoring(words, [*self._outcome.refused, *others]),
+            words=colcon_arguments.ignoring(words, [*self._outcome.refused, *others]),
         )
         with (
             job_server(env) as shared,
@@ -203,7 +202,7 @@ class _Build:
             self._outcome.errors += colcon.errors()
         self._progress.clear()
         tried = {*self._outcome.built, *(one.package.name for one in self._outcome.failed)}
-        if not colcon_words.select(words):
+        if not colcon_arguments.select(words):
             names = self._outcome.not_tried or changed
             self._outcome.not_tried = [name for name in names if name not in tried]
 

@@ -12,8 +12,7 @@ from launcher.base.program import program
 from launcher.base.text import count, did_you_mean
 from launcher.workspace.building import checks, sources
 from launcher.workspace.building.build_place import Place
-from launcher.workspace.building.colcon import colcon_arguments as colcon_words
-from launcher.workspace.building.colcon import colcon_options as colcon_options
+from launcher.workspace.building.colcon import colcon_arguments, colcon_options
 from launcher.workspace.building.sources import FoundPackages, Package
 from launcher.workspace.building.sources.source_text import SourceError, SourceWarning
 
@@ -62,11 +61,11 @@ def approved(
     found = sources.find([place.base], environ)
     named = _named(found, place)
     selected = None
-    if colcon_words.select(words):
+    if colcon_arguments.select(words):
         _check_names(found, words)
         chosen = _selected(found, place, words)
         if not chosen:
-            raise UsageError(f"'{' '.join(colcon_words.selecting(words))}' selects no package")
+            raise UsageError(f"'{' '.join(colcon_arguments.selecting(words))}' selects no package")
         selected = frozenset(chosen & named)
     checked = named if place.named and selected is None else selected
     problems = checks.check(
@@ -74,7 +73,7 @@ def approved(
         environ,
         install=place.install,
         only=checked,
-        definitions=colcon_words.definitions(words),
+        definitions=colcon_arguments.definitions(words),
         is_merged=place.is_merged or "--merge-install" in words,
     )
     _print(checks.warnings(problems))
@@ -115,7 +114,7 @@ def _selected(found: FoundPackages, place: Place, words: Sequence[str]) -> set[s
         elif flag == "--packages-skip":
             chosen -= {*names}
         elif flag.startswith("--packages-"):
-            return colcon_options.selected(place, colcon_words.selecting(words))
+            return colcon_options.selected(place, colcon_arguments.selecting(words))
     return chosen
 
 

@@ -48,10 +48,9 @@ def main(words: Sequence[str]) -> int:
     words, rest = split_at_dashes(words)
     options = COMMAND.parse(words)
     from launcher.workspace.building import build_place, extra
-    from launcher.workspace.building.colcon import colcon_arguments as colcon_words
-    from launcher.workspace.building.colcon import colcon_options as colcon_options
+    from launcher.workspace.building.colcon import colcon_arguments, colcon_options
 
-    colcon_words.check(rest)
+    colcon_arguments.check(rest)
     where = build_place.find(options.path)
     build_place.require_writable(where)
     extra.require()
