@@ -10,7 +10,7 @@ Doors:
   the file of that name. `decode` turns messages into values (by `cdr`), `snapshot_folder` makes a
   folder about the last seconds of a run: bag, logs, events and plan.
 * `flight/`: the part of a run with `--record`; `ros/flight` is its process, the flight recorder.
-  `comparing/topic_statistics`: what is typical of a topic, also for smoke.
+  `comparing/topic_traits`: what is typical of a topic, also for smoke.
 
 Files: `mcap_file` and `sqlite_file` read storage files, `compression` what they compress;
 `mcap_records` reads records of MCAP within bounds, `mcap_summary` their index. `mcap_scan` reads
@@ -23,5 +23,5 @@ write it; `quantity_texts` are numbers as rosbag2 prints them.
 
 Folders: `converting/` (`convert` writes what `merged_bags` gives of several bags, `text_tables` CSV
 and JSON lines, `output_options` reads the YAML file of rosbag2), `comparing/` (`compare`, with
-`topic_statistics`: rates and gaps, and `field_difference`: contents), `flight/`, `ros/`.
+`topic_traits`: what is typical of one, and `field_difference`: contents), `flight/`, `ros/`.
 """

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from launcher.bag.agreement import difference
 from launcher.bag.bag_model import BagError, Message, Span, Topic
 from launcher.bag.comparing.field_difference import Rules, first_difference
-from launcher.bag.comparing.topic_statistics import (
+from launcher.bag.comparing.topic_traits import (
     Difference,
     Tolerances,
     Traits,

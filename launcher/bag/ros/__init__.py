@@ -2,7 +2,7 @@
 
 `record_run` and `player` are the verbs: `recorder` subscribes and `sinks` take what it gets;
 `publishers` publish what `read_ahead` has ready, at the times of a clock, steered by
-`playback_keys`; `bag_qos` chooses the settings of both.
+`keys_and_status`, as recording is; `bag_qos` chooses the settings of both.
 
 `flight` is the flight recorder, a helper process of a run: it keeps the last messages and writes
 them when it is asked (docs/bags.md), also if the launcher was killed, which it outlives for this.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from launcher.bag.bag_model import Extent, Message, Qos, Span, summed
 from launcher.bag.quantity_texts import clock as clock_text
 from launcher.bag.reader import Bag
-from launcher.bag.ros.playback_keys import Keys, StatusLine
+from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead
 from launcher.bag.topic_selection import Selection

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from launcher.bag.bag_model import BagError
 from launcher.bag.quantity_texts import clock, size
-from launcher.bag.ros.playback_keys import Keys, StatusLine
+from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.recorder import PERIOD_S, Recorded, Recorder, RecorderOptions
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.writer import BagWriter, Storage

@@ -15,7 +15,7 @@ from launcher.ros.verb import show
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.compare import Comparison, TopicComparison
-    from launcher.bag.comparing.topic_statistics import Limit, Traits
+    from launcher.bag.comparing.topic_traits import Limit, Traits
     from launcher.bag.reader import Bag
 
 _ALIGNMENTS = ("start", "none")
@@ -37,13 +37,13 @@ def _ratio(word: str) -> float:
 
 
 def _share(word: str) -> Limit:
-    from launcher.bag.comparing.topic_statistics import Limit
+    from launcher.bag.comparing.topic_traits import Limit
 
     return Limit(relative=_ratio(word))
 
 
 def _number_or_share(word: str) -> Limit:
-    from launcher.bag.comparing.topic_statistics import Limit
+    from launcher.bag.comparing.topic_traits import Limit
 
     return _share(word) if word.endswith("%") else Limit(absolute=_least_zero(word))
 
@@ -51,7 +51,7 @@ def _number_or_share(word: str) -> Limit:
 def _compare(options: Parsed) -> int:
     from launcher.bag.comparing.compare import CompareOptions, compare, document
     from launcher.bag.comparing.field_difference import Rules
-    from launcher.bag.comparing.topic_statistics import Limit, Tolerances
+    from launcher.bag.comparing.topic_traits import Limit, Tolerances
     from launcher.bag.reader import Bag
 
     bags = Bag(options.a), Bag(options.b)
@@ -82,7 +82,7 @@ def _compare(options: Parsed) -> int:
 
 
 def _lines(result: Comparison, bags: tuple[Bag, Bag], align: str) -> Iterator[str]:
-    from launcher.bag.comparing.topic_statistics import text_of
+    from launcher.bag.comparing.topic_traits import text_of
 
     for letter, bag in zip("AB", bags, strict=True):
         seconds = bag.extent.duration_ns / 1e9

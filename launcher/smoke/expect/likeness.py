@@ -14,7 +14,7 @@ from launcher.base.document.quantities import PERCENT
 from launcher.smoke.expect.expectation_fields import name
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.topic_statistics import Traits
+    from launcher.bag.comparing.topic_traits import Traits
     from launcher.bag.reader import Bag
 
 RATES_PERCENT, GAPS_PERCENT = 20.0, 100.0
@@ -79,7 +79,7 @@ class Likeness:
 
 def traits_of_bag(bag: Bag, names: Iterable[str]) -> dict[str, Traits]:
     """BagError."""
-    from launcher.bag.comparing.topic_statistics import traits_of
+    from launcher.bag.comparing.topic_traits import traits_of
 
     times = bag.times()
     wanted = frozenset(names)

@@ -13,7 +13,7 @@ from launcher.smoke.judges.common import met, violated
 from launcher.smoke.observe.facts import Facts
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.topic_statistics import Tolerances, Traits
+    from launcher.bag.comparing.topic_traits import Tolerances, Traits
 
 _SHOWN = 6  # differences; the folder of evidence has the recording
 
@@ -48,7 +48,7 @@ def like(expectation: Expectation, facts: Facts) -> Verdict:
 
 
 def _faults(good: Traits, found: Traits | None, likeness: Likeness) -> Iterator[str]:
-    from launcher.bag.comparing.topic_statistics import differences, text_of
+    from launcher.bag.comparing.topic_traits import differences, text_of
 
     if found is None or (good.count and not found.count):
         if good.count or found is None:
@@ -59,7 +59,7 @@ def _faults(good: Traits, found: Traits | None, likeness: Likeness) -> Iterator[
 
 
 def _tolerances(likeness: Likeness) -> Tolerances:
-    from launcher.bag.comparing.topic_statistics import Limit, Tolerances
+    from launcher.bag.comparing.topic_traits import Limit, Tolerances
 
     return Tolerances(
         rate=Limit(relative=likeness.rates_percent / 100),

@@ -21,7 +21,7 @@ from launcher.smoke.observe.facts import (
 )
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.topic_statistics import Traits
+    from launcher.bag.comparing.topic_traits import Traits
     from launcher.base.model.run_events import RunEvent
 
 T = TypeVar("T")

@@ -26,7 +26,7 @@ from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.topic_statistics import Traits
+    from launcher.bag.comparing.topic_traits import Traits
 
 E = TypeVar("E", bound=RunEvent)
 

@@ -11,7 +11,7 @@ from launcher.smoke.expect.likeness import traits_of_bag
 from launcher.smoke.run.launcher_process import LauncherProcess
 
 if TYPE_CHECKING:
-    from launcher.bag.comparing.topic_statistics import Traits
+    from launcher.bag.comparing.topic_traits import Traits
 
 FOLDER, LOG = "recording", "recording.log"
 SNAPSHOT = "snapshot"  # the folder of what the flight recorder had at the end

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from launcher.base.github import annotation, plain, table
-from launcher.workspace.testing.test_results import Results
+from launcher.workspace.testing.package_results import Results
 
 Judged = Mapping[str, tuple[Results, str]]  # package -> results, and why it did not pass
 

@@ -18,7 +18,7 @@ from launcher.posix.cleanup.watchdog_client import WatchdogClient
 from launcher.posix.domain_lease import leased_domain
 from launcher.posix.reactor import Reactor, Timer
 from launcher.run.monitor import shared_memory
-from launcher.workspace.testing.test_jobs import Job, environment, remove_results
+from launcher.workspace.testing.package_jobs import Job, environment, remove_results
 
 # pytest ends its fixtures on SIGINT, and systems that they have launched need time; SIGABRT has it
 # print where it hangs.

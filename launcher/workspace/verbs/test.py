@@ -21,7 +21,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.workspace.building.build_place import Place
     from launcher.workspace.building.sources import Package
-    from launcher.workspace.testing.test_report import Report
+    from launcher.workspace.testing.package_report import Report
 
 
 def _at_least_one(text: str) -> int:
@@ -64,17 +64,17 @@ def main(words: Sequence[str]) -> int:
     build_place.require_writable(where)
     from launcher.workspace.testing import (
         job_runner,
-        test_jobs,
-        test_report,
+        package_jobs,
+        package_report,
     )
 
     provide_log_root(os.environ)
     env = _environment(where)
-    chosen = test_jobs.select(where, options.package, env)
+    chosen = package_jobs.select(where, options.package, env)
     built, missing = _built(chosen, where)
-    todo = test_jobs.jobs(built, where, rest)
+    todo = package_jobs.jobs(built, where, rest)
     is_single = len(chosen) == 1
-    shown = test_report.Report(len(todo), in_foreground=is_single, verbose=options.verbose)
+    shown = package_report.Report(len(todo), in_foreground=is_single, verbose=options.verbose)
     with lock.held(where):
         running = job_runner.JobRunner(
             todo,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.bag.comparing.topic_statistics import Traits, traits_of
+from launcher.bag.comparing.topic_traits import Traits, traits_of
 from launcher.base.errors import LauncherError
 from launcher.smoke.expect.expectation import Decision
 from launcher.smoke.expect.likeness import traits_of_bag

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from launcher.workspace.testing import github
-from launcher.workspace.testing.test_results import FailedTest, Results
+from launcher.workspace.testing.package_results import FailedTest, Results
 
 FAILED = FailedTest("test_bad", "assert 1 == 2", "src/a/test/test_a.py:5")
 JUDGED = {

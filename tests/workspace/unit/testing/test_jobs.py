@@ -8,7 +8,7 @@ import pytest
 
 from launcher.workspace.building.build_place import Place
 from launcher.workspace.building.sources import Package
-from launcher.workspace.testing import test_jobs
+from launcher.workspace.testing import package_jobs
 
 SECTION = "[tool.pytest.ini_options]\n"
 
@@ -16,7 +16,7 @@ SECTION = "[tool.pytest.ini_options]\n"
 def chosen(root):
     """The value of `-c` for the package src/p."""
     package = Package("p", f"{root}/src/p", "ament_python")
-    (job,) = test_jobs.jobs([package], Place(str(root), f"{root}/src"), [])
+    (job,) = package_jobs.jobs([package], Place(str(root), f"{root}/src"), [])
     return job.command[job.command.index("-c") + 1]
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from launcher.workspace.testing import test_results
-from launcher.workspace.testing.test_jobs import Job
+from launcher.workspace.testing import package_results
+from launcher.workspace.testing.package_jobs import Job
 
 PYTEST = """\
 <?xml version="1.0" encoding="utf-8"?>
@@ -106,7 +106,7 @@ def ctest_job(job, tmp_path):
 def test_results_of_pytest(job, tmp_path):
     (tmp_path / "build/p/pytest.xml").write_text(PYTEST, encoding="utf-8")
 
-    found = test_results.read(job)
+    found = package_results.read(job)
 
     assert (found.passed, found.failed, found.skipped, found.problem) == (1, 3, 1, "")
     assert list(map(str, found.failures)) == [
@@ -138,7 +138,7 @@ def test_the_cause_of_a_module_that_cannot_be_imported(job, tmp_path, message, t
     document = COLLECTION.replace("{message}", message).replace("{text}", text)
     (tmp_path / "build/p/pytest.xml").write_text(document, encoding="utf-8")
 
-    (failure,) = test_results.read(job).failures
+    (failure,) = package_results.read(job).failures
 
     assert str(failure).removeprefix("src/p/test/") == seen
 
@@ -146,7 +146,7 @@ def test_the_cause_of_a_module_that_cannot_be_imported(job, tmp_path, message, t
 def test_of_an_interrupted_run_only_failures_count(job, tmp_path):
     (tmp_path / "build/p/pytest.xml").write_text(PYTEST, encoding="utf-8")
 
-    found = test_results.read(job, is_complete=False)
+    found = package_results.read(job, is_complete=False)
 
     assert (found.passed, found.failed) == (0, 3)
 
@@ -155,7 +155,7 @@ def test_ctest_counts_the_tests_in_files_of_ament(job, tmp_path):
     job = ctest_job(job, tmp_path)
     (tmp_path / "build/p/test_results/p/test_py.xunit.xml").write_text(PYTEST, encoding="utf-8")
 
-    found = test_results.read(job)
+    found = package_results.read(job)
 
     assert (found.passed, found.failed, found.skipped) == (1 + 1, 3 + 1, 1 + 1)
     assert str(found.failures[-1]) == "test_bad: Failed"
@@ -164,12 +164,12 @@ def test_ctest_counts_the_tests_in_files_of_ament(job, tmp_path):
 @pytest.mark.parametrize("text", ["", "<testsuite", "\x00"])
 def test_a_broken_file_is_a_problem(job, tmp_path, text):
     (tmp_path / "build/p/pytest.xml").write_text(text, encoding="utf-8")
-    found = test_results.read(job)
+    found = package_results.read(job)
     assert "pytest.xml cannot be read" in found.problem
 
 
 def test_without_a_file_there_are_no_tests(job):
-    assert (str(test_results.read(job)), test_results.read(job).problem) == ("no tests", "")
+    assert (str(package_results.read(job)), package_results.read(job).problem) == ("no tests", "")
 
 
 @pytest.mark.parametrize(
@@ -185,19 +185,19 @@ def test_the_place_where_a_test_was_ended(job, tmp_path, line, folder):
 
     one = Job("p", source, source, (), "", str(log))
 
-    assert test_results.place_of_end(one) == f"{folder}/test/test_a.py:3"
+    assert package_results.place_of_end(one) == f"{folder}/test/test_a.py:3"
 
 
 @pytest.mark.parametrize(
     ("found", "incomplete", "line"),
     [
-        ([test_results.Results()], {}, "1 package: no tests"),
-        ([test_results.Results()], {"timed out": ["a"]}, "1 package: 1 timed out (a)"),
+        ([package_results.Results()], {}, "1 package: no tests"),
+        ([package_results.Results()], {"timed out": ["a"]}, "1 package: 1 timed out (a)"),
         (
             [
-                test_results.Results(passed=3),
-                test_results.Results(failed=1),
-                *[test_results.Results()] * 2,
+                package_results.Results(passed=3),
+                package_results.Results(failed=1),
+                *[package_results.Results()] * 2,
             ],
             {"timed out": ["b", "c"], "not built": ["d"]},
             "4 packages: 3 passed, 1 failed, 2 timed out (b, c), 1 not built (d)",
@@ -205,4 +205,4 @@ def test_the_place_where_a_test_was_ended(job, tmp_path, line, folder):
     ],
 )
 def test_the_last_line_names_packages_without_all_their_results(found, incomplete, line):
-    assert test_results.total(found, incomplete) == line
+    assert package_results.total(found, incomplete) == line

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from launcher.base.text import count
 from launcher.workspace.building.sources.source_text import shown
-from launcher.workspace.testing.test_jobs import Job, ctest_summary
+from launcher.workspace.testing.package_jobs import Job, ctest_summary
 
 # A line of a traceback of pytest: `test/test_a.py:12: in test_b`, `...: AssertionError`; and of one
 # of Python, which has the place of a SyntaxError.

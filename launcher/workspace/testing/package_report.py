@@ -14,10 +14,10 @@ from launcher.base.program import program
 from launcher.base.text import drop_controls, escape
 from launcher.workspace.building.sources.source_text import shown
 from launcher.workspace.building.status_line import BuildStatusLine
-from launcher.workspace.testing import test_results
+from launcher.workspace.testing import package_results
 from launcher.workspace.testing.job_runner import JobOutcome, RunnerListener
-from launcher.workspace.testing.test_jobs import NO_TESTS_COLLECTED, Job
-from launcher.workspace.testing.test_results import FailedTest, Results
+from launcher.workspace.testing.package_jobs import NO_TESTS_COLLECTED, Job
+from launcher.workspace.testing.package_results import FailedTest, Results
 
 _LAST_LINES = 300  # of the output of a package that failed
 _TAIL_BYTES = 256 * 1024
@@ -45,7 +45,7 @@ class Report(RunnerListener):
     def finished(self, outcome: JobOutcome) -> None:
         self._line.clear()
         was_ended = outcome.is_timeout or outcome.is_interrupted
-        found = test_results.read(outcome.job, is_complete=not was_ended)
+        found = package_results.read(outcome.job, is_complete=not was_ended)
         problem = problem_of(outcome, found)
         self.judged[outcome.job.package] = (found, problem)
         if outcome.ending:
@@ -89,7 +89,7 @@ class Report(RunnerListener):
 
     def total(self) -> str:
         """The counts of all packages, in a line."""
-        return test_results.total([found for found, _ in self.judged.values()], self._incomplete)
+        return package_results.total([found for found, _ in self.judged.values()], self._incomplete)
 
     def _leave_out(self, package: str, why: str) -> None:
         self.judged[package] = (Results(), why)
@@ -102,7 +102,7 @@ def problem_of(outcome: JobOutcome, found: Results) -> str:
     if outcome.problem:
         return f"could not be started: {outcome.problem}"
     if outcome.is_timeout:
-        where = test_results.place_of_end(outcome.job)
+        where = package_results.place_of_end(outcome.job)
         return f"timed out after {outcome.timeout_s:g} s{where and f', at {where}'}"
     if outcome.is_interrupted:
         return "interrupted"
