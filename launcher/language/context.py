@@ -6,9 +6,9 @@ import os
 from collections import deque
 from collections.abc import Iterable, Mapping, MutableMapping
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.configurations import Configurations
-from launcher.language.logging_session import replace_environment
+from launcher.language.launch_session import replace_environment
 from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
@@ -91,7 +91,7 @@ class LaunchContext:
     @property
     def argv(self) -> Any:
         """The words `name:=value` of the command line."""
-        logging_session.current().note_arguments_read()
+        launch_session.current().note_arguments_read()
         return self.__argv
 
     def _set_is_shutdown(self, state: bool) -> None:

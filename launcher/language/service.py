@@ -6,7 +6,7 @@ import threading
 from collections.abc import Coroutine, Iterable, Iterator
 from contextlib import contextmanager
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.context import LaunchContext
 from launcher.language.events.handlers import OnIncludeLaunchDescription, OnShutdown
 from launcher.language.events.launch import IncludeLaunchDescription, Shutdown
@@ -47,7 +47,7 @@ class LaunchService:
         self.__context.register_event_handler(OnShutdown(on_shutdown=self.__on_shutdown))
         self.__lock = threading.RLock()
         self.__is_running = False
-        self.__run: logging_session.ServiceRun | None = None
+        self.__run: launch_session.ServiceRun | None = None
         self.__task: object = None
         self.__async_thread: int | None = None
         if debug:
@@ -106,8 +106,8 @@ class LaunchService:
         return _Done() if is_async and not force_sync else None
 
     @contextmanager
-    def __running(self, shutdown_when_idle: bool) -> Iterator[logging_session.ServiceRun]:
-        runner = logging_session.current().runner
+    def __running(self, shutdown_when_idle: bool) -> Iterator[launch_session.ServiceRun]:
+        runner = launch_session.current().runner
         if runner is None:
             raise RuntimeError(_NO_RUN)
         with self.__lock:

@@ -12,7 +12,7 @@ from launcher.base.model.events import Effect, LogMessage, StartProcess
 from launcher.base.model.run_options import matches
 from launcher.base.model.supervision import StartRule
 from launcher.base.text import several
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.configurations import ROS_NAMES
 from launcher.launch import mistakes
 from launcher.launch.known_names import KnownNames
@@ -42,7 +42,7 @@ def unknown_arguments(
             {*host.declared_values, *host.names_read, *ROS_NAMES},
             description,
             interpreter.context,
-            reads_arguments=logging_session.current().reads_arguments,
+            reads_arguments=launch_session.current().reads_arguments,
         )
     return mistakes.unknown_names(unused, known, host.declared_values)
 

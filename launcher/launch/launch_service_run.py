@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
     from launcher.language.events.base import Event
-    from launcher.language.logging_session import LoggingSession
+    from launcher.language.launch_session import LaunchSession
     from launcher.posix.reactor import Reactor
     from launcher.run.supervisor import Supervisor
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @contextlib.contextmanager
 def script_vocabulary(
     options: RunOptions, words: Sequence[str] | None = None
-) -> Iterator[LoggingSession]:
+) -> Iterator[LaunchSession]:
     """Like `vocabulary`, for a script: messages are printed, and a LaunchService runs."""
     provide_log_root(os.environ)
     with vocabulary(words) as session:
@@ -59,7 +59,7 @@ class EngineServiceRun:
     def __init__(
         self,
         context: LaunchContext,
-        session: LoggingSession,
+        session: LaunchSession,
         options: RunOptions,
         *,
         shutdown_when_idle: bool,

@@ -20,10 +20,10 @@ from launcher.base.model.events import (
 from launcher.base.model.reload_changes import Known, Reload
 from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.spec_diff import needs_restart
-from launcher.language import frontends, logging_session
+from launcher.language import frontends, launch_session
 from launcher.language.interpreter import Interpreter
 from launcher.language.interpreter.replay import Replay
-from launcher.language.logging_session import replace_environment
+from launcher.language.launch_session import replace_environment
 from launcher.launch import mistakes
 from launcher.launch.files_read import files_read, recording
 from launcher.launch.launch_checks import refuse_circles
@@ -75,8 +75,8 @@ class Reevaluation:
         new.succeed(old)
         old.host.close()
         replace_environment(self._environment)
-        logging_session.current().sink = new.host.log
-        logging_session.current().warning_sink = new.host.warn_quirk
+        launch_session.current().sink = new.host.log
+        launch_session.current().warning_sink = new.host.warn_quirk
 
     def discard(self) -> None:
         self.interpreter.host.close()
@@ -109,7 +109,7 @@ def evaluate(
             description,
             path=request.path,
             arguments=request.arguments,
-            environment=logging_session.current().environment,
+            environment=launch_session.current().environment,
             noninteractive=old.context.noninteractive,
         )
         new.host.succeed(old.host)
@@ -170,7 +170,7 @@ def _files(spec: ProcessSpec) -> list[str]:
 def _as_at_first() -> Iterator[None]:
     """Within, the environment is that of the call, and modules of the user are imported again."""
     linecache.checkcache()
-    current = logging_session.current()
+    current = launch_session.current()
     sinks = current.sink, current.warning_sink
     environment = dict(os.environ)
     modules = _forget_modules(current.modules)
@@ -218,7 +218,7 @@ def launch_files(request: LaunchRequest, interpreter: Interpreter) -> list[str]:
     modules = [
         getattr(module, "__file__", None)
         for name, module in list(sys.modules.items())
-        if name not in logging_session.current().modules
+        if name not in launch_session.current().modules
     ]
     paths = [request.path, *interpreter.context._includers, *filter(is_own, modules), *files_read()]
     return list(dict.fromkeys(os.path.abspath(path) for path in paths if path is not None))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from launcher.base.model.run_options import RunOptions
     from launcher.base.model.spec import ProcessSpec
-    from launcher.language.logging_session import LoggingSession
+    from launcher.language.launch_session import LaunchSession
     from launcher.output.stdout import StdoutWriter
     from launcher.posix.reactor import Reactor
     from launcher.posix.spawn import Child
@@ -55,7 +55,7 @@ class Launched(Record):
     target: str
     arguments: tuple[str, ...] = ()
     path: str | None = None
-    session: LoggingSession | None = None
+    session: LaunchSession | None = None
     switched_off: Callable[[], Iterable[ProcessSpec]] = tuple
     is_script: bool = False
     hosts: object = None

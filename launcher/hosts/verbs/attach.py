@@ -33,7 +33,7 @@ from launcher.hosts.engine.systemd.found_runs import FoundRun
 from launcher.hosts.file.hosts_reader import read
 from launcher.hosts.file.order import Order
 from launcher.hosts.verbs.hosts_options import DEFAULT, hosts_path
-from launcher.language.logging_session import LoggingSession
+from launcher.language.launch_session import LaunchSession
 from launcher.launch.launch_core import launched, supervising
 from launcher.launch.launch_options import RUN_OPTIONS, run_options
 from launcher.launch.target import DEBUG, LaunchRequest
@@ -103,7 +103,7 @@ def main(words: Sequence[str]) -> int:
     what = launched(
         request,
         path=run_path,
-        session=LoggingSession(),  # the language has no part in it
+        session=LaunchSession(),  # the language has no part in it
         hosts=plan,
         run_id=f"{os.getpid()}-{run.run}",
         not_begun="not attached",

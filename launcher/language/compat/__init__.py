@@ -16,7 +16,7 @@ from types import ModuleType
 import launcher.language.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import compat_table
 from launcher.language.compat.names import PublicModule, is_public, submodules
-from launcher.language.logging_session import LoggingSession, open_sessions, replace_environment
+from launcher.language.launch_session import LaunchSession, open_sessions, replace_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class _Listing:
 
 
 @contextmanager
-def vocabulary(words: Sequence[str] | None = None) -> Iterator[LoggingSession]:
+def vocabulary(words: Sequence[str] | None = None) -> Iterator[LaunchSession]:
     """Make `import launch` import the launcher's own classes.
 
     May be nested. Keep it open for the whole run: functions of launch files may import later.
@@ -105,7 +105,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[LoggingSession]:
     Changes to modules, `sys.argv` and `os.environ` are undone on exit.
     """
     argv = sys.argv
-    session = LoggingSession()
+    session = LaunchSession()
     if words is not None:
         sys.argv = _argv(words, session)
     open_sessions.append(session)
@@ -130,7 +130,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[LoggingSession]:
         sys.modules.update(saved)
 
 
-def _argv(words: Sequence[str], session: LoggingSession) -> list[str]:
+def _argv(words: Sequence[str], session: LaunchSession) -> list[str]:
     if len(words) < 2:
         return ["ros2", "launch", *words]
     from launcher.language.argv import Argv  # only where there are arguments
@@ -144,7 +144,7 @@ def _ament() -> Any:
     return ament
 
 
-def _reset_logging(session: LoggingSession) -> None:
+def _reset_logging(session: LaunchSession) -> None:
     """Undo what a launch file has set in `launch.logging`, if any has loaded it."""
     log = sys.modules.get("launcher.language.logging.config")
     if log is not None and session is open_sessions[0]:

@@ -135,7 +135,8 @@ MODULES = {
             "IfElseSubstitution IsEmptySubstitution NotEmptySubstitution NotEqualsSubstitution "
             "NotSubstitution OrSubstitution"
         ),
-        "launcher.language.substitutions.anon_name": "AnonName ForEachVar ForLoopIndex",
+        "launcher.language.substitutions.anon_name": "AnonName",
+        "launcher.language.substitutions.for_loop_var": "ForEachVar ForLoopIndex",
         "launcher.language.substitutions.python": "PythonExpression",
         "launcher.language.substitutions.text": "StringJoinSubstitution StringStripSubstitution",
     },

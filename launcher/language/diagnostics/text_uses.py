@@ -11,7 +11,7 @@ import os
 import shutil
 from types import FrameType
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.diagnostics import source_code
 from launcher.language.diagnostics.origin import FileLine, is_library
 
@@ -31,7 +31,7 @@ def warn_of_str(sub: Substitution, frame: FrameType) -> None:
     if origin is not None:
         name = type(sub).__name__
         text = f"a {name} is used as text, which gives '<{type(sub).__module__}.{name} object ...>'"
-        logging_session.current().warn(f"{text}; hint: {_list_instead(origin, sub)}", origin)
+        launch_session.current().warn(f"{text}; hint: {_list_instead(origin, sub)}", origin)
 
 
 def warn_of_comparison(sub: Substitution, other: str, frame: FrameType) -> None:
@@ -41,14 +41,14 @@ def warn_of_comparison(sub: Substitution, other: str, frame: FrameType) -> None:
         written = _written(sub)
         text = f"a {type(sub).__name__} is compared with a text, and is never equal to it"
         hint = f"write condition=IfCondition(EqualsSubstitution({written}, {other!r}))"
-        logging_session.current().warn(f"{text}; hint: {hint}", origin)
+        launch_session.current().warn(f"{text}; hint: {hint}", origin)
 
 
 def warn_of_letters(keyword: str, value: object, origin: FileLine | None) -> None:
     """A text was given for a list of words, and each letter of it becomes a word."""
     if isinstance(value, str) and len(value) > 1:
         text = f"{keyword} is a text, of which each letter becomes a word"
-        logging_session.current().warn(f"{text}; hint: write {keyword}={value.split()}", origin)
+        launch_session.current().warn(f"{text}; hint: write {keyword}={value.split()}", origin)
 
 
 def warn_of_one_word(words: list[str], context: LaunchContext, action: Any) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from launcher.base.errors import LaunchFileError
 from launcher.base.model import events as model
 from launcher.base.text import count, error_text
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
 from launcher.language.class_tools import is_a_subclass, is_iterable
@@ -26,7 +26,7 @@ from launcher.language.events.handlers import (
     OnShutdown,
 )
 from launcher.language.interpreter.run_host import Answer, Quirk, RunHost
-from launcher.language.logging_session import replace_environment
+from launcher.language.launch_session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.language.utilities import visit_all_entities_and_collect_futures
 
@@ -79,7 +79,7 @@ class Interpreter:
             replace_environment(environment)
         # That of the call: loading the launch file may have changed os.environ.
         self.environment = dict(
-            logging_session.current().environment if environment is None else environment
+            launch_session.current().environment if environment is None else environment
         )
         self.arguments = dict(arguments)
         self._path = path
@@ -175,7 +175,7 @@ class Interpreter:
         return self.handle_together([])
 
     def _take_messages(self) -> None:
-        current = logging_session.current()
+        current = launch_session.current()
         current.sink = self.host.log
         for message, options in current.pending:
             self.host.log(*message, **options)
@@ -237,7 +237,7 @@ class Interpreter:
 
     def close(self) -> None:
         """Delete generated files and restore `os.environ`; idempotent."""
-        logging_session.current().sink = logging_session.current().warning_sink = None
+        launch_session.current().sink = launch_session.current().warning_sink = None
         self.host.close()
         replace_environment(self._environment_before)
 

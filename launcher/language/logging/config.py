@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.logging import handlers
 from launcher.language.logging.handlers import SessionHandler
 from launcher.language.naming import public
@@ -38,10 +38,10 @@ class LaunchConfig:
         self.log_file_name = "launch.log"
         self.set_screen_format("default")
         self.set_log_format("default")
-        if logging_session.current().prints:
+        if launch_session.current().prints:
             self.log_dir = None
-            logging_session.current().forget_log_dir()
-        logging_session.current().formats = self if self._is_changed else None
+            launch_session.current().forget_log_dir()
+        launch_session.current().formats = self if self._is_changed else None
 
     # ---- level
 
@@ -116,7 +116,7 @@ class LaunchConfig:
         return self.file_handlers[file_name]
 
     def _file_handler(self, file_name: str) -> logging.Handler:
-        current = logging_session.current()
+        current = launch_session.current()
         if self._factory is None and file_name == "launch.log" and not current.prints:
             handler = SessionHandler("log")  # the run itself writes this file
             handler.formatted = self._own_file_format
@@ -131,14 +131,14 @@ class LaunchConfig:
     @property
     def log_dir(self) -> str:
         """The folder of this run's log files."""
-        return logging_session.current().log_dir
+        return launch_session.current().log_dir
 
     @log_dir.setter
     def log_dir(self, new_log_dir: str | None) -> None:
         """ValueError unless it is a folder; None for the usual one."""
         if new_log_dir is not None and not os.path.isdir(new_log_dir):
             raise ValueError(f"{new_log_dir} is not a directory")
-        logging_session.current().log_dir = new_log_dir
+        launch_session.current().log_dir = new_log_dir
 
     def get_log_file_path(self, file_name: str = "launch.log") -> str:
         return os.path.join(self.log_dir, file_name)
@@ -152,7 +152,7 @@ class LaunchConfig:
 
     def _changed(self) -> None:
         if hasattr(self, "_own_file_format") and self._is_changed:
-            logging_session.current().formats = self
+            launch_session.current().formats = self
 
     def screen_line(self, level: str, logger: str, text: str) -> str | None:
         """The line to print, "" for the usual one, None for none."""

@@ -6,7 +6,7 @@ import logging
 import sys
 from logging import handlers as _handlers
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class SessionHandler(PerLogger, logging.Handler):
         self.formatted = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        current = logging_session.current()
+        current = launch_session.current()
         if current.prints:
             try:
                 sys.stdout.write(self.format(record) + "\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.description import LaunchDescription
 from launcher.language.events.handlers import OnShutdown
 from launcher.language.naming import public, read_only
@@ -30,7 +30,7 @@ class ROSAdapter:
 
     def __init__(self, *, argv: list[str] | None = None, autostart: bool = True) -> None:
         self.__argv = [] if argv is None else argv
-        self.__open: logging_session.RosNode | None = None
+        self.__open: launch_session.RosNode | None = None
         if autostart:
             self.start()
 
@@ -38,7 +38,7 @@ class ROSAdapter:
         """Create node, context and executor; RuntimeError if there are some."""
         if self.__open is not None:
             raise RuntimeError("Cannot start a ROS adapter that is already running")
-        open_ros_node = logging_session.current().open_ros_node
+        open_ros_node = launch_session.current().open_ros_node
         if open_ros_node is None:
             raise RuntimeError(_NO_NODE)
         self.__open = open_ros_node(self.__argv)

@@ -9,7 +9,7 @@ from pathlib import Path
 from launcher.base.model.record import replace
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, ros_options
 from launcher.base.model.spec import ParameterSource, RosIdentity
-from launcher.language import frontend_registry, logging_session
+from launcher.language import frontend_registry, launch_session
 from launcher.language.actions.process import ExecuteProcess
 from launcher.language.class_tools import ensure_argument_type
 from launcher.language.diagnostics import ros2_quirks
@@ -116,7 +116,7 @@ class Node(ExecuteProcess):
             parameters = normalize_parameters(parameters)
         kwargs["name"] = exec_name
         super().__init__(cmd=cmd, **kwargs)
-        logging_session.current().nodes_made += 1
+        launch_session.current().nodes_made += 1
         self.__program = program
         self.__package = package
         self.__node_executable = executable

@@ -8,7 +8,7 @@ from launcher.base.model.events import UseSimTime
 from launcher.language.action import Action
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.frontend_registry import parsed
-from launcher.language.logging_session import default_log_dir
+from launcher.language.launch_session import default_log_dir
 from launcher.language.naming import public, read_only
 from launcher.language.ros.node_and_topic_names import (
     NameValidationException,

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Iterable
 
 from launcher.base import text_file
-from launcher.language import frontend_registry, logging_session
+from launcher.language import frontend_registry, launch_session
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
@@ -224,4 +224,4 @@ class LaunchLogDir(_Directory):
         return "LaunchLogDir()"
 
     def perform(self, context: LaunchContext) -> str:
-        return logging_session.current().log_dir
+        return launch_session.current().log_dir

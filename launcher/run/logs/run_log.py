@@ -11,7 +11,7 @@ from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from launcher.language.logging_session import LoggingSession
+    from launcher.language.launch_session import LaunchSession
     from launcher.output.logs.event_log import EventLog
     from launcher.run.logs.messages import Line
 
@@ -24,7 +24,7 @@ class RunLog:
         reactor: Reactor,
         screen: StdoutWriter,
         directory: RunDirectory,
-        session: LoggingSession | None = None,
+        session: LaunchSession | None = None,
     ) -> None:
         self._session = session
         self._reactor = reactor

@@ -11,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.actions.event_actions import LogInfo
 from launcher.language.compat import vocabulary
 
@@ -82,8 +82,8 @@ def test_nesting_keeps_the_outer_vocabulary_and_session():
     with vocabulary() as outer:
         first = importlib.import_module("launch")
         with vocabulary() as inner:
-            assert logging_session.current() is inner
-        assert logging_session.current() is outer
+            assert launch_session.current() is inner
+        assert launch_session.current() is outer
         assert importlib.import_module("launch") is first
 
 

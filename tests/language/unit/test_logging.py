@@ -13,7 +13,7 @@ import pytest
 from launcher.base.model.events import LogMessage
 from launcher.language.actions.event_actions import LogInfo, OpaqueFunction
 from launcher.language.compat import vocabulary
-from launcher.language.logging_session import LoggingSession
+from launcher.language.launch_session import LaunchSession
 from launcher.run.logs.run_log import RunLog
 from tests.language.unit.interpreter.interpreting import interpreting
 
@@ -242,7 +242,7 @@ class _Lines:
         return 0.0
 
 
-def lines_of(session: LoggingSession) -> tuple[list[str], list[str]]:
+def lines_of(session: LaunchSession) -> tuple[list[str], list[str]]:
     screen, files = _Lines(), _Lines()
     log: Any = RunLog(_Lines(), screen, files, session)  # type: ignore[arg-type]
     log.log("INFO", "node-1", "process started")

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import pytest
 from ament_index_python.packages import PackageNotFoundError
 
-from launcher.language import logging_session
+from launcher.language import launch_session
 from launcher.language.compat import vocabulary
 
 
@@ -193,7 +193,7 @@ class Node:
 def test_a_ros_adapter_starts_and_ends_as_often_as_asked(monkeypatch: pytest.MonkeyPatch):
     from launch_ros.ros_adapters import ROSAdapter
 
-    monkeypatch.setattr(logging_session.current(), "open_ros_node", Node)
+    monkeypatch.setattr(launch_session.current(), "open_ros_node", Node)
     monkeypatch.setattr(Node, "opened", [])
     adapter = ROSAdapter(argv=["--ros-args"], autostart=False)
     assert (adapter.ros_node, adapter.ros_context, adapter.ros_executor) == (None, None, None)
@@ -218,7 +218,7 @@ def test_a_shutdown_ends_the_ros_node_of_the_context(monkeypatch: pytest.MonkeyP
     from launch.events import Shutdown
     from launch_ros.ros_adapters import get_ros_adapter, get_ros_node
 
-    monkeypatch.setattr(logging_session.current(), "open_ros_node", Node)
+    monkeypatch.setattr(launch_session.current(), "open_ros_node", Node)
     monkeypatch.setattr(Node, "opened", [])
     context = LaunchContext()
     first = get_ros_node(context)

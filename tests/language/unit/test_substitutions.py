@@ -32,7 +32,6 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
-from launcher.language.substitutions.anon_name import ForEachVar, ForLoopIndex
 from launcher.language.substitutions.configuration import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -45,6 +44,7 @@ from launcher.language.substitutions.files import (
     PathSubstitution,
     ThisLaunchFileDir,
 )
+from launcher.language.substitutions.for_loop_var import ForEachVar, ForLoopIndex
 from launcher.language.substitutions.logic import (
     AllSubstitution,
     AndSubstitution,

@@ -144,7 +144,7 @@ def parse_for(cls: type, entity: Entity, parser: Parser) -> Parsed:
 def _iteration(entity: Entity, parser: Parser, values: dict[str, Any]) -> list[Any]:
     """New actions for each iteration, since an action runs once; `values` are locals for them."""
     from launcher.language.actions.event_actions import OpaqueFunction
-    from launcher.language.substitutions.anon_name import ForEachVar
+    from launcher.language.substitutions.for_loop_var import ForEachVar
 
     local_values = {ForEachVar.get_local_arg_name(name): values[name] for name in values}
     return [

@@ -80,9 +80,8 @@ SUBSTITUTIONS = _by_name(
             "not=NotSubstitution not-empty=NotEmptySubstitution "
             "not-equals=NotEqualsSubstitution or=OrSubstitution"
         ),
-        "launcher.language.substitutions.anon_name": (
-            "anon=AnonName for-var=ForEachVar index=ForLoopIndex"
-        ),
+        "launcher.language.substitutions.anon_name": "anon=AnonName",
+        "launcher.language.substitutions.for_loop_var": "for-var=ForEachVar index=ForLoopIndex",
         "launcher.language.substitutions.python": "eval=PythonExpression",
         "launcher.language.substitutions.text": (
             "string-join=StringJoinSubstitution string-strip=StringStripSubstitution"

@@ -1,4 +1,4 @@
-"""The log folder and the loggers of a run, which launch files use without a context."""
+"""What a launch file uses of a run without a context: log folder, loggers, environment, runner."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from typing import Any, Protocol
 
     from launcher.language.diagnostics.origin import FileLine
@@ -51,7 +50,7 @@ if TYPE_CHECKING:
     Runner = Callable[[Any, bool], ServiceRun]  # of a context, and whether to end when idle
 
 
-class LoggingSession:
+class LaunchSession:
     """The log folder, and where messages of loggers go: (logger, level, text).
 
     `environment` is that of the call: launch files change `os.environ` already while they are
@@ -127,12 +126,12 @@ def default_log_dir() -> str:
     return os.path.normpath(os.path.expanduser(folder))
 
 
-open_sessions: list[LoggingSession] = []  # of open vocabularies, the innermost last
+open_sessions: list[LaunchSession] = []  # of open vocabularies, the innermost last
 
 
-def current() -> LoggingSession:
+def current() -> LaunchSession:
     """The session of the innermost open vocabulary; a temporary one if none is open."""
-    return open_sessions[-1] if open_sessions else LoggingSession(is_script=True)
+    return open_sessions[-1] if open_sessions else LaunchSession(is_script=True)
 
 
 def replace_environment(values: Mapping[str, str]) -> None:
