@@ -12,7 +12,8 @@ from pathlib import Path
 
 from launcher.base.model.event_entries import FIELD_TYPES, annotations_of
 from launcher.base.model.record import Record
-from launcher.base.model.run_events import TYPES, Sample
+from launcher.base.model.run_event import TYPES
+from launcher.base.model.run_events import Sample
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "events.md"
 HEAD = """\

@@ -13,7 +13,7 @@ from launcher.bag.bag_model import Message, Topic
 from launcher.bag.quantity_texts import size
 from launcher.bag.writer import BagWriter, Storage
 from launcher.base.model.event_entries import entry_in
-from launcher.base.model.run_events import Entry
+from launcher.base.model.run_event import Entry
 from launcher.base.text import count, escape
 
 INDEX = "index.txt"

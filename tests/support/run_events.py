@@ -8,7 +8,8 @@ from typing import Any
 
 from launcher.base.model.event_entries import SAMPLES, annotations_of
 from launcher.base.model.record import Record, as_dict
-from launcher.base.model.run_events import TYPES, Entry, RunEvent, Sample, UnknownEvent
+from launcher.base.model.run_event import TYPES, Entry, RunEvent, UnknownEvent
+from launcher.base.model.run_events import Sample
 
 T0 = 1_795_000_000.0
 HOSTILE = "two\nlines \x1b[31mred\x1b[0m \udcff é漢 {x} %s <b>"

@@ -5,8 +5,7 @@
   launch file changes; `run_options`: settings of a run and of its processes; `supervision`: those
   of supervision files; `level`: of findings.
 * `events`: effects of the interpreter, and events that a driver reports.
-* `run_events`: a type for each kind of entry of the event log: its fields, its words, and the text
-  of docs/events.md. `event_entries` reads and shows entries.
+* `run_events`: a type, with the base `run_event`, for each kind of entry of the event log: its
+  fields, its words, and the text of docs/events.md. `event_entries` reads and shows entries.
 * `lifecycle_transitions`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
-  `parameter_text`: what rcl reads in parameter files.
-"""
+  `parameter_text`: what rcl reads in parameter files."""

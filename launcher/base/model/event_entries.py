@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping
 
 from launcher.base.model.events import signal_name
 from launcher.base.model.record import Record
-from launcher.base.model.run_events import TYPES, Entry, RunEvent, Sample, UnknownEvent
+from launcher.base.model.run_event import TYPES, Entry, RunEvent, UnknownEvent
+from launcher.base.model.run_events import Sample
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -8,13 +8,13 @@ for each field.
 
 from __future__ import annotations
 
-from launcher.base.model.events import Outcome, signal_name
+from launcher.base.model.events import signal_name
 from launcher.base.model.record import Record
+from launcher.base.model.run_event import SAMPLES, RunEvent, duration, exit_text, listed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any
 
     # How a value is read and shown; `event_entries.FIELD_TYPES` has the same names.
     Count = int
@@ -25,99 +25,6 @@ if TYPE_CHECKING:
     Seconds = float
     SignalNumber = int
     Size = int
-
-TYPES: dict[str, type[RunEvent]] = {}  # by the name of the event
-
-
-class RunEvent(Record):
-    """Base of all; `about` is what an entry belongs to: `process`, `run`, or `either`.
-
-    `words` is its text, with the names of fields in place of their values.
-    """
-
-    event = ""
-    about = "run"
-    words = ""
-
-    def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
-        if cls.event:
-            TYPES[cls.event] = cls
-
-    @property
-    def text(self) -> str:
-        """The event in words, which follow the name of the process."""
-        kinds = self.__annotations__
-        return self.words.format(
-            **{name: _shown(kinds[name], getattr(self, name)) for name in self._fields}
-        )
-
-    @property
-    def is_failure(self) -> bool:
-        """Whether a process died unasked, or could not be started."""
-        return False
-
-    @property
-    def is_sample(self) -> bool:
-        """Whether it is one of `resources`, of any version: they come all the time."""
-        return self.event == Resources.event
-
-
-class UnknownEvent(RunEvent):
-    """An event of another version, or with other fields than its type has."""
-
-    event: str
-    fields: Mapping[str, Any]
-
-    @property
-    def text(self) -> str:
-        return " ".join([self.event, *(f"{key}={value}" for key, value in self.fields.items())])
-
-
-class Entry(Record):
-    """An event with its times; `process` and `host` are those of an event about a process.
-
-    `wall_s` is in seconds since 1970, `monotonic_s` on the monotonic clock of the launcher's
-    machine; `host` is None for processes of that machine.
-    """
-
-    wall_s: float
-    monotonic_s: float
-    event: RunEvent
-    process: str | None = None
-    host: str | None = None
-
-    @property
-    def item(self) -> dict[str, Any]:
-        """The entry for JSON, in which samples are records."""
-        subject = {"process": self.process, "host": self.host}
-        return {
-            "wall_s": self.wall_s,
-            "monotonic_s": self.monotonic_s,
-            "event": self.event.event,
-            **{name: value for name, value in subject.items() if value is not None},
-            **fields_of(self.event),
-        }
-
-    @property
-    def sentence(self) -> str:
-        """`a-1: ended (SIGSEGV)`."""
-        return self.event.text if self.process is None else f"{self.process}: {self.event.text}"
-
-
-def fields_of(event: RunEvent) -> Mapping[str, Any]:
-    """The fields of the event that its entry has."""
-    if isinstance(event, UnknownEvent):
-        return event.fields
-    cls = type(event)
-    return {
-        name: value
-        for name in cls._fields
-        if (value := getattr(event, name)) != getattr(cls, name, _NO_DEFAULT)
-    }
-
-
-_NO_DEFAULT = object()
 
 
 # ---- starts and exits
@@ -151,7 +58,7 @@ class Released(RunEvent):
 
     @property
     def text(self) -> str:
-        return f"has waited {_duration(self.waited_s)}: {_RELEASED.get(self.why, self.why)}"
+        return f"has waited {duration(self.waited_s)}: {_RELEASED.get(self.why, self.why)}"
 
 
 class Started(RunEvent):
@@ -241,7 +148,7 @@ class Ended(RunEvent):
     @property
     def text(self) -> str:
         how = exit_text(self.returncode) + ", requested" * self.asked
-        again = "" if self.restart_in_s is None else f"; restart in {_duration(self.restart_in_s)}"
+        again = "" if self.restart_in_s is None else f"; restart in {duration(self.restart_in_s)}"
         return f"ended ({how}){again}"
 
     @property
@@ -376,12 +283,12 @@ class Resources(RunEvent):
     processes: the sample of each process by its name
     """
 
-    event = "resources"
+    event = SAMPLES
     processes: Mapping[str, Sample]
 
     @property
     def text(self) -> str:
-        return f"resources of {_listed(tuple(self.processes))}"
+        return f"resources of {listed(tuple(self.processes))}"
 
 
 # ---- the run
@@ -418,7 +325,7 @@ class Reloaded(RunEvent):
     @property
     def text(self) -> str:
         changes = {"new": self.new, "gone": self.gone, "changed": self.changed}
-        told = [f"; {what}: {_listed(names)}" for what, names in changes.items() if names]
+        told = [f"; {what}: {listed(names)}" for what, names in changes.items() if names]
         return f"launch file reloaded{''.join(told)}"
 
 
@@ -477,8 +384,6 @@ class Finished(RunEvent):
     deaths: Count = 0
 
 
-# ---- words
-
 _RELEASED = {
     "ready": "what it waited for is ready",
     "timeout": "it has waited long enough",
@@ -488,33 +393,6 @@ _RELEASED = {
 }
 
 
-def exit_text(returncode: int) -> str:
-    """`exit code 3` or `SIGKILL`."""
-    return str(Outcome(returncode=returncode))
-
-
 def known(pid: int) -> int | None:
     """The pid; None for one that is not known, which the engine has as -1."""
     return pid if pid > 0 else None
-
-
-def _shown(kind: str, value: Any) -> object:
-    """A value by its type in the source."""
-    match kind.partition(" ")[0]:
-        case "Names":
-            return _listed(value)
-        case "ReturnCode":
-            return exit_text(value)
-        case "SignalNumber":
-            return signal_name(value)
-        case "Seconds":
-            return _duration(value)
-    return value
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(names) or "none"
-
-
-def _duration(seconds: float) -> str:
-    return f"{round(seconds, 2):g} s"

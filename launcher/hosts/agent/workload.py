@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from launcher.base.errors import LauncherError
 from launcher.base.model.record import as_dict, replace
-from launcher.base.model.run_events import Resources, RunEvent, Sample
+from launcher.base.model.run_event import RunEvent
+from launcher.base.model.run_events import Resources, Sample
 from launcher.base.model.spec import ProcessSpec
 from launcher.hosts.agent.forwarder import Forwarder
 from launcher.hosts.engine.replica import ReportingMachine

@@ -11,16 +11,8 @@ from dataclasses import dataclass, field
 
 from launcher.base.errors import UsageError
 from launcher.base.model.event_entries import entry_in
-from launcher.base.model.run_events import (
-    Ended,
-    Entry,
-    NotStarted,
-    Ready,
-    Released,
-    RunEvent,
-    Started,
-    Waiting,
-)
+from launcher.base.model.run_event import Entry, RunEvent
+from launcher.base.model.run_events import Ended, NotStarted, Ready, Released, Started, Waiting
 from launcher.output.logs.rotating_file import BACKUPS
 from launcher.output.logs.run_directory import EVENTS
 

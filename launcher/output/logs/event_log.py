@@ -10,7 +10,8 @@ from collections import deque
 from collections.abc import Callable
 
 from launcher.base.model.record import as_dict
-from launcher.base.model.run_events import Entry, Resources, RunEvent
+from launcher.base.model.run_event import Entry, RunEvent
+from launcher.base.model.run_events import Resources
 
 # Entries that are kept in memory, for clients of the control socket: so many, and so much at most.
 RECENT = 4000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.base.model.run_events import RunEvent
+from launcher.base.model.run_event import RunEvent
 from launcher.output.lines import LogRing
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from launcher.base import strict_json
-from launcher.base.model.run_events import exit_text
+from launcher.base.model.run_event import exit_text
 from launcher.smoke.expect.evaluation import CPU_S, MEMORY_BYTES, OUT_OF_MEMORY, EvaluatedCondition
 
 Judged = tuple[bool, str | None]  # whether all conditions hold, and why not

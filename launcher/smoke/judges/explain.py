@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from launcher.base.model.run_events import NotStarted, exit_text
+from launcher.base.model.run_event import exit_text
+from launcher.base.model.run_events import NotStarted
 from launcher.base.text import did_you_mean
 from launcher.ros.snapshot.qos_matching import faults, mismatches
 from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY, NumberRange
-from launcher.base.model.run_events import Ended, Ready, RunEvent, Started, exit_text
+from launcher.base.model.run_event import RunEvent, exit_text
+from launcher.base.model.run_events import Ended, Ready, Started
 from launcher.base.text import several
 from launcher.smoke.expect.expectation import Decision, Expectation, Verdict
 from launcher.smoke.judges import explain

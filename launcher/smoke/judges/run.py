@@ -6,7 +6,8 @@ import signal
 from typing import Any
 
 from launcher.base.document.quantities import INFINITY, seconds_text
-from launcher.base.model.run_events import Ended, Signalled, exit_text
+from launcher.base.model.run_event import exit_text
+from launcher.base.model.run_events import Ended, Signalled
 from launcher.base.text import several
 from launcher.smoke.expect.expectation import STOP, Decision, Expectation, Verdict
 from launcher.smoke.judges.common import listed, met, violated

@@ -22,7 +22,7 @@ from launcher.smoke.observe.facts import (
 
 if TYPE_CHECKING:
     from launcher.bag.comparing.topic_traits import Traits
-    from launcher.base.model.run_events import RunEvent
+    from launcher.base.model.run_event import RunEvent
 
 T = TypeVar("T")
 MIN_WAIT_S = 0.01

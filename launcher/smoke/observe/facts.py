@@ -12,16 +12,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from launcher.base.model.run_events import (
-    Ended,
-    NotStarted,
-    Ready,
-    RunEvent,
-    Started,
-    Waiting,
-    Withdrawn,
-    fields_of,
-)
+from launcher.base.model.run_event import RunEvent, fields_of
+from launcher.base.model.run_events import Ended, NotStarted, Ready, Started, Waiting, Withdrawn
 from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 

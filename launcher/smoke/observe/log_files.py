@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from launcher.base.model.event_entries import entry_in
-from launcher.base.model.run_events import Entry, RunEvent
+from launcher.base.model.run_event import Entry, RunEvent
 from launcher.output.lines import for_terminal
 from launcher.output.logs.rotating_file import BACKUPS
 from launcher.smoke.observe.fact_recorder import FactRecorder

@@ -14,7 +14,7 @@ from typing import Any
 from launcher import __version__
 from launcher.base import strict_json
 from launcher.base.errors import ExitCode, LauncherError
-from launcher.base.model.run_events import Entry
+from launcher.base.model.run_event import Entry
 from launcher.smoke.observe.facts import LogLine
 from launcher.smoke.reports import json_report, page_lines, page_processes
 from launcher.smoke.reports.artifacts import save

@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from launcher.base.model.run_events import Ended, Resources, Started, exit_text
+from launcher.base.model.run_event import exit_text
+from launcher.base.model.run_events import Ended, Resources, Started
 from launcher.smoke.observe.facts import Facts, label_of
 from launcher.smoke.reports.result import SmokeResult
 

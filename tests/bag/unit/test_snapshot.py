@@ -9,7 +9,7 @@ import pytest
 from launcher.bag import snapshot_folder
 from launcher.bag.reader import Bag
 from launcher.bag.snapshot_folder import SnapshotContents
-from launcher.base.model.run_events import Entry
+from launcher.base.model.run_event import Entry
 from tests.support.bags import START_NS, message, string_topic
 from tests.support.run_events import event, line
 

@@ -18,16 +18,8 @@ from launcher.bag import snapshot_folder
 from launcher.base import strict_json
 from launcher.base.model.event_entries import FIELD_TYPES, annotations_of, entry_in, entry_of
 from launcher.base.model.events import signal_name
-from launcher.base.model.run_events import (
-    TYPES,
-    Entry,
-    Resources,
-    RunEvent,
-    Sample,
-    Signalled,
-    UnknownEvent,
-    fields_of,
-)
+from launcher.base.model.run_event import TYPES, Entry, RunEvent, UnknownEvent, fields_of
+from launcher.base.model.run_events import Resources, Sample, Signalled
 from launcher.control.answer_lines import event_line
 from launcher.hosts.agent.workload import AgentRunLog
 from launcher.launch.analyze import timeline, timeline_report

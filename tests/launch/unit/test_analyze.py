@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from launcher.base.errors import UsageError
-from launcher.base.model.run_events import Entry
+from launcher.base.model.run_event import Entry
 from launcher.launch.analyze.timeline import critical_chain, read, timeline
 from launcher.launch.analyze.timeline_report import document, lines
 from tests.support import run_events

@@ -10,7 +10,8 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from launcher.base.model.event_entries import entry_of
-from launcher.base.model.run_events import TYPES, Resources
+from launcher.base.model.run_event import TYPES
+from launcher.base.model.run_events import Resources
 from launcher.web.frozen import FrozenRun, freeze
 from tests.support.browser import page_at
 from tests.support.run_events import T0, entry, event, line, odd_items, variants
