@@ -366,8 +366,8 @@ class StartOrder:
         others = [_shown(one) for one in lacking if one is not head]
         if isinstance(head, str):
             text = f"{head}: it has not been started"
-        elif head.phase is StartPhase.WAITING:
-            text = f"{_shown(head)}, which waits for {_shown(self._lacking(head)[0])}"
+        elif head.phase is StartPhase.WAITING and (its := self._lacking(head)):
+            text = f"{_shown(head)}, which waits for {_shown(its[0])}"
         else:
             text = f"{_shown(head)}: {head.lack()}"
         if len(others) > 1:

@@ -153,6 +153,13 @@ def test_who_waits_for_one_that_waits_is_told_so():
     assert run.kinds(ReleaseStart) == ["b-2", "c-1"]
 
 
+def test_one_that_is_about_to_be_released_waits_for_nothing():
+    run = Run(rule("a", ready=(LOG,)), rule("b", "a"), rule("c", "b"))
+    run.start("c-1", "b-2", "a-3")
+    run.tell(run.order.fact("a-3", 0, run.now, holds=True, text=""))  # before the next look
+    assert run.order.reason("c-1") == "b: it has not been started"
+
+
 def test_a_process_does_not_wait_for_itself():
     run = Run(rule("robot_*", "robot_1"))
     run.start("robot_2-1", "robot_1-2")
