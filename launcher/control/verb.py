@@ -128,7 +128,7 @@ def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
 
 def _print_table(table: Any) -> None:
     from launcher.control.console.process_tables import render
-    from launcher.output.colours import wants_colour
+    from launcher.output.stdout import wants_colour
 
     print(render(table, _width(), colour=wants_colour(1, os.environ)), flush=True)
 
@@ -183,7 +183,7 @@ def _top(connection: Connection, call: Call, options: Parsed) -> int:
             _print_json(result)
     elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
         from launcher.control.console.top import LiveTop
-        from launcher.output.colours import wants_colour
+        from launcher.output.stdout import wants_colour
 
         LiveTop(connection, call, colour=wants_colour(1, os.environ)).run()
     elif call.options:  # `-f` or `-p`
@@ -208,7 +208,7 @@ def _lines(connection: Connection, call: Call, options: Parsed) -> int:
         items = connection.follow(call.verb.name, call.names, **call.options)
     else:
         items = connection.ask(call.verb.name, call.names, **call.options).result[key]
-    from launcher.output.colours import passes_colour
+    from launcher.output.stdout import passes_colour
 
     has_colour = passes_colour(1, os.environ)
     for item in items:

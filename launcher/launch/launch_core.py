@@ -246,8 +246,7 @@ def supervising(
     core: Core, options: RunOptions, launched: Launched
 ) -> Iterator[tuple[Supervisor, Reactor]]:
     """A supervisor that is ready to run; UsageError for options that a part cannot use."""
-    from launcher.output.colours import passes_colour, wants_colour
-    from launcher.output.stdout import StdoutWriter
+    from launcher.output.stdout import StdoutWriter, passes_colour, wants_colour
     from launcher.posix.reactor import Reactor
     from launcher.run.run import Run
     from launcher.run.supervisor import Supervisor

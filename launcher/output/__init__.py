@@ -16,7 +16,6 @@ Doors:
   a stop was ordinary; `escapes`: control characters removed for terminals.
 * `stdout`: lines with prefixes and colours, written to our standard output by an `output_queue`,
   which does not block. `backlog`: at the end of a run, waits for a slow reader, or drops visibly.
-  `colours`: whether there are any.
 
 Folder: `logs/` is the folder of a run on disk: `run_directory`, its files (`rotating_file`,
 `event_log`) and the removal of `old_runs`.

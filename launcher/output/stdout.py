@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from launcher.output.lines import for_pipe, for_terminal, with_prefix, without_colour
 from launcher.output.output_queue import OutputQueue
@@ -21,6 +21,25 @@ _LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "
 _RESET = b"\x1b[0m"
 _OVERWRITE = b"\r\x1b[K"  # for progress bars, whose lines begin or end with \r
 PINNED_BYTES = 1000  # longest unfinished line that is repeated below lines of other processes
+
+
+def wants_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether output to `fd` is coloured: NO_COLOR, then FORCE_COLOR, then whether it is a tty."""
+    if env.get("NO_COLOR"):
+        return False
+    if env.get("FORCE_COLOR"):
+        return env["FORCE_COLOR"] != "0"
+    return os.isatty(fd) and env.get("TERM") != "dumb"
+
+
+def passes_colour(fd: int, env: Mapping[str, str]) -> bool:
+    """Whether the colours of processes reach the output.
+
+    As for our own, but RCUTILS_COLORIZED_OUTPUT=1 keeps them in a pipe, too (CONFORMANCE 1.34).
+    """
+    if env.get("NO_COLOR") or env.get("FORCE_COLOR"):
+        return wants_colour(fd, env)
+    return env.get("RCUTILS_COLORIZED_OUTPUT") == "1" or wants_colour(fd, env)
 
 
 class StdoutWriter(OutputQueue):

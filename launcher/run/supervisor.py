@@ -7,7 +7,6 @@ import gc
 import signal
 
 from launcher.base.errors import ExitCode
-from launcher.base.model.run_events import Finished
 from launcher.posix import dispositions
 from launcher.posix.spawn import set_close_on_exec, terminal_size_beside
 from launcher.run.part import When
@@ -140,6 +139,8 @@ class Supervisor:
         if is_orderly:
             self._summarize()  # as the last lines
         deaths = sum(process.history.deaths for process in run.all_processes.values())
+        from launcher.base.model.run_events import Finished
+
         run.log.note(Finished(int(self._exit_code()), deaths))
         self._finish_output()
         if is_orderly:

@@ -25,8 +25,8 @@ from launcher.launch.target import (
     TARGET,
     LaunchRequest,
 )
-from launcher.output.colours import wants_colour
 from launcher.output.logs.run_directory import provide_log_root
+from launcher.output.stdout import wants_colour
 from launcher.packages import extras
 from launcher.run.parts import RECORDING
 from launcher.smoke.expect.script import Script

@@ -8,14 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from launcher.base.errors import LauncherError
 from launcher.base.model.events import Outcome
 from launcher.base.model.record import replace
-from launcher.base.model.run_events import Adopted, Sample, known
+from launcher.base.model.run_events import Sample
 from launcher.base.text import escape
 from launcher.hosts.engine.hosts_backlog import HostsBacklog
 from launcher.hosts.engine.link import LinkState
 from launcher.hosts.engine.remote_host import RemoteChild, RemoteHost, host_of
 from launcher.hosts.engine.replica import STARTS, Replica
 from launcher.hosts.file.order_words import folder_there, words_there
-from launcher.run.logs import messages
 from launcher.run.processes.machine_events import (
     Action,
     Escalate,
@@ -119,7 +118,7 @@ class HostsDriver(ProcessDriver):
         """A start fails here: the host will never hear of it."""
         now = self._reactor.now()
         replica.handle(command, now)
-        self._report_refusal(process, *refusal)
+        self._reports.refused(process, *refusal)
         self._carry_out(process, replica.handle(SpawnError(*refusal), now), now)
         self._reactor.call_later(0, self._run.idle)
 
@@ -134,7 +133,7 @@ class HostsDriver(ProcessDriver):
             return False
         replica.withdraw()
         replica.is_held = replica.is_held or command is MachineCommand.USER_STOP
-        self._report_cancelled(process)
+        self._reports.cancelled(process)
         self._run.cancelled(process)
         self._run.idle()
         return True
@@ -180,13 +179,13 @@ class HostsDriver(ProcessDriver):
         match event:
             case MachineCommand.STARTED:
                 process.child = RemoteChild(pid, process.process_id, host)
-                self._report_start(process, pid, at_s)
+                self._count_start(process, pid, at_s)
             case MachineCommand.START_CANCELLED:
-                self._report_cancelled(process, at_s)
+                self._reports.cancelled(process, at_s)
             case SpawnError(errno=number, what=what):
-                self._report_refusal(process, number, what, at_s)
+                self._reports.refused(process, number, what, at_s)
             case SignalSent(signum=signum):
-                self._report_signal(process, _pid_of(process), signum, at_s)
+                self._reports.signalled(process, _pid_of(process), signum, at_s)
             case Exited():
                 self._reader.drain(process)
 
@@ -195,14 +194,12 @@ class HostsDriver(ProcessDriver):
         for action in actions:
             match action:
                 case Signal(signum=signum):
-                    self._report_signal(process, _pid_of(process), signum, at_s)
+                    self._reports.signalled(process, _pid_of(process), signum, at_s)
                 case Escalate():
-                    by_user = process.machine.is_held
-                    line = messages.escalated(process.name, action, by_user=by_user)
-                    self._log.report(process, line)
+                    self._reports.escalated(process, action)
                 case ReportStuck(waited_s=waited_s):
                     how = f"on {process.host_name}"
-                    self._report_stuck(process, _pid_of(process), waited_s, how, at_s)
+                    self._reports.stuck(process, _pid_of(process), waited_s, how, at_s)
                 case ReportExit():
                     self._ended(process, action, at_s)
                 case MachineAction():
@@ -217,9 +214,7 @@ class HostsDriver(ProcessDriver):
         if pid > 0:
             process.child = RemoteChild(pid, process_id, host_of(process))
         age_s = self._reactor.now() - since_s
-        line = messages.adopted(state, pid, process.host_name, age_s, restarts)
-        self._log.report(process, line)
-        self._log.note(Adopted(known(pid), state.value, restarts), process)
+        self._reports.adopted(process, pid, state, age_s, restarts)
         self._run.idle()
 
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
@@ -260,7 +255,7 @@ class HostsDriver(ProcessDriver):
         self._fleet.run.shutdown.stop(f"{escape(operator, keep='')} has ended the run on {host}")
 
     def warn(self, host: str, text: str) -> None:
-        self._log.warn(f"{host}: {escape(text, keep='')}")
+        self._run.log.warn(f"{host}: {escape(text, keep='')}")
 
     def finished(self, host: str, leftovers: Sequence[str], *, killed: bool) -> None:
         shown = [escape(text, keep="") for text in leftovers]

@@ -296,7 +296,7 @@ def _show_tree(
     from launcher.launch.plan.plan_tree import plan_tree
     from launcher.launch.plan.shell_command import ParameterFileWriter
     from launcher.launch.plan.tree import draw
-    from launcher.output.colours import wants_colour
+    from launcher.output.stdout import wants_colour
 
     placed = () if places is None else places.placed
     tree = draw(plan_tree(plan, ParameterFileWriter(), placed), colour=wants_colour(1, os.environ))

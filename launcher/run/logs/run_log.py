@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from launcher.base.model.run_event import RunEvent
 from launcher.output.lines import LogRing
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
@@ -11,6 +10,7 @@ from launcher.run.processes.process import Process
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.base.model.run_event import RunEvent
     from launcher.language.launch_session import LaunchSession
     from launcher.output.logs.event_log import EventLog
     from launcher.run.logs.messages import Line

@@ -11,7 +11,6 @@ from launcher.output.logs.run_directory import RunDirectory
 from launcher.output.stdout import StdoutWriter
 from launcher.posix.reactor import Reactor
 from launcher.posix.spawn import most_open_files, read_stream
-from launcher.run.output.stream import Stream
 from launcher.run.processes.machine_events import ProcessState
 from launcher.run.processes.process import Process
 
@@ -19,6 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.run.compose.group_output import GroupOutput
     from launcher.run.core_driver import CoreDriver
+    from launcher.run.output.stream import Stream
 
 PARTIAL_LINE_S = 0.1  # after which an unfinished line or traceback is shown
 # While other processes write much, a silent process may just not have been scheduled.
@@ -60,7 +60,7 @@ class OutputReader:
         if process.group is not None:
             process.group.begin()
         for fd, name in process.child.streams.items():
-            stream = process.streams[fd] = Stream(name, shown=process.shows(name))
+            stream = process.streams[fd] = _new_stream(process, name)
             if process.group is not None:
                 stream.buffer = process.group.buffer()
             if not self._paused:
@@ -159,7 +159,7 @@ class OutputReader:
         """
         fd = _KEYS[name]
         if fd not in process.streams:
-            process.streams[fd] = Stream(name, shown=process.shows(name))
+            process.streams[fd] = _new_stream(process, name)
         stream = process.streams[fd]
         now = self._reactor.now()
         stream.read_at_s, stream.ago_s = read_at_s, now - read_at_s
@@ -298,3 +298,9 @@ class OutputReader:
         is_busy = now - self.read_at_s < PARTIAL_LINE_S
         # A timer may fire a little early, by the granularity of the clock.
         return now - read_at_s >= (BUSY_PARTIAL_LINE_S if is_busy else PARTIAL_LINE_S * 0.99)
+
+
+def _new_stream(process: Process, name: str) -> Stream:
+    from launcher.run.output.stream import Stream  # the child is running already
+
+    return Stream(name, shown=process.shows(name))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from launcher.output.lines import LineBuffer
+from launcher.output.tracebacks import TracebackGate
 
 
 class Stream:
@@ -14,8 +15,6 @@ class Stream:
     __slots__ = ("ago_s", "buffer", "gate", "name", "read_at_s", "shown")
 
     def __init__(self, name: str, *, shown: bool) -> None:
-        from launcher.output.tracebacks import TracebackGate  # the child is running already
-
         self.name = name
         self.shown = shown
         self.read_at_s = 0.0  # when it last wrote, on the monotonic clock

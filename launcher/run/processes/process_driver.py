@@ -8,12 +8,9 @@ import os
 import signal
 import time
 
-from launcher.base.model import run_events
-from launcher.base.model.events import SIGNALLED, Outcome, refusal
-from launcher.base.model.run_events import known
+from launcher.base.model.events import SIGNALLED, Outcome
 from launcher.posix import proc
 from launcher.posix.spawn import Child
-from launcher.run.logs import messages
 from launcher.run.processes.machine import OWN_TIMERS
 from launcher.run.processes.machine_events import (
     Action,
@@ -38,6 +35,7 @@ if TYPE_CHECKING:
     from launcher.run.driven_run import DrivenRun
     from launcher.run.monitor.oom import OomWatch
     from launcher.run.part import StartStage
+    from launcher.run.processes.process_reports import ProcessReports
 
 # Of a process that was stopped: 1 is that of an exception, also of rclpy's, and a shell's own are
 # those after the signals of a stop.
@@ -51,8 +49,13 @@ class ProcessDriver:
         self._run = run
         self._reactor = run.reactor
         self._reader = run.reader
-        self._log = run.log
         self._oom: OomWatch | None = None
+
+    @functools.cached_property
+    def _reports(self) -> ProcessReports:
+        from launcher.run.processes.process_reports import ProcessReports
+
+        return ProcessReports(self._run.log)
 
     def watch_memory(self) -> None:
         """Read the kernel's counter of OOM kills, before a process can be a victim."""
@@ -119,8 +122,7 @@ class ProcessDriver:
             case MachineAction.WAKE:
                 self._wake(process)
             case Escalate():
-                by_user = process.machine.is_held
-                self._log.report(process, messages.escalated(process.name, action, by_user=by_user))
+                self._reports.escalated(process, action)
             case ReportStuck(waited_s=waited_s):
                 self._stuck(process, waited_s)
             case ReportExit():
@@ -128,29 +130,18 @@ class ProcessDriver:
 
     def _stuck(self, process: Process, waited_s: float) -> None:
         pid = -1 if process.child is None else process.child.pid
-        self._report_stuck(process, pid, waited_s, proc.describe_state(pid))
+        self._reports.stuck(process, pid, waited_s, proc.describe_state(pid))
         self._run.idle()
-
-    def _report_stuck(
-        self, process: Process, pid: int, waited_s: float, how: str, at_s: float | None = None
-    ) -> None:
-        self._log.report(process, messages.stuck(process.name, pid, waited_s, how))
-        sleeps = how if process.host is None else None
-        self._log.note(run_events.Stuck(known(pid), sleeps), process, at_s)
 
     def _withdraw(self, process: Process) -> bool:
         """Give up a start that is held back or queued; False if none is."""
         return any(stage.withdraw(process) for stage in self._stages)
 
     def _cancelled(self, process: Process) -> None:
-        self._report_cancelled(process)
+        self._reports.cancelled(process)
         self.advance(process, MachineCommand.START_CANCELLED)
         self._run.cancelled(process)
         self._run.idle()
-
-    def _report_cancelled(self, process: Process, at_s: float | None = None) -> None:
-        self._log.report(process, messages.start_cancelled())
-        self._log.note(run_events.Withdrawn(), process, at_s)
 
     def signal(self, process: Process, signum: int, *, by_user: bool = False) -> None:
         """Send a signal to the group of a process, if it is running.
@@ -166,14 +157,8 @@ class ProcessDriver:
             return
         if signum == signal.SIGKILL:
             self._run.before_kill()
-        self._report_signal(process, process.child.pid, signum)
+        self._reports.signalled(process, process.child.pid, signum)
         process.child.signal_group(signum)
-
-    def _report_signal(
-        self, process: Process, pid: int, signum: int, at_s: float | None = None
-    ) -> None:
-        self._log.report(process, messages.signalled(process.name, signum))
-        self._log.note(run_events.Signalled(known(pid), int(signum)), process, at_s)
 
     def _wake(self, process: Process) -> None:
         if process.child is not None:
@@ -186,8 +171,7 @@ class ProcessDriver:
         try:
             process.child.write_stdin(data)
         except OSError as error:
-            text = f"cannot write to its standard input: {os.strerror(error.errno or 0)}"
-            self._log.report(process, messages.Line("WARNING", text))
+            self._reports.unread_input(process, error)
 
     def read_rest(self, process: Process) -> None:
         """Read what the descendants that have outlived it have written before they ended."""
@@ -246,14 +230,8 @@ class ProcessDriver:
         self._refused(process, number, what)
 
     def _refused(self, process: Process, number: int, what: str) -> None:
-        self._report_refusal(process, number, what)
+        self._reports.refused(process, number, what)
         self.advance(process, SpawnError(number, what))
-
-    def _report_refusal(
-        self, process: Process, number: int, what: str, at_s: float | None = None
-    ) -> None:
-        self._log.report(process, messages.not_started(process, number, what))
-        self._log.note(run_events.NotStarted(refusal(number, what)), process, at_s)
 
     def _limits_applied(self, process: Process, child: Child) -> None:
         """A process with limits has exec'd its program, or exits since a limit was refused."""
@@ -263,14 +241,12 @@ class ProcessDriver:
             self._runs(process, child)
 
     def _runs(self, process: Process, child: Child) -> None:
-        self._report_start(process, child.pid)
+        self._count_start(process, child.pid)
         self.advance(process, MachineCommand.STARTED)
         self._run.started(process, child.pid)
 
-    def _report_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
-        self._log.report(process, messages.started(pid, process.host_name))
-        started = run_events.Started(pid, process.machine.restarts, process.awaited_facts)
-        self._log.note(started, process, at_s)
+    def _count_start(self, process: Process, pid: int, at_s: float | None = None) -> None:
+        self._reports.started(process, pid, at_s)
         process.history.starts += 1
 
     def _exited(self, process: Process) -> None:
@@ -312,41 +288,13 @@ class ProcessDriver:
         process.last_end, process.ended_wall_s = end, time.time() - ago_s
         self._add_to_history(process, end, now - ago_s)
         if process.silence is not None:
-            self._report_hang(process, now)
-        returncode = end.outcome.returncode
-        if returncode is not None:
-            by_user = process.machine.is_held
-            self._log.report(process, messages.ended(process, pid, end, by_user=by_user))
-            ended = run_events.Ended(known(pid), returncode, end.asked, end.retry_in_s)
-            self._log.note(ended, process, at_s)
-            self._report_core(process, pid, end)
-        self._report_restart(process, end)
+            self._reports.hung(process, now)
+        self._reports.ended(process, pid, end, at_s)
+        self._reports.restart(process, end)
         for dropped in self._reader.keep(process):
-            self._log.log("WARNING", "launch", messages.no_longer_read(dropped.name))
+            self._reports.no_longer_read(dropped.name)
         self._release(process)
         self._run.ended(process, pid, end)
-
-    def _report_hang(self, process: Process, now: float) -> None:
-        """It has ended while its node did not answer: keep its stack for the summary."""
-        silence, process.silence = process.silence, None
-        assert silence is not None
-        text = f"had not responded for {silence.elapsed_s(now):.0f} s before it ended"
-        process.history.hang = (f"{process.name} {text}; its stack:", *silence.stack)
-        stack = "".join(f"\n    {line}" for line in silence.stack)
-        self._log.log("WARNING", process.name, f"{text}; its stack:{stack}", sink="log")
-
-    def _report_core(self, process: Process, pid: int, end: ReportExit) -> None:
-        """Name the core file after a death by a signal; how to get one is told once."""
-        code = end.outcome.returncode or 0
-        if end.asked or process.host is not None or 0 <= code <= SIGNALLED:
-            return
-        from launcher.run.logs import core_file
-
-        note = core_file.note_of(process, pid, end.outcome)
-        has_core = end.outcome.core_dumped or code > 0
-        if note and (has_core or process.history.core_note != note):
-            self._log.report(process, messages.Line("ERROR" if has_core else "INFO", note))
-        process.history.core_note = note
 
     def _add_to_history(self, process: Process, end: ReportExit, at_s: float) -> None:
         history = process.history
@@ -368,16 +316,6 @@ class ProcessDriver:
         history.first_death = history.first_death or end.outcome
         if not history.first_error:  # its restart does not wait for the search
             self._reactor.when_idle(functools.partial(_find_first_error, process, began_s))
-
-    def _report_restart(self, process: Process, end: ReportExit) -> None:
-        machine = process.machine
-        if end.retry_in_s:
-            line = messages.restarts_in(
-                end.retry_in_s, machine.restarts, machine.restart.max_restarts
-            )
-            self._log.report(process, line)
-        if machine.has_used_up_restarts:
-            self._log.report(process, messages.restarts_used_up(machine))
 
 
 def _find_first_error(process: Process, since_s: float) -> None:

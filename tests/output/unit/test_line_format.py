@@ -9,7 +9,7 @@ import pytest
 from launcher.base.model.spec import ProcessSpec
 from launcher.output import line_format
 from launcher.output.line_format import LineFormat
-from launcher.run.output.output_reader import Stream
+from launcher.run.output.stream import Stream
 
 AT = 1763852000.123456
 CLOCK = time.strftime("%H:%M:%S", time.localtime(AT)).encode() + b".123"
