@@ -102,17 +102,17 @@ smoke: $(VENV)/.run
 overflow: $(VENV)/.run
 	@$(PY) -m group_gp1.queue_overflow $(ARGS)
 
-## picture: draw the graph of the running fleet into docs/fleet.svg
+## picture: draw the graph of the running fleet into docs/assets/fleet.svg
 picture: $(VENV)/.dev
-	@$(PY) -m tools.draw_fleet docs/fleet.svg
+	@$(PY) -m tools.draw_fleet docs/assets/fleet.svg
 
-## drill: kill and start robot_2 in the console, draw the terminal into docs/drill.svg, drill-80.svg
+## drill: kill and start robot_2 in the console, draw the terminal into docs/assets/drill.svg, drill-80.svg
 drill: $(VENV)/.dev
-	@$(PY) -m tools.record_console docs drill drill-80
+	@$(PY) -m tools.record_console docs/assets drill drill-80
 
-## picker: use the console's picker, draw the terminal into docs/picker.svg, picker-log.svg
+## picker: use the console's picker, draw the terminal into docs/assets/picker.svg, picker-log.svg
 picker: $(VENV)/.dev
-	@$(PY) -m tools.record_console docs picker picker-log
+	@$(PY) -m tools.record_console docs/assets picker picker-log
 
 ## env: create or update .venv for running the launcher
 env: $(VENV)/.run

@@ -19,7 +19,7 @@ from benchmarks.harness import Row, interleaved, median, milliseconds, programs,
 from benchmarks.watch import ExecWatch
 
 FEW, MANY = 50, 200
-ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/benchmarks.md
+ROS2_LAUNCH_S = 0.43  # `ros2 launch` on the machine of docs/inside/benchmarks.md
 
 
 def first_exec(runs: int) -> list[Row]:

@@ -171,7 +171,7 @@ class Domain:
         """A node that sees the graph; it knows nobody yet.
 
         It announces itself five times a second, as the launcher's own observers do: Fast DDS's
-        default of 3 s would be measured instead of the nodes (docs/probe.md).
+        default of 3 s would be measured instead of the nodes (docs/reference/probe.md).
         """
         profile = {"FASTRTPS_DEFAULT_PROFILES_FILE": str(PROFILE)}
         program = subprocess.Popen(

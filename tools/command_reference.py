@@ -1,4 +1,4 @@
-"""Write docs/command-line.md: every verb with its options, from the tables that parse them.
+"""Write docs/reference/command-line.md: all verbs with options, from the tables that parse them.
 
 `python -m tools.command_reference`; a test compares the page with the tables.
 """
@@ -16,7 +16,7 @@ from launcher.base.verb_table import VERBS, module_of
 from launcher.control import verb as control
 from launcher.control import verbs
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "command-line.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "command-line.md"
 PIPE = "\\|"
 HEAD = """\
 # Command line

@@ -1,4 +1,4 @@
-"""Draw the running fleet's graph: `make picture` writes docs/fleet.svg.
+"""Draw the running fleet's graph: `make picture` writes docs/assets/fleet.svg.
 
 Starts the whole system in a domain of its own, waits until every node is in the graph, draws the
 graph, and stops the system.

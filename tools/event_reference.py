@@ -1,4 +1,4 @@
-"""Write docs/events.md: every event of the event log with its fields, from their types.
+"""Write docs/reference/events.md: every event of the event log with its fields, from their types.
 
 `python -m tools.event_reference`; a test compares the page with the types.
 """
@@ -15,7 +15,7 @@ from launcher.base.model.record import Record
 from launcher.base.model.run_event import TYPES
 from launcher.base.model.run_events import Sample
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "events.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "events.md"
 HEAD = """\
 # Events
 
@@ -33,9 +33,9 @@ page is generated: `python -m tools.event_reference`.
 | `host` | string | | the host of that process; absent for the launcher's machine |
 
 Entries are in the order in which events reached the launcher; those about [other
-hosts](hosts.md#a-lost-link) have the time when it happened there. What is not known is null. Later
-versions may add events and fields: ignore what you do not know. The last line of a run whose
-launcher was killed may be incomplete.
+hosts](../guides/robots.md#a-lost-link) have the time when it happened there. What is not known is
+null. Later versions may add events and fields: ignore what you do not know. The last line of a run
+whose launcher was killed may be incomplete.
 """
 EVENTS = """
 | event | about | field | type | unit | meaning |

@@ -1,4 +1,4 @@
-"""Make the screenshots of docs/web.md: `python -m tools.page_pictures docs/web [NAME...]`.
+"""Make the screenshots of the page: `python -m tools.page_pictures docs/assets/page [NAME...]`.
 
 Starts the fleet, a launch file whose processes fail, and a warehouse of 50 robots, one after the
 other, each in a domain of its own, opens their pages in Chromium and looks at them.

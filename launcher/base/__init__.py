@@ -7,7 +7,7 @@ Doors:
 * `errors`: `LauncherError` and its kinds, with place, hint and exit code; the table of exit codes.
 * `command_line`: `Command`, the grammar of all command lines: tables of options (`option`), and the
   one parser that reads words by them. `command_front` has the options in front of a verb,
-  `command_help` what `--help` prints; docs/command-line.md is made from the same tables.
+  `command_help` what `--help` prints; docs/reference/command-line.md is made from the same tables.
 * `verb_table`: the module of each verb, imported when the verb is used. With `launcher.run.parts`
   and `launcher.run.helpers.helper_programs`, the only place where the core names the wings.
 * `text`: suggestions for misspelt words, counts, escaped control characters. `program`: the name

@@ -154,7 +154,7 @@ _INSTALLED = re.compile(
 # C++ libraries.
 _CPP = re.compile(r"rclcpp(_\w+)?|pluginlib|class_loader|rclc|rmw_cyclonedds_cpp")
 HOST = "https://github.com"
-INSTRUCTIONS = "see docs/interfaces.md"
+INSTRUCTIONS = "see docs/reference/interfaces.md"
 
 
 def clone_commands(*packages: str) -> list[str]:

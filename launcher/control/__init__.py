@@ -1,4 +1,4 @@
-"""The control socket of a run: server, protocol and client (docs/control.md).
+"""The control socket of a run: server, protocol and client (docs/reference/control.md).
 
 May import the rooms before it: `base`, `posix`, `packages`, `output`, `language` and `run`.
 

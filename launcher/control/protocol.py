@@ -1,4 +1,4 @@
-"""The control protocol: one JSON object per line (docs/control.md)."""
+"""The control protocol: one JSON object per line (docs/reference/control.md)."""
 
 from __future__ import annotations
 

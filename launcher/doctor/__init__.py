@@ -10,6 +10,6 @@ function from facts to one finding.
   nodes), `settings` the variables of ROS and of the middleware with the files that they name,
   `stale_workspace` what is stale in a workspace. The result is `doctor_facts`.
 * Judge: `checks`, `network_checks`, `settings_checks`, `workspace_checks`; the latter are left out
-  where there is no workspace. docs/doctor.md lists all checks.
+  where there is no workspace. docs/reference/doctor.md lists all checks.
 * Repair: `repairs`, for `--fix`; each returns messages about what it did.
 """

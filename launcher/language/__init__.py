@@ -20,5 +20,5 @@ where an entity was created, mistakes, hints, and warnings about ROS 2's behavio
 is reported with file and line.
 
 A launch file reads `os.environ` itself while it is evaluated, and `Command` inherits it; it is
-restored afterwards. Numbers such as `CONFORMANCE 1.30` refer to docs/ros2-behaviour.md.
+restored afterwards. Numbers such as `CONFORMANCE 1.30` refer to docs/inside/ros2-behaviour.md.
 """

@@ -2,7 +2,7 @@
 
 Ignored and blocked signals are inherited through exec. Cron, CI agents and tool runners ignore
 SIGCHLD, nohup SIGHUP, and a shell without job control SIGINT and SIGQUIT of what it starts with
-`&`. docs/running.md has the table. The watchdog uses this: its rules for imports apply.
+`&`. docs/reference/running.md has the table. The watchdog uses this: its rules for imports apply.
 """
 
 from __future__ import annotations

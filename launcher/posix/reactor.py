@@ -1,7 +1,7 @@
 """An event loop for file descriptors, timers and signals.
 
 asyncio would do the same; importing it takes longer than starting the first process
-(docs/architecture.md has the numbers).
+(docs/inside/architecture.md has the numbers).
 """
 
 from __future__ import annotations

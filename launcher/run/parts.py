@@ -309,7 +309,7 @@ ROWS = (
         options=(
             option(
                 "--web",
-                "serve a page in the browser that shows and controls this run (docs/web.md)",
+                "serve a page in the browser that shows and controls this run",
             ),
             *page_options("web-"),
         ),

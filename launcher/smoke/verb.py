@@ -110,7 +110,7 @@ COMMAND = Command(
     synopsis=SYNOPSIS,
     about=f"""\
 Start the launch file in a ROS domain of its own, check the expectations, stop it, and check
-what is left behind. Expectations are described in docs/smoke.md.
+what is left behind. Expectations are described in docs/reference/smoke.md.
 
 {ABOUT_TARGET}""",
     options=OPTIONS,

@@ -1,4 +1,4 @@
-"""The page in the browser (docs/web.md): a separate process, a client of a run and of the probe.
+"""The page in the browser (docs/guides/browser.md): a process, client of a run and of the probe.
 
 May import the core and `ros`. It does not import rclpy: what is known of the ROS graph comes from
 the probe, its child once a page is open.
@@ -13,7 +13,7 @@ evaluates the launch file again for its tree.
   `page_session` sends one page what is queued, and answers its requests.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines. `graph_feed` follows the
   probe, by `page_probe`: `graph_state` is the graph as pages see it, `layout` where it is drawn.
-* `metrics` is what the feeds know, for Prometheus (docs/metrics.md).
+* `metrics` is what the feeds know, for Prometheus (docs/guides/metrics.md).
 * `assets` finds our files in `page/` and those of libraries; `frozen` makes one HTML file of the
   page that opens from disk.
 

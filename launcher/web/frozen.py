@@ -45,7 +45,7 @@ Message = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenRun:
-    """The messages of one run (docs/web.md), `hello` first; `label` is for the choice of runs."""
+    """The messages of one run, `hello` first; `label` is for the choice of runs."""
 
     label: str
     messages: Sequence[Message]

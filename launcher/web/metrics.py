@@ -1,4 +1,4 @@
-"""What the feeds know, as metrics for Prometheus (docs/metrics.md)."""
+"""What the feeds know, as metrics for Prometheus (docs/guides/metrics.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The probe (docs/probe.md) as a child of the server: requests, and events of the ROS graph."""
+"""The probe (docs/reference/probe.md) as a child of the server: requests, and graph events."""
 
 from __future__ import annotations
 

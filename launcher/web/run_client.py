@@ -1,4 +1,4 @@
-"""The control socket of a run (docs/control.md), for asyncio: requests and streams."""
+"""The control socket of a run (docs/reference/control.md), for asyncio: requests and streams."""
 
 from __future__ import annotations
 

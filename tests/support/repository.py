@@ -1,7 +1,14 @@
-"""Where the repository is."""
+"""Where the repository is, and the pages of its documentation."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+DOCS = REPOSITORY / "docs"
+
+
+def docs_page(name: str) -> str:
+    """The text of a page of docs/; `name` is that of its file, without folders and `.md`."""
+    (path,) = DOCS.rglob(f"{name}.md")
+    return path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The console of the real fleet: the drill of docs/fleet.md, and the picker."""
+"""The console of the real fleet: the drill of docs/guides/fleet.md, and the picker."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def test_the_fleet_comes_up_and_ctrl_c_ends_it_cleanly_with_nothing_left(world: 
     ends = re.findall(
         r"process (?:has finished cleanly|was stopped) \[pid \d+,? ?(\w*)", terminal.text
     )
-    # One that Fast DDS does not let go ends by a timer: docs/fleet.md.
+    # One that Fast DDS does not let go ends by a timer: docs/guides/fleet.md.
     assert len(ends) == 5 and set(ends) <= {"", "SIGPROF", "SIGALRM"}, ends
     prefixes = set(re.findall(r"(\x1b\[38;5;\d+m)\[([a-z_0-9]+-\d)\]", terminal.raw))
     assert len(prefixes) == len({colour for colour, _ in prefixes}) == 5

@@ -5,5 +5,6 @@
 `keys_and_status`, as recording is; `bag_qos` chooses the settings of both.
 
 `flight` is the flight recorder, a helper process of a run: it keeps the last messages and writes
-them when it is asked (docs/bags.md), also if the launcher was killed, which it outlives for this.
+them when it is asked (docs/reference/bags.md), also if the launcher was killed, which it outlives
+for this.
 """

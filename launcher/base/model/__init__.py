@@ -6,7 +6,8 @@
   of supervision files; `level`: of findings.
 * `events`: effects of the interpreter, and events that a driver reports.
 * `run_events`: a type, with the base `run_event`, for each kind of entry of the event log: its
-  fields, its words, and the text of docs/events.md. `event_entries` reads and shows entries.
+  fields, its words, and the text of docs/reference/events.md. `event_entries` reads and shows
+  entries.
 * `lifecycle_transitions`, `ros_arguments`, `ros_names`: words of ROS. `parameter_sections` and
   `parameter_text`: what rcl reads in parameter files.
 """

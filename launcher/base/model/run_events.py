@@ -1,7 +1,7 @@
 """What happens in a run, as the entries of its event log say it: a type for each kind of event.
 
-Writers make these, and `event_entries` reads them back; docs/events.md is made from them. Fields
-are named in snake case, durations end in `_s`, and what is not known is None. A field with a
+Writers make these, and `event_entries` reads them back; docs/reference/events.md is made from them.
+Fields are named in snake case, durations end in `_s`, and what is not known is None. A field with a
 default is left out of the entry while it has it. The docstring of a type is a sentence, and a line
 for each field.
 """
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Waiting(RunEvent):
-    """A first start waits for other processes ([supervise.md](supervise.md)).
+    """A first start waits for other processes ([supervision](supervision.md)).
 
     after: the processes, as the supervision file names them
     timeout_s: how long it waits at most
@@ -157,7 +157,7 @@ class Ended(RunEvent):
 
 
 class MemberEnded(RunEvent):
-    """A node of a composed process has ended ([compose.md](compose.md)).
+    """A node of a composed process has ended ([compose](../guides/many-nodes.md)).
 
     member: its name
     returncode: its exit code, or minus the number of the signal that ended it
@@ -295,7 +295,7 @@ class Resources(RunEvent):
 
 
 class FilesChanged(RunEvent):
-    """Files that processes have loaded have changed ([watch.md](watch.md)).
+    """Files that processes have loaded have changed ([watch](../guides/editing.md)).
 
     files: their paths
     processes: those that are restarted
@@ -308,7 +308,7 @@ class FilesChanged(RunEvent):
 
 
 class Reloaded(RunEvent):
-    """The launch file was evaluated again ([watch.md](watch.md#reload)).
+    """The launch file was evaluated again ([reload](../guides/editing.md#reload)).
 
     new: processes that are started
     gone: processes that are stopped
@@ -330,7 +330,7 @@ class Reloaded(RunEvent):
 
 
 class SnapshotWritten(RunEvent):
-    """The flight recorder has written a snapshot ([bags.md](bags.md#the-flight-recorder)).
+    """The flight recorder has written a snapshot ([flight recorder](bags.md#the-flight-recorder)).
 
     path: its folder
     reason: why
@@ -343,7 +343,7 @@ class SnapshotWritten(RunEvent):
 
 
 class LinkChanged(RunEvent):
-    """The link to another host has changed ([hosts.md](hosts.md#a-lost-link)).
+    """The link to another host has changed ([hosts](../guides/robots.md#a-lost-link)).
 
     host: its name
     state: `connecting`, `ready`, `unreachable`, or `gone`: nothing will come any more

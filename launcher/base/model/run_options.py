@@ -35,8 +35,8 @@ class RunOptions(Record):
     file, `discovery` how nodes find each other, `skip_hosts` are patterns of hosts that are not
     used. `record`: `flight` or `all`, with the bounds `record_keep` (seconds, bytes) and the
     regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
-    settings (docs/web.md). `warm`: start Python programs warm (docs/warm.md), or none;
-    None: nodes, where that is faster. What matches one of `compose` runs in one process.
+    settings (docs/guides/browser.md). `warm`: start Python programs warm (docs/inside/warm.md), or
+    none; None: nodes, where that is faster. What matches one of `compose` runs in one process.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()

@@ -12,7 +12,7 @@ _BAR_SHARE = 0.1  # of what follows the start-up that is shown as well
 _MAX_NAME = 30
 _NO_FACTS = (
     "nothing says when these processes are ready: the times end when they run; "
-    "ready_when in NAME.supervise.yaml says more (docs/supervise.md)"
+    "ready_when in NAME.supervise.yaml says more (docs/reference/supervision.md)"
 )
 
 

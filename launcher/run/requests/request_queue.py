@@ -2,7 +2,8 @@
 
 A driver calls `add` with each request, and `settle` whenever the process may have changed, again
 until there are no actions left. Requests that wait for the same are answered together; a stop
-overtakes what would start the process. The table in docs/control.md says which request does what.
+overtakes what would start the process. The table in docs/reference/control.md says which request
+does what.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Python nodes forked from a process that has imported what they need: docs/warm.md.
+"""Python nodes forked from a process that has imported what they need: docs/inside/warm.md.
 
 `spawner` is offered each start of the driver, and is imported for the first Python node of a run;
 what it does not take is spawned cold. In the launcher: `eligibility` says why a process is cold,

@@ -71,7 +71,7 @@ class GraphSeen:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessEvent(Generic[E]):
-    """An entry of events.jsonl (docs/events.md)."""
+    """An entry of events.jsonl (docs/reference/events.md)."""
 
     at_s: float
     event: E

@@ -80,7 +80,7 @@ def messages(
     tree: Tree | None = None,
     most: tuple[int, int] = (page_lines.MAX_LINES, page_lines.MAX_CHARACTERS),
 ) -> list[Message]:
-    """What a page would have got of this run (docs/web.md); `most`: lines and their characters."""
+    """What a page would have received of this run; `most`: lines and their characters."""
     facts, started_s = result.facts, result.started_s
     lines = facts.lines or tuple(LogLine(at_s=0.0, process=None, text=t) for t in result.last_lines)
     rows = page_lines.shortened(page_lines.rows_of(lines, started_s), *most)

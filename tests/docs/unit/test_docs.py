@@ -15,16 +15,16 @@ from launcher.cli.dispatch import CONTROL_VERBS, VERBS, control_verbs, overview
 from launcher.launch.plan import plan_json
 from launcher.launch.plan.planner import make_plan
 from launcher.launch.verbs.launch import COMMAND
-from tests.support.repository import REPOSITORY
+from tests.support.repository import DOCS, REPOSITORY, docs_page
 from tools import command_reference, event_reference
 
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
-VERBS_PAGE = (REPOSITORY / "docs" / "verbs.md").read_text(encoding="utf-8")
+VERBS_PAGE = docs_page("verbs")
 CONTRIBUTING = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
 NAMES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
-ARCHITECTURE = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
+ARCHITECTURE = docs_page("architecture")
 CITATION = re.compile(r"CONFORMANCE (\d+\.\d+(?:,\s\d+\.\d+)*)")
-DOCUMENTS = [*(REPOSITORY / name for name in NAMES), *sorted((REPOSITORY / "docs").glob("*.md"))]
+DOCUMENTS = [*(REPOSITORY / name for name in NAMES), *sorted(DOCS.rglob("*.md"))]
 
 
 def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
@@ -64,7 +64,7 @@ PAGES = (
     "doctor",
     "console",
     "launch-files",
-    "workspace",
+    "own-messages",
 )
 # Of colcon, docker, git, ROS and pytest, and one that is no option.
 OF_OTHERS = {
@@ -83,11 +83,11 @@ OF_OTHERS = {
 
 
 @pytest.mark.parametrize(
-    "page", [REPOSITORY / "README.md", *(REPOSITORY / f"docs/{one}.md" for one in PAGES)]
+    "text", [README, *(docs_page(name) for name in PAGES)], ids=["README", *PAGES]
 )
-def test_options_that_a_document_names_exist(page: Path):
+def test_options_that_a_document_names_exist(text: str):
     known = {flag for command in command_reference.commands() for flag in flags_of(command)}
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+\w", page.read_text(encoding="utf-8")))
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+\w", text))
     assert named - known - OF_OTHERS == set()
 
 
@@ -109,7 +109,7 @@ def test_every_make_target_that_a_document_names_exists():
 
 
 def test_every_fact_cited_by_number_is_in_the_document():
-    document = (REPOSITORY / "docs" / "ros2-behaviour.md").read_text(encoding="utf-8")
+    document = docs_page("ros2-behaviour")
     facts = set(re.findall(r'<a id="([\d.]+)"></a>\*\*\1 ', document))
     cited = {
         (number, path.relative_to(REPOSITORY))
@@ -134,7 +134,7 @@ def test_links_to_a_heading_name_one_that_exists(document: Path):
 
 
 def test_every_key_of_the_json_plan_is_documented():
-    document = (REPOSITORY / "docs" / "plan-json.md").read_text(encoding="utf-8")
+    document = docs_page("plan-json")
     plan = plan_json.document(make_plan(str(REPOSITORY / "launch" / "system.launch.py"), []))
     keys = {*plan, *plan["processes"][0], *plan["arguments"][0]}
     assert {key for key in keys if f"`{key}`" not in document} == set()

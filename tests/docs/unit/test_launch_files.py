@@ -1,4 +1,4 @@
-"""docs/launch-files.md lists every warning, class and option."""
+"""docs/reference/launch-files.md lists every warning, class and option."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from launcher.language.actions import timer
 from launcher.language.compat import vocabulary
 from launcher.language.diagnostics import ros2_quirks
 from launcher.launch.verbs import args, launch, plan
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 
-TEXT = (REPOSITORY / "docs" / "launch-files.md").read_text(encoding="utf-8")
+TEXT = docs_page("launch-files")
 SMALL_WORDS = 12  # pieces of a message that are shorter tell nothing
 
 

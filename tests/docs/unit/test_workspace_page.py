@@ -1,4 +1,4 @@
-"""The commands of docs/workspace.md, and of the README's section about it, are accepted."""
+"""The commands of docs/guides/own-messages.md and of the README are accepted."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pytest
 from launcher.base.verb_table import module_of
 from launcher.cli.dispatch import VERBS
 from tests.docs.unit.test_docs import README
-from tests.support.repository import REPOSITORY
+from tests.support.repository import REPOSITORY, docs_page
 
-PAGE = (REPOSITORY / "docs" / "workspace.md").read_text(encoding="utf-8")
+PAGE = docs_page("own-messages")
 EXAMPLE = REPOSITORY / "examples" / "fleet_workspace" / "src"
 CREATED = {"my_robot": ("my_robot.launch.py",), "my_robot_interfaces": ()}
 BLOCKS = re.findall(r"^```\n(.*?)^```", PAGE + README, re.M | re.S)

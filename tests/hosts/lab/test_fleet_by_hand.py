@@ -1,4 +1,4 @@
-"""The fleet on three robots, as in docs/hosts.md: one is switched off, the operator leaves."""
+"""The fleet on three robots, as in docs/guides/robots.md: one is switched off."""
 
 from __future__ import annotations
 

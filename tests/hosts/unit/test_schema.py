@@ -13,7 +13,7 @@ from launcher.hosts.file import hosts_reader
 from launcher.hosts.file.host_fields import HOST_FIELDS
 from launcher.hosts.file.pattern import PREFIXES
 from launcher.hosts.file.schema import json_schema
-from tests.support.repository import REPOSITORY
+from tests.support.repository import REPOSITORY, docs_page
 
 SCHEMA = json_schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
@@ -88,7 +88,7 @@ def test_the_schema_in_the_repository_is_the_one_of_the_reader():
 
 
 def test_the_documentation_has_a_row_for_each_entry_and_each_kind_of_pattern():
-    document = (REPOSITORY / "docs" / "hosts.md").read_text(encoding="utf-8")
+    document = docs_page("robots")
     rows = [line for line in document.splitlines() if line.startswith("| `")]
     for field in HOST_FIELDS:
         assert any(f"`{field.name}`" in row.split(" | ")[0] for row in rows), field.name
@@ -97,7 +97,7 @@ def test_the_documentation_has_a_row_for_each_entry_and_each_kind_of_pattern():
 
 
 def test_the_examples_of_the_documentation_are_good_files():
-    document = (REPOSITORY / "docs" / "hosts.md").read_text(encoding="utf-8")
+    document = docs_page("robots")
     examples = [part.split("```")[0] for part in document.split("```yaml\n")[1:]]
     assert examples
     for example in examples:

@@ -1,4 +1,4 @@
-"""Exit codes of the ROS verbs: the table in docs/ros-verbs.md, and those of ros2cli."""
+"""Exit codes of the ROS verbs: the table in docs/reference/ros-verbs.md, and those of ros2cli."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import shlex
 
 import pytest
 
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 
-PAGE = (REPOSITORY / "docs" / "ros-verbs.md").read_text(encoding="utf-8")
+PAGE = docs_page("ros-verbs")
 # Those with a placeholder need more than the sample nodes.
 ROWS = re.findall(r"^\| `([^`A-Z]*[^`]*)` \| (\d) \| (\d) \|", PAGE, re.MULTILINE)
 DIFFERENT = [(line, int(here)) for line, here, _ in ROWS if not re.search(r"\b[A-Z]{4,}\b", line)]

@@ -1,4 +1,4 @@
-"""The verbs of docs/fleet.md on the running fleet."""
+"""The verbs of docs/guides/fleet.md on the running fleet."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import pytest
 
 from launcher.base.errors import ExitCode
 from tests.support.domain import private_domain
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import TIMEOUT_S, eventually, launcher
 from tests.support.waiting import wait_until
 
-PAGE = REPOSITORY / "docs" / "ros-verbs.md"
+PAGE = docs_page("ros-verbs")
 
 
 @pytest.mark.thorough
@@ -75,9 +75,9 @@ def test_the_verbs_work_on_a_running_system_as_documented(tmp_path):
 
 
 def documented(verb: str) -> list[str]:
-    """The example of a verb in docs/ros-verbs.md."""
+    """The example of a verb in docs/reference/ros-verbs.md."""
     pattern = rf"^python -m launcher ({verb} .*)$"
-    found = re.search(pattern, PAGE.read_text(encoding="utf-8"), re.M)
+    found = re.search(pattern, PAGE, re.M)
     assert found is not None
     return shlex.split(found[1])
 

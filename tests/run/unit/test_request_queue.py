@@ -1,4 +1,4 @@
-"""Which request does what in which state; the same table is in docs/control.md."""
+"""Which request does what in which state; the same table is in docs/reference/control.md."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from launcher.run.processes.machine_events import MachineCommand, ProcessState
 from launcher.run.requests.request_queue import ProcessPhase, Purpose, RequestOrder
 from launcher.run.requests.request_result import Kind
 from tests.run.unit.request_bench import BenchProcess, Client, Clock
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 
-CONTROL = REPOSITORY / "docs" / "control.md"
+CONTROL = docs_page("control")
 ACT, STOP, START, RESTART, DEBUG = Purpose
 ALWAYS = RestartPolicy(mode=RestartMode.ALWAYS, delay_s=1000.0)
 
@@ -208,7 +208,7 @@ def test_a_request_does_what_the_table_says(state: str, asked: Purpose):
 
 
 def test_the_document_has_the_table():
-    text = CONTROL.read_text(encoding="utf-8")
+    text = CONTROL
     table = {
         cells[0]: cells[1:]
         for line in text.splitlines()

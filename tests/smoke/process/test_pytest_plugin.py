@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.support.drawing import CAN_DRAW
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 
 pytest_plugins = ["pytester"]
 
@@ -79,7 +79,7 @@ talker.destroy_node()
 LATE_REFUSAL = "import launcher.smoke.pytest_plugin\nlauncher.smoke.pytest_plugin.REFUSAL_S = 60\n"
 
 
-SMOKE_PAGE = REPOSITORY / "docs" / "smoke.md"
+SMOKE_PAGE = docs_page("smoke")
 
 
 @pytest.fixture
@@ -301,7 +301,7 @@ def test_pytest_finds_the_plugin_by_itself(folder: pytest.Pytester):
 
 @pytest.mark.thorough
 def test_the_example_of_the_documentation_passes(launched_system):
-    example = re.search(r"```python\n(.*?)```", SMOKE_PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    example = re.search(r"```python\n(.*?)```", SMOKE_PAGE, re.DOTALL)
     assert example is not None
     names: dict[str, Any] = {}
     exec(example[1], names)

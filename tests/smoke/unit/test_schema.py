@@ -1,4 +1,4 @@
-"""The loader, the JSON schema and docs/smoke.md agree about expectation files."""
+"""The loader, the JSON schema and docs/reference/smoke.md agree about expectation files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from launcher.base.errors import LauncherError
 from launcher.smoke.expect.expectation_entries import json_schema
 from launcher.smoke.expect.expectation_kinds import KINDS
 from launcher.smoke.preflight import loader
-from tests.support.repository import REPOSITORY
+from tests.support.repository import REPOSITORY, docs_page
 
 SCHEMA = json_schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
@@ -174,7 +174,7 @@ def test_the_schema_in_the_repository_is_the_one_of_the_loader():
 
 
 def test_the_documentation_has_a_row_for_each_kind_with_all_its_entries():
-    document = (REPOSITORY / "docs" / "smoke.md").read_text(encoding="utf-8")
+    document = docs_page("smoke")
     for kind in KINDS:
         row = next(line for line in document.splitlines() if line.startswith(f"| `{kind.name}` |"))
         assert kind.doc in row
@@ -182,7 +182,7 @@ def test_the_documentation_has_a_row_for_each_kind_with_all_its_entries():
 
 
 def test_the_example_of_the_documentation_is_a_good_file():
-    document = (REPOSITORY / "docs" / "smoke.md").read_text(encoding="utf-8")
+    document = docs_page("smoke")
     example = document.split("```yaml\n")[1].split("```")[0]
     script = loader.parse(example, "smoke.md")
     assert len(script.expectations) == 4

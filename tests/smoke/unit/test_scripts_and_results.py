@@ -27,7 +27,7 @@ from launcher.smoke.run.scenario import ChaosTimeline, StepSchedule
 from launcher.smoke.smoke_options import EXPECTATIONS
 from tests.smoke.unit.cases import expectation_of
 from tests.smoke.unit.facts import OVER, lines, running, seen, started
-from tests.support.repository import REPOSITORY
+from tests.support.repository import docs_page
 
 # ---- how things are written
 
@@ -177,7 +177,7 @@ def test_a_flag_is_an_expectation(flag: str, text: str, kind: str, values: dict[
     assert (found.kind, dict(found.values)) == (kind, values)
 
 
-PAGE = (REPOSITORY / "docs" / "smoke.md").read_text(encoding="utf-8")
+PAGE = docs_page("smoke")
 ROWS = re.findall(r"^\| (`--expect-.*`) \| `(.*)` \|$", PAGE, re.MULTILINE)
 
 

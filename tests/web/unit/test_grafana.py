@@ -1,4 +1,4 @@
-"""docs/grafana.json and docs/metrics.md: they name the metrics that there are, and all of them."""
+"""The dashboard and docs/guides/metrics.md name the metrics that there are, and all of them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from launcher.web.metrics import DEFINITIONS, NODE_STATES, STATES
-from tests.support.repository import REPOSITORY
+from tests.support.repository import DOCS, docs_page
 
-DOCS = REPOSITORY / "docs"
-DASHBOARD: dict[str, Any] = json.loads((DOCS / "grafana.json").read_text(encoding="utf-8"))
+DASHBOARD: dict[str, Any] = json.loads(
+    (DOCS / "assets" / "grafana.json").read_text(encoding="utf-8")
+)
 LABELS = {one.name: set(one.labels) for one in DEFINITIONS}
 OF_PROMETHEUS = {"instance", "job"}
 SELECTOR = re.compile(r"\b(launcher_\w+)(?:\{([^}]*)\})?")
@@ -91,12 +92,12 @@ def test_panels_do_not_overlap_and_have_ids():
 
 
 def test_the_manual_has_every_metric_with_its_labels():
-    text = (DOCS / "metrics.md").read_text(encoding="utf-8")
+    text = docs_page("metrics")
     rows = dict(re.findall(r"^\| `(launcher_\w+)` \|([^|]*)\|", text, re.MULTILINE))
     found = {name: set(re.findall(r"`(\w+)`", labels)) for name, labels in rows.items()}
     assert found == LABELS
 
 
 def test_the_manual_has_the_values_of_the_labels():
-    text = (DOCS / "metrics.md").read_text(encoding="utf-8")
+    text = docs_page("metrics")
     assert all(f"`{state}`" in text for state in (*STATES, *NODE_STATES))
