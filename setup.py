@@ -4,7 +4,7 @@ import os
 import sys
 from glob import glob
 
-from setuptools import setup
+from setuptools import find_packages, setup
 
 PACKAGE = "group_gp1"
 NODES = [
@@ -28,7 +28,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     # `launch/` is data: a top-level package `launch` would hide ROS's own in the whole workspace.
-    packages=[PACKAGE],
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
     python_requires=">=3.10",
     install_requires=["ros2-launcher"],
     data_files=[

@@ -1,30 +1,12 @@
-"""The debug logger: logs every message of the fleet."""
+"""debug_logger: logs every message of the fleet."""
 
 from __future__ import annotations
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from std_msgs.msg import String
 
-from group_gp1 import qos, runner, topics
-from group_gp1.messages import one_line
-
-
-class DebugLogger(Node):
-    """Logs each payload on `/fleet/tasks` and `/fleet/status` unchanged."""
-
-    def __init__(self) -> None:
-        super().__init__("debug_logger")
-        self._tasks = self.create_subscription(
-            String, topics.TASKS, lambda message: self._show(topics.TASKS, message), qos.TASKS
-        )
-        self._statuses = self.create_subscription(
-            String, topics.STATUS, lambda message: self._show(topics.STATUS, message), qos.STATUS
-        )
-
-    def _show(self, topic: str, message: String) -> None:
-        self.get_logger().info(f"{topic}: {one_line(message.data)}")
+from group_gp1 import runner
+from group_gp1.nodes.debug_logger_node import DebugLogger
 
 
 def main(args: list[str] | None = None) -> None:

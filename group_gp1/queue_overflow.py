@@ -27,7 +27,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from group_gp1 import qos, topics
-from group_gp1.messages import RobotStatus, Status, TaskAssignment
+from group_gp1.logic.messages import RobotStatus, Status, TaskAssignment
 from launcher.posix.domain_lease import leased_domain
 
 ROBOT = "robot_2"

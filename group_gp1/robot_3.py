@@ -6,7 +6,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 
 from group_gp1 import runner
-from group_gp1.robot import Robot, RobotProfile
+from group_gp1.nodes.robot_node import Robot, RobotProfile
 
 PROFILE = RobotProfile(robot_id="robot_3", task_duration_s=0.3)
 

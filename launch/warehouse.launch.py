@@ -9,7 +9,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironment
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from group_gp1 import fleet
+from group_gp1.logic import fleet
 
 DEFAULT_ROBOTS = 10
 MAX_DEPTH = 1000  # of a queue

@@ -39,26 +39,26 @@ MUTANTS = (
     # ---- the dispatcher
     Mutant(
         "task-ids-equal",
-        "rotation.py",
+        "logic/rotation.py",
         'task_id=f"{self._run}-{next(self._numbers)}"',
         'task_id=f"{self._run}-1"',
     ),
-    Mutant("task-rate", "dispatcher.py", "1.0 / rate_hz", "0.8 / rate_hz"),
+    Mutant("task-rate", "nodes/dispatcher_node.py", "1.0 / rate_hz", "0.8 / rate_hz"),
     Mutant(
         "task-order",
-        "rotation.py",
+        "logic/rotation.py",
         "itertools.cycle(robot_ids)",
         "itertools.cycle(reversed(robot_ids))",
     ),
     Mutant(
         "task-missing",
-        "messages.py",
+        "logic/messages.py",
         'fields = {"robot_id": self.robot_id, "task": self.task}',
         'fields = {"robot_id": self.robot_id}',
     ),
     Mutant(
         "task-twice",
-        "dispatcher.py",
+        "nodes/dispatcher_node.py",
         "        self._tasks.publish(String(data=assignment.to_json()))\n",
         "        for _ in range(2):\n"
         "            self._tasks.publish(String(data=assignment.to_json()))\n",
@@ -66,33 +66,33 @@ MUTANTS = (
     # ---- the robots
     Mutant(
         "status-twice",
-        "robot.py",
+        "nodes/robot_node.py",
         "        self._statuses.publish(String(data=status.to_json()))\n",
         "        for _ in range(2):\n"
         "            self._statuses.publish(String(data=status.to_json()))\n",
     ),
     Mutant(
         "status-not-repeated",
-        "robot.py",
+        "nodes/robot_node.py",
         "        self._publish(self._work.status)\n",
         "        pass\n",
     ),
     Mutant(
         "status-without-task",
-        "messages.py",
+        "logic/messages.py",
         '            "task": self.task,\n        }',
         "        }",
     ),
     Mutant("robot-ids-swapped", "robot_1.py", 'robot_id="robot_1"', 'robot_id="robot_2"'),
     Mutant(
         "works-for-others",
-        "robot.py",
+        "nodes/robot_node.py",
         "if assignment.robot_id == self._robot_id:",
         "if assignment.robot_id:",
     ),
     Mutant(
         "late-joiner-gets-nothing",
-        "robot.py",
+        "nodes/robot_node.py",
         "qos.tasks_profile(self._declare_queue_depth())",
         "qos.status_profile(self._declare_queue_depth())",
     ),
@@ -105,43 +105,51 @@ MUTANTS = (
     # ---- the monitor
     Mutant(
         "counts-double",
-        "bookkeeping.py",
+        "logic/bookkeeping.py",
         "            account.ids[task_id] = None\n            account.count += 1\n",
         "            account.ids[task_id] = None\n            account.count += 2\n",
     ),
     Mutant(
         "counts-repeats",
-        "bookkeeping.py",
+        "logic/bookkeeping.py",
         "        if task_id not in account.ids:\n",
         "        if task_id:\n",
     ),
-    Mutant("never-warns", "monitor.py", "self.get_logger().warn(str(silence))", "pass", STALL),
+    Mutant(
+        "never-warns",
+        "nodes/monitor_node.py",
+        "self.get_logger().warn(str(silence))",
+        "pass",
+        STALL,
+    ),
     Mutant(
         "warning-level",
-        "monitor.py",
+        "nodes/monitor_node.py",
         "self.get_logger().warn(str(silence))",
         "self.get_logger().info(str(silence))",
         STALL,
     ),
     Mutant(
         "silence-timeout-ignored",
-        "bookkeeping.py",
+        "logic/bookkeeping.py",
         "        account.next_mark_s = self._silence_timeout_s\n",
         "        account.next_mark_s = 9.0\n",
         STALL,
     ),
     Mutant(
         "recovery-repeated",
-        "bookkeeping.py",
+        "logic/bookkeeping.py",
         "account.heard, account.warned = True, False",
         "account.heard = True",
         STALL,
     ),
-    Mutant("report-rate", "monitor.py", "REPORT_PERIOD_S = 2.0", "REPORT_PERIOD_S = 3.0"),
-    Mutant("report-text", "messages.py", "Fleet report -- ", "Report of the fleet -- "),
+    Mutant(
+        "report-rate", "nodes/monitor_node.py", "REPORT_PERIOD_S = 2.0", "REPORT_PERIOD_S = 3.0"
+    ),
+    Mutant("report-text", "logic/messages.py", "Fleet report -- ", "Report of the fleet -- "),
     Mutant(
         "memory",
-        "monitor.py",
+        "nodes/monitor_node.py",
         "        self._books = self._open_books()\n",
         '        self._books = self._open_books()\n        self._ballast = b"x" * (200 << 20)\n',
     ),
@@ -162,10 +170,15 @@ MUTANTS = (
     ),
     Mutant(
         "probe-matches",
-        "qos_probe.py",
+        "nodes/qos_probe_node.py",
         "            qos.RELIABLE_STATUS,\n            event",
         "            qos.STATUS,\n            event",
     ),
     # ---- the debug logger
-    Mutant("debug-logger-silent", "debug_logger.py", "get_logger().info(", "get_logger().debug("),
+    Mutant(
+        "debug-logger-silent",
+        "nodes/debug_logger_node.py",
+        "get_logger().info(",
+        "get_logger().debug(",
+    ),
 )

@@ -12,8 +12,8 @@ import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from group_gp1 import qos, topics
-from group_gp1.messages import report_text
-from group_gp1.qos_probe import UNKNOWN_NODE
+from group_gp1.logic.messages import report_text
+from group_gp1.nodes.qos_probe_node import UNKNOWN_NODE
 from tests.support.domain import LISTENER, Domain, Heard
 from tests.support.node_process import NodeProcess
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from group_gp1 import qos, topics
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.messages import TaskAssignment
 
 
 def test_a_late_joiner_receives_exactly_the_last_five_assignments(domain):

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from group_gp1 import qos, topics
-from group_gp1.messages import RobotStatus, Status, TaskAssignment
+from group_gp1.logic.messages import RobotStatus, Status, TaskAssignment
 
 GOOD_TASK = TaskAssignment(robot_id="robot_1", task="pick_shelf_A3", task_id="t-1").to_json()
 GOOD_STATUS = RobotStatus(

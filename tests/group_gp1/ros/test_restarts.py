@@ -7,7 +7,7 @@ import json
 import pytest
 
 from group_gp1 import qos, topics
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.messages import TaskAssignment
 
 pytestmark = pytest.mark.thorough
 

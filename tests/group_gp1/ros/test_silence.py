@@ -7,7 +7,7 @@ import time
 import pytest
 
 from group_gp1 import qos, topics
-from group_gp1.messages import RobotStatus, Status
+from group_gp1.logic.messages import RobotStatus, Status
 from launcher.smoke.pytest_plugin import Launch
 
 SILENT = "robot_1 has not reported in 5.0 s"

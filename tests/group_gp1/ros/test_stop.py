@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import pytest
 
 from group_gp1 import qos, topics
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.messages import TaskAssignment
 from tests.support.repository import REPOSITORY
 
 NODES = (

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from group_gp1.backlog import Backlog
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.backlog import Backlog
+from group_gp1.logic.messages import TaskAssignment
 
 S = 1_000_000_000
 

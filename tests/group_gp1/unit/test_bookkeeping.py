@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from group_gp1.bookkeeping import FleetBooks
-from group_gp1.messages import RECENTLY_COMPLETED, RobotStatus, Status
+from group_gp1.logic.bookkeeping import FleetBooks
+from group_gp1.logic.messages import RECENTLY_COMPLETED, RobotStatus, Status
 
 
 def books(*robot_ids: str) -> FleetBooks:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from group_gp1.fleet import MAX_ROBOTS, FleetError, FleetRobot, generate, read
+from group_gp1.logic.fleet import MAX_ROBOTS, FleetError, FleetRobot, generate, read
 
 
 def write(folder: Path, text: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from group_gp1.messages import (
+from group_gp1.logic.messages import (
     MAX_PAYLOAD_CHARS,
     MAX_SHOWN_CHARS,
     RECENTLY_COMPLETED,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from group_gp1.messages import RobotStatus, Status, TaskAssignment
-from group_gp1.roster import Roster
+from group_gp1.logic.messages import RobotStatus, Status, TaskAssignment
+from group_gp1.logic.roster import Roster
 
 SILENCE_S = 5.0
 HUNDRED = [f"robot_{number:03}" for number in range(1, 101)]

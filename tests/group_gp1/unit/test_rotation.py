@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from group_gp1.rotation import TASKS, Rotation
+from group_gp1.logic.rotation import TASKS, Rotation
 
 
 def test_robots_come_in_turn():

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from group_gp1.bookkeeping import FleetBooks
-from group_gp1.messages import RobotStatus, Status
+from group_gp1.logic.bookkeeping import FleetBooks
+from group_gp1.logic.messages import RobotStatus, Status
 
 HUNDRED = [f"robot_{number:03}" for number in range(1, 101)]
 

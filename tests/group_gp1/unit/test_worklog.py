@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from group_gp1.messages import RECENTLY_COMPLETED, Status, TaskAssignment
-from group_gp1.worklog import WorkLog
+from group_gp1.logic.messages import RECENTLY_COMPLETED, Status, TaskAssignment
+from group_gp1.logic.worklog import WorkLog
 
 
 def task(number: int | None = None) -> TaskAssignment:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from group_gp1.messages import MessageError
+from group_gp1.logic.messages import MessageError
 
 WARNING_GAP_S = 5.0  # one faulty publisher must not flood the log
 

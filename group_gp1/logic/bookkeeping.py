@@ -6,8 +6,8 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from group_gp1.messages import RobotStatus, Status
-from group_gp1.summary import FleetSummary
+from group_gp1.logic.messages import RobotStatus, Status
+from group_gp1.logic.summary import FleetSummary
 
 REMEMBERED_IDS = 1000  # per robot; a repeat comes from the last 10 statuses or a backlog of 5
 MAX_WARNING_GAP_S = 60.0  # one line a minute for a robot that is off for long

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import deque
 
-from group_gp1.messages import RECENTLY_COMPLETED, RobotStatus, Status, TaskAssignment
+from group_gp1.logic.messages import RECENTLY_COMPLETED, RobotStatus, Status, TaskAssignment
 
 
 class WorkLog:

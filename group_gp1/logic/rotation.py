@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.messages import TaskAssignment
 
 # Seven, so that with two or three robots none always gets the same tasks.
 TASKS = (

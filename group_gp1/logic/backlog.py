@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from group_gp1.messages import TaskAssignment
+from group_gp1.logic.messages import TaskAssignment
 
 MIN_AGE_NS = 50_000_000  # a new message takes a millisecond, on a busy machine more
 _NS_PER_S = 1e9

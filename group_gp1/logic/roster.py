@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from group_gp1.messages import RobotStatus, Status, TaskAssignment
-from group_gp1.rotation import TASKS
+from group_gp1.logic.messages import RobotStatus, Status, TaskAssignment
+from group_gp1.logic.rotation import TASKS
 
 
 @dataclass(slots=True)

@@ -1,0 +1,1 @@
+"""What the nodes decide and exchange, without rclpy: unit tests need no DDS."""

@@ -1,0 +1,1 @@
+"""The node classes, one a module; the entry points that run them are in the folder above."""
