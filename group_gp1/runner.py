@@ -14,13 +14,8 @@ from collections.abc import Callable
 from types import FrameType
 
 import rclpy
-from rclpy.exceptions import (
-    InvalidHandle,
-    InvalidParameterTypeException,
-    NotInitializedException,
-)
+from rclpy.exceptions import InvalidParameterTypeException, NotInitializedException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
@@ -35,8 +30,9 @@ _LOOK_S = 0.5  # maximum delay of a stop that did not wake the executor
 _CLEAN_UP_CPU_S = 2.0
 _CLEAN_UP_S = 8.0
 
-# What rclpy raises if it is used after the shutdown of its context.
-_AFTER_SHUTDOWN = (rclpy_implementation.RCLError, InvalidHandle, NotInitializedException)
+# What rclpy raises if it is used after the shutdown of its context. Its errors in C, such as
+# InvalidHandle, are RuntimeErrors, and most have no public name.
+_AFTER_SHUTDOWN = (RuntimeError, NotInitializedException)
 
 
 class _StopNote:
@@ -96,7 +92,7 @@ def nap(duration_s: float) -> bool:
 def _init(args: list[str] | None) -> None:
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+    except RuntimeError as error:  # what rclpy raises for --ros-args has no public name
         raise SystemExit(f"error: {error}") from None
 
 

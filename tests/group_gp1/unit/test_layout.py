@@ -1,4 +1,4 @@
-"""Entry points and node classes are in modules of their own."""
+"""Entry points and node classes are in modules of their own, and use rclpy's public interface."""
 
 from __future__ import annotations
 
@@ -62,6 +62,12 @@ def imported_by(path: Path) -> set[str]:
         elif isinstance(one, ast.ImportFrom):
             found |= {f"{one.module}.{name.name}" for name in one.names}
     return found
+
+
+def test_nothing_of_rclpy_that_is_private_is_imported():
+    for path in PACKAGE.rglob("*.py"):
+        private = {one for one in imported_by(path) if one.startswith(("rclpy.impl", "rclpy._"))}
+        assert private == set(), path
 
 
 def test_the_logic_needs_no_ros():
