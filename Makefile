@@ -76,10 +76,11 @@ coverage: $(VENV)/.dev
 	$(PY) -m pytest -n 2 --cov=launcher --cov=group_gp1 --cov-report=term:skip-covered \
 	  --cov-report=html:build/coverage $(or $(ARGS),-m unit)
 
-## lint: ruff, and the format of the code
+## lint: ruff, the format of the code, and for the fleet the rules of ROS 2 (flake8)
 lint: $(VENV)/.dev
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	$(PY) -m flake8 group_gp1 launch setup.py
 
 ## types: mypy
 types: $(VENV)/.dev

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
-
 from group_gp1 import runner
 from group_gp1.nodes.dispatcher_node import Dispatcher
+import rclpy
+from rclpy.executors import ExternalShutdownException
 
 
 def main(args: list[str] | None = None) -> None:
@@ -20,5 +19,5 @@ def main(args: list[str] | None = None) -> None:
             rclpy.try_shutdown()
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     main()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import rclpy
-from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor
-
 from group_gp1 import runner
 from group_gp1.nodes.monitor_node import Monitor
+import rclpy
+from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor
 
 THREADS = 3  # one for each callback of the node, whatever the number of cores
 
@@ -26,5 +25,5 @@ def main(args: list[str] | None = None) -> None:
             rclpy.try_shutdown()
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     main()

@@ -1,4 +1,5 @@
-"""The QoS profile of each topic, with the reason for every choice.
+"""
+The QoS profile of each topic, with the reason for every choice.
 
 Publishers and subscriptions of a topic use the same profile; the exception is `RELIABLE_STATUS`,
 which is incompatible on purpose.
@@ -23,8 +24,8 @@ MAX_DEPTH = 1000  # Fast DDS keeps every sample in memory; a larger queue hides 
 
 def _check_depth(profile: QoSProfile) -> QosCallbackResult:
     is_good = 1 <= profile.depth <= MAX_DEPTH
-    reason = f"a depth must be from 1 to {MAX_DEPTH}. Found: {profile.depth}"
-    return QosCallbackResult(successful=is_good, reason="" if is_good else reason)
+    reason = f'a depth must be from 1 to {MAX_DEPTH}. Found: {profile.depth}'
+    return QosCallbackResult(successful=is_good, reason='' if is_good else reason)
 
 
 # Discovery has no depths: the parameter `qos_overrides./TOPIC.publisher.depth` (`subscription`) of
@@ -33,7 +34,7 @@ DEPTH_PARAMETER = QoSOverridingOptions((QoSPolicyKind.DEPTH,), callback=_check_d
 
 
 def tasks_profile(depth: int = TASKS_DEPTH) -> QoSProfile:
-    """The profile of `/fleet/tasks`; other depths are for the queue overflow experiment."""
+    """Make the profile of `/fleet/tasks`; other depths are for the queue overflow experiment."""
     return QoSProfile(
         # an assignment lost on the wire would never be executed
         reliability=ReliabilityPolicy.RELIABLE,
@@ -49,7 +50,7 @@ TASKS = tasks_profile()
 
 
 def status_profile(depth: int = STATUS_DEPTH) -> QoSProfile:
-    """The profile of `/fleet/status`; other depths are for readers of many robots."""
+    """Make the profile of `/fleet/status`; other depths are for readers of many robots."""
     return QoSProfile(
         # repeated every second: the next one replaces a lost one, so a repair is not needed
         reliability=ReliabilityPolicy.BEST_EFFORT,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
-
 from group_gp1 import runner
 from group_gp1.nodes.robot_node import Robot, RobotProfile
+import rclpy
+from rclpy.executors import ExternalShutdownException
 
 ANY_ROBOT = RobotProfile(robot_id=None, task_duration_s=1.0)
 
@@ -22,5 +21,5 @@ def main(args: list[str] | None = None) -> None:
             rclpy.try_shutdown()
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     main()

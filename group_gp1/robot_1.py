@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from group_gp1 import runner
+from group_gp1.nodes.robot_node import Robot, RobotProfile
 import rclpy
 from rclpy.executors import ExternalShutdownException
 
-from group_gp1 import runner
-from group_gp1.nodes.robot_node import Robot, RobotProfile
-
-PROFILE = RobotProfile(robot_id="robot_1", task_duration_s=0.5)
+PROFILE = RobotProfile(robot_id='robot_1', task_duration_s=0.5)
 
 
 def main(args: list[str] | None = None) -> None:
@@ -22,5 +21,5 @@ def main(args: list[str] | None = None) -> None:
             rclpy.try_shutdown()
 
 
-if __name__ == "__main__":
+if __name__ == '__main__':
     main()

@@ -1,4 +1,5 @@
-"""Runs a node: init, construct, spin, clean up, however it ends.
+"""
+Runs a node: init, construct, spin, clean up, however it ends.
 
 SIGINT and SIGTERM both request a stop. A Python handler sets a flag and raises nothing, so that no
 KeyboardInterrupt can occur in a destructor or in the clean-up. rclpy's own handlers (in C; they
@@ -8,19 +9,18 @@ node exists, because constructing a node in a context that is shut down fails wi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import signal
 import time
-from collections.abc import Callable
 from types import FrameType
 
+from group_gp1.settings import SettingError
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, NotInitializedException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
-from rclpy.signals import SignalHandlerOptions, install_signal_handlers
-
-from group_gp1.settings import SettingError
+from rclpy.signals import install_signal_handlers, SignalHandlerOptions
 
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NAP_S = 0.05  # maximum delay of a stop during nap()
@@ -51,7 +51,8 @@ def run(
     *,
     make_executor: Callable[[], Executor] = SingleThreadedExecutor,
 ) -> None:
-    """Spin one node until SIGINT or SIGTERM.
+    """
+    Spin one node until SIGINT or SIGTERM.
 
     Returns or raises ExternalShutdownException, as the executor does; raises SystemExit with a
     message if the arguments or a parameter are invalid. The node is always destroyed; the caller
@@ -65,7 +66,7 @@ def run(
         _init(args)
         _spin(make_node, make_executor, stop)
     except (SettingError, InvalidQosOverridesError, InvalidParameterTypeException) as error:
-        raise SystemExit(f"error: {error}") from None
+        raise SystemExit(f'error: {error}') from None
     except _AFTER_SHUTDOWN:
         if rclpy.ok():
             raise
@@ -76,7 +77,8 @@ def run(
 
 
 def nap(duration_s: float) -> bool:
-    """Sleep, but return early on a stop; returns whether the time has passed.
+    """
+    Sleep, but return early on a stop; returns whether the time has passed.
 
     A plain sleep would delay the exit of the process.
     """
@@ -93,7 +95,7 @@ def _init(args: list[str] | None) -> None:
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # what rclpy raises for --ros-args has no public name
-        raise SystemExit(f"error: {error}") from None
+        raise SystemExit(f'error: {error}') from None
 
 
 def _spin(
@@ -110,8 +112,8 @@ def _spin(
             executor.spin_once(timeout_sec=_LOOK_S)
     finally:
         # Fast DDS may loop here for ever, with the GIL held, if another participant leaves just
-        # then (eProsima/Fast-DDS#6513), or wait for ever for a lock. The default action of a signal
-        # ends the process.
+        # then (eProsima/Fast-DDS#6513), or wait for ever for a lock. The default action of a
+        # signal ends the process.
         signal.setitimer(signal.ITIMER_PROF, _CLEAN_UP_CPU_S)
         signal.setitimer(signal.ITIMER_REAL, _CLEAN_UP_S)
         try:

@@ -1,19 +1,19 @@
-"""ROS parameters of a node with type, default, range and unit, read once.
+"""
+ROS parameters of a node with type, default, range and unit, read once.
 
-All are read-only: a node reads them at its start, so `ros2 param set` is rejected instead of having
-no effect.
+All are read-only: a node reads them at its start, so `ros2 param set` is rejected instead of
+having no effect.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from group_gp1 import qos
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-
-from group_gp1 import qos
 
 
 class SettingError(Exception):
@@ -26,11 +26,11 @@ def number(
     """Declare a floating point parameter and read it; the range includes `low` and `high`."""
     descriptor = ParameterDescriptor(
         type=Parameter.Type.DOUBLE.value,
-        description=f"{about} [{unit}]",
+        description=f'{about} [{unit}]',
         floating_point_range=[FloatingPointRange(from_value=low, to_value=high)],
         read_only=True,
     )
-    rule = f"a number from {low:g} to {high:g} {unit}, written with a point"
+    rule = f'a number from {low:g} to {high:g} {unit}, written with a point'
     return float(_declare(node, name, default, descriptor, rule))
 
 
@@ -40,37 +40,37 @@ def whole_number(
     """Declare an integer parameter and read it; the range includes `low` and `high`."""
     descriptor = ParameterDescriptor(
         type=Parameter.Type.INTEGER.value,
-        description=f"{about} [{unit}]",
+        description=f'{about} [{unit}]',
         integer_range=[IntegerRange(from_value=low, to_value=high)],
         read_only=True,
     )
-    rule = f"a whole number from {low} to {high} ({unit})"
+    rule = f'a whole number from {low} to {high} ({unit})'
     return int(_declare(node, name, default, descriptor, rule))
 
 
 def silence_timeout_s(node: Node) -> float:
-    """When a robot counts as silent."""
+    """Declare when a robot counts as silent and read it."""
     return number(
         node,
-        "silence_timeout_s",
+        'silence_timeout_s',
         5.0,
         low=0.1,
         high=3600.0,
-        unit="s",
-        about="Silence of a robot after which the monitor warns",
+        unit='s',
+        about='Silence of a robot after which the monitor warns',
     )
 
 
 def status_queue_depth(node: Node) -> int:
-    """The depth of a reader of `/fleet/status`."""
+    """Declare the depth of a reader of `/fleet/status` and read it."""
     return whole_number(
         node,
-        "status_queue_depth",
+        'status_queue_depth',
         qos.STATUS_DEPTH,
         low=1,
         high=qos.MAX_DEPTH,
-        unit="messages",
-        about="Statuses that wait while the node is busy: one of each robot is enough",
+        unit='messages',
+        about='Statuses that wait while the node is busy: one of each robot is enough',
     )
 
 
@@ -79,7 +79,7 @@ def switch(node: Node, name: str, *, about: str) -> bool:
     descriptor = ParameterDescriptor(
         type=Parameter.Type.BOOL.value, description=about, read_only=True
     )
-    return bool(_declare(node, name, False, descriptor, "true or false"))
+    return bool(_declare(node, name, False, descriptor, 'true or false'))
 
 
 def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]:
@@ -87,10 +87,10 @@ def names(node: Node, name: str, default: list[str], *, about: str) -> list[str]
     descriptor = ParameterDescriptor(
         type=Parameter.Type.STRING_ARRAY.value,
         description=about,
-        additional_constraints="at least one name, no empty one, none twice",
+        additional_constraints='at least one name, no empty one, none twice',
         read_only=True,
     )
-    rule = "a list of distinct names such as [robot_1,robot_2]"
+    rule = 'a list of distinct names such as [robot_1,robot_2]'
     given = _declare(node, name, default, descriptor, rule)
     values = [str(value) for value in given or ()]  # rclpy returns None for an empty list
     if not values or not all(values) or len(set(values)) != len(values):

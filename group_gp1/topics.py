@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-TASKS = "/fleet/tasks"
-STATUS = "/fleet/status"
-REPORT = "/fleet/report"
+TASKS = '/fleet/tasks'
+STATUS = '/fleet/status'
+REPORT = '/fleet/report'

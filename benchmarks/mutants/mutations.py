@@ -40,8 +40,8 @@ MUTANTS = (
     Mutant(
         "task-ids-equal",
         "logic/rotation.py",
-        'task_id=f"{self._run}-{next(self._numbers)}"',
-        'task_id=f"{self._run}-1"',
+        "task_id=f'{self._run}-{next(self._numbers)}'",
+        "task_id=f'{self._run}-1'",
     ),
     Mutant("task-rate", "nodes/dispatcher_node.py", "1.0 / rate_hz", "0.8 / rate_hz"),
     Mutant(
@@ -53,8 +53,8 @@ MUTANTS = (
     Mutant(
         "task-missing",
         "logic/messages.py",
-        'fields = {"robot_id": self.robot_id, "task": self.task}',
-        'fields = {"robot_id": self.robot_id}',
+        "fields = {'robot_id': self.robot_id, 'task': self.task}",
+        "fields = {'robot_id': self.robot_id}",
     ),
     Mutant(
         "task-twice",
@@ -80,10 +80,10 @@ MUTANTS = (
     Mutant(
         "status-without-task",
         "logic/messages.py",
-        '            "task": self.task,\n        }',
+        "            'task': self.task,\n        }",
         "        }",
     ),
-    Mutant("robot-ids-swapped", "robot_1.py", 'robot_id="robot_1"', 'robot_id="robot_2"'),
+    Mutant("robot-ids-swapped", "robot_1.py", "robot_id='robot_1'", "robot_id='robot_2'"),
     Mutant(
         "works-for-others",
         "nodes/robot_node.py",

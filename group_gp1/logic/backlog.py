@@ -9,7 +9,8 @@ _NS_PER_S = 1e9
 
 
 class Backlog:
-    """Distinguishes kept assignments from new ones and counts them, until the first new one.
+    """
+    Distinguishes kept assignments from new ones and counts them, until the first new one.
 
     DDS delivers what TRANSIENT_LOCAL kept at once when it connects the two sides. So the arrival
     of the first assignment, if that one is old, is the time of the connection, and the backlog is
@@ -40,12 +41,12 @@ class Backlog:
         self.received += 1
         self.mine += assignment.robot_id == self._robot_id
         return (
-            f"Backlog {self.received}: {assignment.task} for {assignment.robot_id}, "
-            f"assigned {age_s:.1f} s before {self._robot_id} was connected"
+            f'Backlog {self.received}: {assignment.task} for {assignment.robot_id}, '
+            f'assigned {age_s:.1f} s before {self._robot_id} was connected'
         )
 
     def _summary(self) -> str:
         return (
-            f"Late joiner: received {self.received} assignments from before "
-            f"{self._robot_id} was connected, {self.mine} of them addressed to it"
+            f'Late joiner: received {self.received} assignments from before '
+            f'{self._robot_id} was connected, {self.mine} of them addressed to it'
         )

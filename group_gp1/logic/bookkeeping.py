@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+import threading
 
 from group_gp1.logic.messages import RobotStatus, Status
 from group_gp1.logic.summary import FleetSummary
@@ -21,7 +21,7 @@ class Silence:
     silent_s: float
 
     def __str__(self) -> str:
-        return f"{self.robot_id} has not reported in {self.silent_s:.1f} s"
+        return f'{self.robot_id} has not reported in {self.silent_s:.1f} s'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +33,8 @@ class Arrival:
 
     def __str__(self) -> str:
         if self.silent_s is None:
-            return f"{self.robot_id} is reporting"
-        return f"{self.robot_id} is reporting again after {self.silent_s:.1f} s"
+            return f'{self.robot_id} is reporting'
+        return f'{self.robot_id} is reporting again after {self.silent_s:.1f} s'
 
 
 @dataclass(slots=True)
@@ -52,7 +52,8 @@ class _Account:
 
 
 class FleetBooks:
-    """Counts and times of the fleet, safe to use from several threads.
+    """
+    Counts and times of the fleet, safe to use from several threads.
 
     The monitor's status, report and silence callbacks run concurrently in different threads and
     callback groups; so every method takes the lock, and returns copies. No method is slow.
@@ -106,7 +107,7 @@ class FleetBooks:
             )
 
     def new_silences(self, *, now_s: float) -> list[Silence]:
-        """The warnings that are due now; each is returned once."""
+        """Return the warnings that are due now, each once."""
         with self._lock:
             silences = []
             for robot_id, account in self._accounts.items():
@@ -129,7 +130,7 @@ class FleetBooks:
         return Arrival(robot_id=robot_id, silent_s=silent_s) if warned else None
 
     def _pass_mark(self, account: _Account, silent_s: float) -> float | None:
-        """The last mark that the silence has passed since the last call, or None."""
+        """Return the last mark that the silence has passed since the last call, or None."""
         passed_s = None
         while silent_s >= account.next_mark_s:
             passed_s = account.next_mark_s
@@ -155,7 +156,7 @@ def _count(account: _Account, status: RobotStatus) -> None:
 
 
 def _count_without_id(account: _Account, status: RobotStatus) -> None:
-    """A sender with only the required fields: count a done unless it repeats the last one."""
+    """Count a done of a sender with only the required fields, unless it repeats the last one."""
     if status.status is Status.BUSY:
         account.done_without_id = None
     elif status.task and status.task != account.done_without_id:

@@ -21,6 +21,6 @@ class Rejects:
         """Count one, and log a warning with the count at most every WARNING_GAP_S."""
         self.count += 1
         self._logger.warning(
-            f"Dropped a malformed payload on {self._topic} ({self.count} so far): {error}",
+            f'Dropped a malformed payload on {self._topic} ({self.count} so far): {error}',
             throttle_duration_sec=WARNING_GAP_S,
         )

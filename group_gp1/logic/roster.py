@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+import itertools
 
 from group_gp1.logic.messages import RobotStatus, Status, TaskAssignment
 from group_gp1.logic.rotation import TASKS
@@ -28,7 +28,8 @@ class _Robot:
 
 
 class Roster:
-    """The robots in turn. A robot gets a task if it reports, and has done its last one.
+    """
+    The robots in turn. A robot gets a task if it reports, and has done its last one.
 
     A task that its robot cannot do any more is assigned again, with a new id: the robot is silent
     for `silence_timeout_s`, or works on something else that long after the assignment (it has been
@@ -61,7 +62,7 @@ class Roster:
         if robot is None:
             return
         if robot.seen_s is None and robot.is_missed:
-            self.notices.append(f"{robot.robot_id} reports again, and gets tasks")
+            self.notices.append(f'{robot.robot_id} reports again, and gets tasks')
         robot.seen_s = now_s
         robot.is_missed = False
         robot.is_busy = status.status is Status.BUSY
@@ -71,30 +72,30 @@ class Roster:
             self.done += 1
             robot.work = None
         elif status.task_id != robot.work.task_id and self._is_overdue(robot.assigned_s, now_s):
-            self._give_back(robot, "was not done")
+            self._give_back(robot, 'was not done')
 
-    def next(self, now_s: float) -> TaskAssignment | None:
-        """The next assignment, or None if no robot is there and idle."""
+    def next_assignment(self, now_s: float) -> TaskAssignment | None:
+        """Return the next assignment, or None if no robot is there and idle."""
         self._note_silent(now_s)
         robot = next((one for one in self._order if one.is_free), None)
         if robot is None:
             return None
         self._order.rotate(-self._order.index(robot) - 1)
         task = self._again.popleft() if self._again else next(self._tasks)
-        task_id = f"{self._run}-{next(self._numbers)}"
+        task_id = f'{self._run}-{next(self._numbers)}'
         robot.work = TaskAssignment(robot_id=robot.robot_id, task=task, task_id=task_id)
         robot.assigned_s = now_s
         self.assigned += 1
         return robot.work
 
     def summary(self) -> str:
-        """What became of all assignments."""
+        """Say what became of all assignments."""
         in_work = sum(robot.work is not None for robot in self._robots.values())
         there = sum(robot.seen_s is not None for robot in self._robots.values())
         return (
-            f"Dispatched {self.assigned} tasks: {self.done} done, {in_work} in work, "
-            f"{self.repeated} given back, {len(self._again)} of them waiting; "
-            f"{there} of {len(self._robots)} robots report"
+            f'Dispatched {self.assigned} tasks: {self.done} done, {in_work} in work, '
+            f'{self.repeated} given back, {len(self._again)} of them waiting; '
+            f'{there} of {len(self._robots)} robots report'
         )
 
     def _note_silent(self, now_s: float) -> None:
@@ -102,11 +103,11 @@ class Roster:
             if robot.seen_s is not None and self._is_overdue(robot.seen_s, now_s):
                 robot.seen_s, robot.is_missed = None, True
                 self.notices.append(
-                    f"{robot.robot_id} has not reported in {self._silence_timeout_s:.1f} s: "
-                    "it gets no tasks until it does"
+                    f'{robot.robot_id} has not reported in {self._silence_timeout_s:.1f} s: '
+                    'it gets no tasks until it does'
                 )
                 if robot.work is not None:
-                    self._give_back(robot, "will not be done")
+                    self._give_back(robot, 'will not be done')
 
     def _is_overdue(self, since_s: float, now_s: float) -> bool:
         return now_s - since_s >= self._silence_timeout_s
@@ -118,7 +119,7 @@ class Roster:
         self.repeated += 1
         self._again.append(work.task)
         self.notices.append(
-            f"Task {work.task} ({work.task_id}) of {robot.robot_id} {why}: it is assigned again"
+            f'Task {work.task} ({work.task_id}) of {robot.robot_id} {why}: it is assigned again'
         )
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
+import itertools
 
 from group_gp1.logic.messages import RECENTLY_COMPLETED, RobotStatus, Status, TaskAssignment
 
 
 class WorkLog:
-    """Current task and recently completed tasks of one robot.
+    """
+    Current task and recently completed tasks of one robot.
 
     `run` makes the ids unique that are given to assignments without one.
     """
@@ -19,7 +20,7 @@ class WorkLog:
         self._unnamed = itertools.count(1)
         self._completed: deque[str] = deque(maxlen=RECENTLY_COMPLETED)
         self._status = RobotStatus(
-            robot_id=robot_id, status=Status.DONE, task="", task_id=None, completed=()
+            robot_id=robot_id, status=Status.DONE, task='', task_id=None, completed=()
         )
 
     @property
@@ -29,7 +30,7 @@ class WorkLog:
 
     def begin(self, assignment: TaskAssignment) -> RobotStatus:
         """Start a task; returns the busy status."""
-        task_id = assignment.task_id or f"{self._run}-{next(self._unnamed)}"
+        task_id = assignment.task_id or f'{self._run}-{next(self._unnamed)}'
         self._status = self._new_status(Status.BUSY, assignment.task, task_id)
         return self._status
 
@@ -37,7 +38,7 @@ class WorkLog:
         """End the current task; returns the done status. ValueError without a task."""
         task_id = self._status.task_id
         if task_id is None:
-            raise ValueError("finish() without begin()")
+            raise ValueError('finish() without begin()')
         self._completed.append(task_id)
         self._status = self._new_status(Status.DONE, self._status.task, task_id)
         return self._status

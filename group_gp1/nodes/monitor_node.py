@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import time
 
+from group_gp1 import qos, settings, topics
+from group_gp1.logic.bookkeeping import FleetBooks
+from group_gp1.logic.messages import MessageError, report_text, RobotStatus
+from group_gp1.logic.rejects import Rejects
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 from std_msgs.msg import String
-
-from group_gp1 import qos, settings, topics
-from group_gp1.logic.bookkeeping import FleetBooks
-from group_gp1.logic.messages import MessageError, RobotStatus, report_text
-from group_gp1.logic.rejects import Rejects
 
 REPORT_PERIOD_S = 2.0  # 0.5 Hz
 START_GRACE_S = 7.0  # robot_3 is started 5 s late, and needs a moment until its first status
@@ -23,16 +22,16 @@ class Monitor(Node):
     """Reads `/fleet/status`, publishes `/fleet/report`, warns about silent robots."""
 
     def __init__(self) -> None:
-        super().__init__("monitor")
+        super().__init__('monitor')
         self._books = self._open_books()
         self._listed_robots = settings.whole_number(
             self,
-            "listed_robots",
+            'listed_robots',
             MAX_LISTED,
             low=0,
             high=MAX_LISTED,
-            unit="robots",
-            about="Robots that a report lists one by one; of more it has a summary",
+            unit='robots',
+            about='Robots that a report lists one by one; of more it has a summary',
         )
         self._rejects = Rejects(self.get_logger(), topics.STATUS)
         # Guards the dictionaries of counts and times: one status at a time, in order of arrival.
@@ -63,19 +62,19 @@ class Monitor(Node):
     def _open_books(self) -> FleetBooks:
         robot_ids = settings.names(
             self,
-            "robot_ids",
-            ["robot_1", "robot_2", "robot_3"],
-            about="Robots that are expected to report; others are counted once they do",
+            'robot_ids',
+            ['robot_1', 'robot_2', 'robot_3'],
+            about='Robots that are expected to report; others are counted once they do',
         )
         silence_timeout_s = settings.silence_timeout_s(self)
         start_grace_s = settings.number(
             self,
-            "start_grace_s",
+            'start_grace_s',
             START_GRACE_S,
             low=0.0,
             high=3600.0,
-            unit="s",
-            about="Time to start: the silence of a robot that never reported counts from its end",
+            unit='s',
+            about='Time to start: the silence of a robot that never reported counts from its end',
         )
         return FleetBooks(
             robot_ids,

@@ -1,4 +1,5 @@
-"""The QoS probe: a subscriber with an incompatible QoS, to show what a mismatch looks like.
+"""
+The QoS probe: a subscriber with an incompatible QoS, to show what a mismatch looks like.
 
 The robots publish `/fleet/status` BEST_EFFORT; the probe requests RELIABLE. A subscription may
 request less than is offered, but not more, so DDS does not connect the two: no error, no message,
@@ -20,29 +21,28 @@ from __future__ import annotations
 
 from typing import Any
 
+from group_gp1 import qos, topics
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import (
-    QoSCompatibility,
-    QoSProfile,
     qos_check_compatible,
     qos_policy_name_from_kind,
+    QoSCompatibility,
+    QoSProfile,
 )
 from std_msgs.msg import String
-
-from group_gp1 import qos, topics
 
 REPORT_PERIOD_S = 5.0
 SETTLING_S = 0.5  # publishers that start together are explained together
 MOST_LOOKS = 20  # of SETTLING_S, until the names of all nodes are known
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
 
 
 class QosProbe(Node):
     """Subscribes to `/fleet/status` with RELIABLE, receives nothing, and logs the reason."""
 
     def __init__(self) -> None:
-        super().__init__("qos_probe")
+        super().__init__('qos_probe')
         self._received = 0
         self._statuses = self.create_subscription(
             String,
@@ -51,7 +51,7 @@ class QosProbe(Node):
             qos.RELIABLE_STATUS,
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=self._mismatch),
         )
-        self._policy, self._looks = "", 0
+        self._policy, self._looks = '', 0
         self._explanation = self.create_timer(SETTLING_S, self._explain)
         self._explanation.cancel()  # until there is a mismatch
         self._timer = self.create_timer(REPORT_PERIOD_S, self._report)
@@ -71,12 +71,13 @@ class QosProbe(Node):
             return  # it comes soon
         self._explanation.cancel()
         self.get_logger().warn(
-            f"Incompatible QoS on {topics.STATUS}: {self._policy}, {len(nodes)} publishers do not "
-            f"match. To diagnose: ros2 topic info {topics.STATUS} -v"
+            f'Incompatible QoS on {topics.STATUS}: {self._policy}, {len(nodes)} publishers do not '
+            f'match. To diagnose: ros2 topic info {topics.STATUS} -v'
         )
 
     def _mismatches(self) -> set[tuple[str, str]]:
-        """The nodes whose publishers do not match now; the event counts all that ever were.
+        """
+        Return the nodes whose publishers do not match now; the event counts all that ever were.
 
         That of a killed robot is listed for 20 s, beside that of its restart.
         """
@@ -88,8 +89,8 @@ class QosProbe(Node):
 
     def _report(self) -> None:
         self.get_logger().info(
-            f"Received {self._received} messages on {topics.STATUS}, "
-            f"{len(self._mismatches())} publishers do not match"
+            f'Received {self._received} messages on {topics.STATUS}, '
+            f'{len(self._mismatches())} publishers do not match'
         )
 
 
