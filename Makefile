@@ -52,6 +52,7 @@ define run_tests
 	  $(NO_TEST) || status=1; \
 	wait $$types || status=1; \
 	cat build/types.txt; \
+	$(PY) -m tools.members; \
 	exit $$status
 endef
 
