@@ -16,10 +16,15 @@ from benchmarks.harness import Row, scratch
 from benchmarks.mutants.mutations import MUTANTS, SMOKE_FILES, SYSTEM, WAREHOUSE, Mutant
 
 PACKAGE = "group_gp1"
-COPIED = (PACKAGE, "launch", "resource", "package.xml", "setup.cfg")
+COPIED = (PACKAGE, "launch", "resource", "package.xml", "setup.cfg", "setup.py")
 TOGETHER = 2  # runs at a time: each has ten processes that mostly wait
 RUN_S = 600.0
 _MOST_NAMED = 3
+_PRINT_PROGRAM = f"""
+import os
+from launcher.packages import finder
+print(finder.executable_paths({PACKAGE!r}, os.environ)["dispatcher"].read_text())
+"""
 
 
 def mutants(runs: int, only: Sequence[str] = ()) -> list[Row]:
@@ -58,13 +63,11 @@ def _violated(mutant: Mutant | None, smoke_file: str) -> list[str]:
     """The names of the expectations that are not met."""
     with scratch() as folder:
         fleet = folder / "fleet"
-        _copy(fleet)
+        copy_fleet(fleet)
         if mutant is not None:
             text = mutant.mutated(fleet / PACKAGE)
             (fleet / PACKAGE / mutant.file).write_text(text, encoding="utf-8")
-        path = os.pathsep.join((str(fleet), str(REPOSITORY)))
-        environment = {**os.environ, "PYTHONPATH": path, "ROS_LOG_DIR": str(folder / "log")}
-        _check_path(fleet, environment)
+        environment = environment_of(fleet, folder / "log")
         return _smoke(smoke_file, fleet, folder / "evidence", environment)
 
 
@@ -92,22 +95,28 @@ def _smoke(smoke_file: str, fleet: Path, evidence: Path, environment: dict[str, 
     return seen if seen or not done.returncode else [f"exit code {done.returncode}"]
 
 
-def _copy(folder: Path) -> None:
+def copy_fleet(folder: Path) -> None:
+    """Copy the package to an empty folder, where the launcher finds it in place of the checkout."""
     folder.mkdir()
     for name in COPIED:
         source = REPOSITORY / name
         copy = shutil.copytree if source.is_dir() else shutil.copy
         copy(source, folder / name)
+    # Without it the launcher would run the programs of the installed distribution.
+    subprocess.run([sys.executable, "setup.py", "-q", "egg_info"], cwd=folder, check=True)
 
 
-def _check_path(folder: Path, environment: dict[str, str]) -> None:
-    """RuntimeError if the nodes would import another fleet."""
-    command = [sys.executable, "-c", f"import {PACKAGE}; print({PACKAGE}.__file__)"]
-    found = subprocess.run(
+def environment_of(folder: Path, logs: Path) -> dict[str, str]:
+    """That of a run of the fleet in `folder`; RuntimeError if its nodes would be of another one."""
+    path = os.pathsep.join((str(folder), str(REPOSITORY)))
+    environment = {**os.environ, "PYTHONPATH": path, "ROS_LOG_DIR": str(logs)}
+    command = [sys.executable, "-c", _PRINT_PROGRAM]
+    program = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=True
     ).stdout
-    if not found.startswith(str(folder)):
-        raise RuntimeError(f"the mutants are not used, but {found.strip()}")
+    if f"sys.path[0] = {str(folder)!r}" not in program:
+        raise RuntimeError(f"the mutants are not used, but:\n{program}")
+    return environment
 
 
 def _named(names: Iterable[str]) -> str:
