@@ -98,6 +98,7 @@ class Service:
                 "discovery": _discovery(run.env),
                 "processes": [process.name for process in run.processes],
             },
+            **{name: value for part in run.parts for name, value in part.greeting().items()},
         }
 
     def serve(self, request: Request, exchange: Exchange) -> None:
@@ -184,7 +185,7 @@ class Service:
 
     def _do_help(self, call: Call, exchange: Exchange) -> None:
         topic = call.options.get("topic")
-        if topic is not None:
+        if topic not in (None, verbs.EVERYTHING):
             verb = verbs.known(topic)
             entry = {"name": verb.name, "usage": verb.usage, "help": verb.help}
             exchange.reply({"verbs": [entry]}, verbs.manual(verb))

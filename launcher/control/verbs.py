@@ -52,7 +52,8 @@ NEW = option("--new", "only events from now on", name="history", value=False)
 LEVEL = option("LEVEL", "DEBUG, INFO, WARN, ERROR, FATAL, or ALL")
 FORMAT = option("FORMAT", "default, compact, or a template with {message}")
 PATTERN = option("PATTERN", "a regular expression")
-TOPIC = option("TOPIC", "a verb")
+TOPIC = option("TOPIC", "a verb, or `all`")
+EVERYTHING = "all"  # in place of a verb: the table of all
 
 
 def signal_number(word: str) -> int:
@@ -133,7 +134,12 @@ VERBS = (
     Verb("plan", "show what the launch file has done so far", shell=False),
     Verb("pick", "open the list of processes below the output (also F2)", shell=False),
     Verb("quit", "stop everything and end the run"),
-    Verb("help [VERB]", "show this table, or how one verb is used", (TOPIC,), shell=False),
+    Verb(
+        "help [all|VERB]",
+        "show the verbs that are used most, all of them, or how one is used",
+        (TOPIC,),
+        shell=False,
+    ),
 )
 
 

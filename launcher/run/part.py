@@ -131,6 +131,10 @@ class Part:
 
     # ---- what is known of them
 
+    def greeting(self) -> Mapping[str, object]:
+        """Fields for the first line to each client of the control socket."""
+        return {}
+
     def samples(self) -> Mapping[str, Sample]:
         """Resources of processes that it knows of, by name of process."""
         return {}

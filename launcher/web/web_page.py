@@ -52,6 +52,10 @@ class WebPage(Part):
         process.greeting = strict_json.packed(self._settings).encode()
         return process
 
+    def greeting(self) -> Mapping[str, object]:
+        """The link, for the status bar of the console."""
+        return {} if self._link is None or self.pid is None else {"page": self._link}
+
     def _show(self, text: str) -> None:
         self.run.screen.log("INFO", "launch", text)
 

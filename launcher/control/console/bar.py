@@ -40,22 +40,46 @@ _STYLES = {
 
 
 def status_lines(
-    processes: Sequence[Mapping[str, Any]], folder: str, columns: int, *, hint: str, few: bool
+    processes: Sequence[Mapping[str, Any]],
+    folder: str,
+    columns: int,
+    *,
+    hint: str,
+    few: bool,
+    page: str = "",
 ) -> list[Line]:
-    """The status bar; `hint` explains the keys of what is open, `few` asks for a single line."""
+    """The status bar; `hint` explains the keys of what is open, `few` asks for a single line.
+
+    `page` is the link of the page in the browser.
+    """
     first = status_line(processes, columns)
     filters = filter_line(processes, columns)
     if hint:
-        keys = fitted([("class:bar.waiting", hint)], columns)
+        keys = _with_page(fitted([("class:bar.waiting", hint)], columns), page, columns)
         if few:
             return [extended(keys, [filters], columns)] if filters else [keys]
         return [first, filters, keys] if filters else [first, keys]
     if not filters:
-        return [first] if few else [first, folder_line(folder, columns)]
+        if few:
+            return [_with_page(first, page, columns)]
+        return [first, folder_line(folder, columns, page)]
     if few:
-        return [extended(filters, [first], columns)]
+        return [_with_page(extended(filters, [first], columns), page, columns)]
     ends: list[Line] = [[("class:bar.quiet", text)] for text in (SHOW, folder)]
-    return [first, extended(filters, ends, columns)]
+    return [first, extended(_with_page(filters, page, columns), ends, columns)]
+
+
+def _page_texts(link: str) -> list[str]:
+    """The longest first; the shorter ones are without the token, and name the verb."""
+    if not link:
+        return []
+    return [f"page: {link}", f"w opens {link.partition('/?')[0]}", "w opens the page"]
+
+
+def _with_page(line: Line, link: str, columns: int) -> Line:
+    """The line, with the longest form of the link that fits behind it."""
+    longer = (_joined([line, [("class:bar.quiet", text)]]) for text in _page_texts(link))
+    return next((one for one in longer if width(one) <= columns), line)
 
 
 def status_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
@@ -142,9 +166,11 @@ def extended(line: Line, more: Sequence[Line], columns: int) -> Line:
     return line
 
 
-def folder_line(folder: str, columns: int) -> Line:
-    """A hint for newcomers and the log folder, whose end says most."""
-    hint = HINT if get_cwidth(HINT) <= columns else SHORT_HINT
+def folder_line(folder: str, columns: int, page: str = "") -> Line:
+    """A hint for newcomers, the page and the log folder, whose end says most."""
+    hints = [f"{one} | {text}" for text in _page_texts(page) for one in (HINT, SHORT_HINT)]
+    fitting = (one for one in (*hints, HINT) if get_cwidth(one) <= columns)
+    hint = next(fitting, SHORT_HINT)
     text = f"{hint} | {folder}"
     while get_cwidth(text) > columns and len(folder) > MIN_FOLDER:
         folder = folder[1:]

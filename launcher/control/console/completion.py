@@ -16,11 +16,11 @@ from prompt_toolkit.document import Document
 from launcher.base.run_verb import Verb
 from launcher.control.console.bar import short_names
 from launcher.control.console.requests import CLEAR, CLEAR_HELP, SHELL_HELP, SHELL_VERBS, runs_here
-from launcher.control.verbs import VERBS, find
+from launcher.control.verbs import EVERYTHING, VERBS, find
 from launcher.output.filters import LEVELS
 
 # Words for the first argument of a verb, by its name.
-WORDS = {"level": (*LEVELS, "ALL"), "format": ("compact", "default")}
+WORDS = {"level": (*LEVELS, "ALL"), "format": ("compact", "default"), "topic": (EVERYTHING,)}
 _GLOB = re.compile(r"[*?\[]")
 _NUMBER_AT_END = re.compile(r"\d+$")
 

@@ -23,6 +23,7 @@ from launcher.control.console.bar import Line, status_lines
 from launcher.control.console.completion import WordCompleter
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
+from launcher.control.console.help_view import HelpView
 from launcher.control.console.panel import Panel
 from launcher.control.console.prompt import history_path, make_application, open_history
 from launcher.control.console.requests import (
@@ -80,8 +81,10 @@ class ConsoleSession:
         self.panel = Panel(
             run, self._display, self._terminal, lambda: self._processes, self.entered
         )
+        self.help = HelpView(self._display)
         self._shell_verbs = ShellVerbs(run, self._display, self._terminal)
         self._processes: Sequence[Mapping[str, Any]] = ()
+        self._page = ""  # its link, if one is served
         self._tasks: set[asyncio.Future[Any]] = set()
         self._lines: deque[str] = deque()
         self._is_answering = False
@@ -195,6 +198,7 @@ class ConsoleSession:
 
     def _query(self) -> Sequence[Mapping[str, Any]]:
         with self._run.connect() as connection:
+            self._page = str(connection.hello.get("page", ""))
             found: Sequence[Mapping[str, Any]] = connection.ask("ps").result["processes"]
             return found
 
@@ -223,11 +227,12 @@ class ConsoleSession:
         hint = self.panel.hint(columns) or self._shell_verbs.hint
         if self._watch is not None and self.is_watching():
             hint = self._watch.hint
-        return status_lines(self._processes, folder, columns, hint=hint, few=few)
+        return status_lines(self._processes, folder, columns, hint=hint, few=few, page=self._page)
 
     # ---- input
 
     def entered(self, line: str) -> None:
+        self.help.close()
         if line.strip():
             self._lines.append(line)
         if self._lines and not self._is_answering:
@@ -259,6 +264,9 @@ class ConsoleSession:
             call = read_call(line)
             if call.verb.name == "pick":
                 self.panel.open()
+                return
+            if call.verb.name == "help" and not call.options:
+                self.help.open()
                 return
             await (self._follow(call) if follows(call) else self._ask(call))
         except UsageError as error:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from rich.cells import cell_len
 from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -33,6 +34,7 @@ from launcher.control.console.short_forms import (
 Process = Mapping[str, Any]  # a row of `ps`, `top` or `info`
 
 GAP = 2  # blanks between two columns
+MIN_TEXT = 40  # columns for texts beside names
 MIN_REST = 10  # columns for a last exit; with fewer it is not shown
 MIN_NAME, MIN_STATE, MIN_SHOWN = 14, 8, 16
 NAME_PART, STATE_PART, SHOWN_PART = 0.4, 0.3, 0.25  # of the width, if not all columns fit
@@ -116,6 +118,18 @@ def pairs(rows: Iterable[tuple[str, RenderableType]]) -> Table:
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def manual(rows: Sequence[tuple[str, str]], columns: int) -> RenderableType:
+    """`pairs`, or each text below its name where it would be folded in a narrow column."""
+    names, texts = (max(cell_len(row[place]) for row in rows) for place in (0, 1))
+    if names + GAP + min(texts, MIN_TEXT) <= columns:
+        return pairs(rows)
+    pieces: list[RenderableType] = []
+    for name, text in rows:
+        pieces += [Text(name, "bold", overflow="fold")]
+        pieces += [Padding(Text(text, overflow="fold"), (0, 0, 0, GAP))] if text else []
+    return Group(*pieces)
 
 
 class Column(NamedTuple):

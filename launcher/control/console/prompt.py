@@ -101,6 +101,11 @@ def _rows(buffer: Buffer, host: ConsoleSession, output: FooterOutput, panel: Win
     def status() -> StyleAndTextTuples:
         return _below_each_other(host.status(output.get_size().columns, few=few()))
 
+    def helping() -> StyleAndTextTuples:
+        size = output.get_size()
+        taken = MAX_CANDIDATE_ROWS + 1 if buffer.complete_state else 0
+        return _below_each_other(host.help.lines(size.columns, size.rows - taken))
+
     prompt = Window(
         BufferControl(
             buffer,
@@ -117,6 +122,7 @@ def _rows(buffer: Buffer, host: ConsoleSession, output: FooterOutput, panel: Win
     return HSplit(
         [
             ConditionalContainer(_text(lambda: ANSI(host.above())), above),
+            ConditionalContainer(_text(helping), Condition(lambda: host.help.is_open) & ~picking),
             ConditionalContainer(panel, picking),
             ConditionalContainer(prompt, ~picking),
             search,
@@ -215,6 +221,17 @@ def _keys(host: ConsoleSession, buffer: Buffer) -> KeyBindings:
     def _(event: KeyPressEvent) -> None:
         press = event.key_sequence[0]
         host.any_key(press.key.value if isinstance(press.key, Keys) else press.key, press.data)
+
+    helping = Condition(lambda: host.help.is_open) & ~watching & ~is_searching
+
+    @keys.add("escape", filter=helping, eager=True)
+    def _(event: KeyPressEvent) -> None:
+        host.help.close()
+
+    @keys.add("pageup", filter=helping)
+    @keys.add("pagedown", filter=helping)
+    def _(event: KeyPressEvent) -> None:
+        host.help.press(event.key_sequence[0].key)
 
     @keys.add("f2", filter=~is_searching)
     def _(event: KeyPressEvent) -> None:

@@ -15,8 +15,8 @@ from launcher.base.verb_table import VERBS as COMMAND_VERBS
 from launcher.control.active_runs import ListedRun
 from launcher.control.answer_lines import event_line, notes, without_colour
 from launcher.control.client import Reply
-from launcher.control.console.process_tables import details, pairs, process_table, render, stacked
-from launcher.control.verbs import VERBS, explained, find, parse
+from launcher.control.console.process_tables import details, manual, process_table, render, stacked
+from launcher.control.verbs import EVERYTHING, VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
 
 # Verbs of the command line that are none of a run. The console runs them as processes of their
@@ -63,7 +63,7 @@ def read_call(line: str) -> Call:
     if verb is None:
         _refuse_shell_verb(name, line)
         known = [*(verb.name for verb in VERBS), *filter(runs_here, SHELL_VERBS), CLEAR]
-        hint = did_you_mean(name, known) or "`help` lists all verbs"
+        hint = did_you_mean(name, known) or "`help all` lists all verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
 
@@ -93,11 +93,11 @@ def answer(run: ListedRun, call: Call, columns: int, *, colour: bool) -> str:
 
     Empty if the run itself writes it here, too.
     """
-    if call.verb.name == "help" and "topic" not in call.options:
+    if call.verb.name == "help" and call.options["topic"] == EVERYTHING:
         rows = [*((verb.usage, explained(verb)) for verb in VERBS), (CLEAR, CLEAR_HELP)]
         names = ", ".join(sorted({name for name in SHELL_VERBS if runs_here(name)}))
         rows += [("", ""), ("topic list, ...", f"{SHELL_HELP}: {names}"), ("", ""), *KEYS]
-        return render(pairs(rows), columns, colour=colour)
+        return render(manual(rows, columns), columns, colour=colour)
     try:
         with run.connect() as connection:
             reply = connection.ask(call.verb.name, call.names, **call.options)

@@ -101,12 +101,61 @@ def test_a_coloured_mark_distinguishes_answers_from_process_output(bench: Bench)
     terminal.enter("mute robot_1 robot_2")
     terminal.wait_for("| robot_1-1 is muted", "| robot_2-2 is muted")
     terminal.enter("bogus")
-    terminal.wait_for("| error: unknown verb 'bogus'", "| hint: `help` lists all verbs")
+    terminal.wait_for("| error: unknown verb 'bogus'", "| hint: `help all` lists all verbs")
     cells = terminal.cells()
     marks = {terminal.cells()[n][0] for n, row in enumerate(terminal.rows) if row.startswith("| ")}
     assert marks == {("|", "cyan", True, False)}
     (row,) = (cells[n] for n, text in enumerate(terminal.rows) if text.startswith("| error"))
     assert {colour for _, colour, *_ in row[2:29]} == {"red"}
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+def test_help_stays_above_the_prompt_while_lines_flow_until_esc_or_a_line(bench: Bench):
+    terminal = bench.screen_terminal(TICKS)
+    terminal.wait_for_prompt()
+    for close in ("\x1b", "info monitor\r"):
+        terminal.enter("help")
+        terminal.wait_until(lambda: "ps, top, info NAME" in terminal.text, "the help")
+        before = len(terminal.scrolled)
+        terminal.wait_until(lambda n=before: len(terminal.scrolled) > n + 30, "output flows")
+        assert terminal.rows[terminal.prompt_row - 12].startswith("ps, top, info NAME")
+        assert terminal.rows[terminal.prompt_row - 1].startswith("help all, help VERB")
+        terminal.type(close)
+        terminal.wait_until(lambda: "ps, top, info NAME" not in terminal.text, "it is closed")
+    terminal.wait_for("| state        running")
+    terminal.enter("help all")
+    terminal.wait_for("| logs [NAME ...] [-n N] [-f]", "| clear ", "| Ctrl-Z ")
+    terminal.enter("help kill")
+    terminal.wait_for("| usage: kill NAME ... [-s SIGNAL]")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+def test_help_fits_a_small_terminal_and_can_be_scrolled(bench: Bench):
+    terminal = bench.screen_terminal(TICKS, columns=50, rows=12)
+    terminal.wait_for_prompt()
+    terminal.enter("help")
+    terminal.wait_until(lambda: "ps, top, info NAME" in terminal.rows, "the help")
+    terminal.wait_until(lambda: "  state, CPU, memory; live; all facts" in terminal.rows, "texts")
+    terminal.type("\x1b[6~" * 4)
+    terminal.wait_until(lambda: "help all, help VERB" in terminal.rows, "its end")
+    terminal.ctrl_c()
+    assert terminal.exit_code() == 0
+
+
+@pytest.mark.thorough
+def test_the_link_of_the_page_stays_in_the_bar_of_a_run_that_serves_it(bench: Bench):
+    terminal = bench.screen_terminal(TICKS, "--web", "--web-port", "0")
+    terminal.wait_for_prompt()
+    shown = re.compile(r"\| page: http://127\.0\.0\.1:(\d+)/\?token=\S+$")
+    terminal.wait_until(lambda: shown.search(terminal.below_prompt(2)), "the link")
+    found = shown.search(terminal.below_prompt(2))
+    assert found is not None
+    assert any(found[0].removeprefix("| ") in row for row in terminal.scrolled)  # as printed
+    terminal.resize(70, 24)
+    short = f"| w opens http://127.0.0.1:{found[1]}"
+    terminal.wait_until(lambda: terminal.below_prompt(2).endswith(short), "a short form")
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
 

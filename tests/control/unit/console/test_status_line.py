@@ -160,6 +160,35 @@ def test_the_folder_line_gives_way_to_the_key_hints(columns: int, text: str):
     assert text_of(folder_line("~/.ros/log/2026-11-21-vm-4711", columns)) == text
 
 
+LINK = "http://127.0.0.1:8770/?token=" + "x" * 32
+
+
+@pytest.mark.parametrize(
+    ("columns", "text"),
+    [
+        (130, f"help | F2 processes | Ctrl-C stops the run | page: {LINK} | .../vm-4711"),
+        (114, f"help | F2 processes | Ctrl-C stops the run | page: {LINK}"),
+        (100, f"help | Ctrl-C stops the run | page: {LINK}"),
+        (80, "help | F2 processes | Ctrl-C stops the run | w opens http://127.0.0.1:8770"),
+        (60, "help | Ctrl-C stops the run | w opens http://127.0.0.1:8770"),
+        (50, "help | Ctrl-C stops the run | w opens the page"),
+        (40, "help | Ctrl-C stops the run"),
+    ],
+)
+def test_the_link_of_the_page_stays_in_the_bar(columns: int, text: str):
+    line = text_of(folder_line("~/.ros/log/2026-11-21-vm-4711", columns, LINK))
+    assert line.replace("...26-11-21-", ".../").replace("...1-21-", ".../") == text
+
+
+@pytest.mark.parametrize("few", [False, True])
+def test_the_link_of_the_page_stays_beside_filters_and_keys(few: bool):
+    muted = hidden("a-1", "mute")
+    for rows, hint in ((FLEET, ""), (FLEET, "q back"), (muted, ""), (muted, "q back")):
+        lines = status_lines(rows, "~/log", 160, hint=hint, few=few, page=LINK)
+        shown = [text_of(line) for line in lines]
+        assert sum(LINK in line for line in shown) == 1
+
+
 def test_without_processes_the_bar_says_so():
     assert text_of(status_line([], 80)) == "no processes"
 

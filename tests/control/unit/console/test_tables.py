@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from rich.cells import cell_len
 
-from launcher.control.console.process_tables import process_table, render
+from launcher.control.console.help_view import MAX_ROWS, ROWS
+from launcher.control.console.process_tables import manual, process_table, render
+from launcher.control.console.requests import SHELL_VERBS
 from launcher.control.console.short_forms import killed_text
 from launcher.control.console.stream_view import table_rows
 from launcher.control.console.top import Top
+from launcher.control.verbs import VERBS
 from launcher.posix.keys import parse_keys
 from tests.control.unit.console.rows import process
 
@@ -25,6 +30,32 @@ def table(rows: list[dict[str, object]], columns: int) -> list[str]:
 
 def seen(top: Top, columns: int = 80, rows: int = 10) -> list[str]:
     return top.lines(CROWD, columns, rows, colour=False).split("\n")
+
+
+# ---- help
+
+
+def test_a_narrow_manual_has_each_text_below_its_name():
+    rows = [("logs [NAME ...] [-n N] [-f]", "print the last lines of processes, hidden ones too")]
+    wide = render(manual(rows, 80), 80, colour=False)
+    assert wide == f"{rows[0][0]}  {rows[0][1]}"
+    narrow = render(manual(rows, 40), 40, colour=False).splitlines()
+    assert narrow[0] == rows[0][0]
+    assert [line[:2] for line in narrow[1:]] == ["  ", "  "]
+    assert " ".join(map(str.strip, narrow[1:])) == rows[0][1]
+
+
+@pytest.mark.parametrize("columns", [1, 7, 20, 79])
+def test_a_manual_is_never_wider_than_the_terminal(columns: int):
+    lines = render(manual(ROWS, columns), columns, colour=False).splitlines()
+    assert max(map(cell_len, lines)) <= columns
+
+
+def test_the_short_help_has_twelve_lines_and_names_real_verbs():
+    assert len(render(manual(ROWS, 66), 66, colour=False).splitlines()) == MAX_ROWS == 12
+    named = {word for name, _ in ROWS[:-3] for word in re.findall(r"[a-z]+", name)}
+    known = {verb.name for verb in VERBS} | set(SHELL_VERBS)
+    assert named - known == {"f", "list", "on"}
 
 
 # ---- columns
