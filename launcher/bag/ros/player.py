@@ -63,7 +63,9 @@ def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
             )
             topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
-            publishers.wait_for_others(observer.prefetched_graph(), access.spin_time_s)
+            graph = observer.prefetched_graph()
+            publishers.warn_of_others(graph or observer.graph_snapshot())
+            publishers.wait_for_others(graph, access.spin_time_s)
             player.run()
     except KeyboardInterrupt:
         pass

@@ -11,7 +11,7 @@ from launcher.bag.bag_model import CDR, Message, Qos, Topic
 from launcher.bag.bag_services import EVENTS
 from launcher.bag.ros import bag_qos
 from launcher.base.ros_errors import VerbError
-from launcher.base.text import escape
+from launcher.base.text import count, escape
 from launcher.ros.messages.classes import type_name, with_library
 from launcher.ros.messages.interfaces import load, load_message
 from launcher.ros.snapshot.qos_matching import mismatches
@@ -28,6 +28,8 @@ _DEPTH = 1000  # of volatile topics: room for bursts that a subscription is slow
 _PERIOD_S = 0.01
 _SLICE_NS = 100_000_000
 _UNKNOWN_S = 1.0  # for a service that was not in the graph
+_SHARED = ("/rosout", "/parameter_events")  # every node publishes them
+_NAMED = 5  # topics in a warning; others are counted
 _REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
 
 
@@ -147,14 +149,38 @@ class Publishers:
         seconds, nanoseconds = divmod(bag_ns, 10**9)
         self._clock.publish(Clock(clock=Time(sec=seconds, nanosec=nanoseconds)))
 
+    def warn_of_others(self, graph: GraphSnapshot) -> None:
+        """Say once which of the topics other nodes of the graph publish as well."""
+        found: dict[str, list[str]] = {}
+        for publisher in self._all():
+            topic = publisher.topic_name
+            others = {one.node or "a nameless node" for one in graph.on(topic, Direction.PUBLISHER)}
+            if others and topic not in _SHARED:
+                found[topic] = sorted(others)
+        if not found:
+            return
+        texts = [f"{topic} ({', '.join(nodes)})" for topic, nodes in found.items()]
+        more = [f"{count(len(texts) - _NAMED, 'other topic')}"] if len(texts) > _NAMED else []
+        names = ", ".join([*texts[:_NAMED], *more])
+        text = f"warning: other nodes publish, too: {names}; subscriptions get the messages of both"
+        self._notes(escape(f"{text}\nhint: {self._way_out(found)}"))
+
+    def _way_out(self, published: Mapping[str, object]) -> str:
+        """The options with which the first of these topics is not published twice."""
+        for name, publisher in self._publishers.items():
+            if publisher.topic_name in published:
+                renamed = f"--remap {name}:=/bag{publisher.topic_name} plays it with another name"
+                return f"{renamed}, --exclude-topics {name} leaves it out"
+        return "without --clock, only the other one is there"
+
     def wait_for_others(self, graph: GraphSnapshot | None, limit_s: float) -> None:
         """Return when the subscriptions and services of the graph are connected."""
         if graph is None:
             return
         subscriptions = [(one, self._matching(graph, one)) for one in self._all()]
         end = time.monotonic() + limit_s
-        for publisher, count in subscriptions:
-            while publisher.get_subscription_count() < count and time.monotonic() < end:
+        for publisher, expected in subscriptions:
+            while publisher.get_subscription_count() < expected and time.monotonic() < end:
                 time.sleep(_PERIOD_S)
         for client in self._clients.values():
             if not graph.servers(client.service):

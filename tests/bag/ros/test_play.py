@@ -274,6 +274,23 @@ def test_what_cannot_be_played_is_named_and_the_rest_is_played(domain, tmp_path:
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
 
 
+def test_topics_that_other_nodes_publish_are_named_in_one_warning(domain, tmp_path: Path):
+    topics = map(string_topic, ("/bag/text", "/chatter", "/rosout"))
+    bag = bag_of(tmp_path / "bag", topics)
+    warning = (
+        "warning: other nodes publish, too: /bag/text (/bag_talker); subscriptions get the "
+        "messages of both\n"
+        "hint: --remap /bag/text:=/bag/bag/text plays it with another name, "
+        "--exclude-topics /bag/text leaves it out\n"
+    )
+    with talking(domain, "tests.support.bag_talker", "/bag/text"):
+        answer = launcher(domain, "bag", "play", bag)
+        assert answer.code == 0, answer
+        assert answer.err == f"{warning}playing 3 topics\nplayed 15 messages\n"
+        answer = launcher(domain, "bag", "play", bag, "--remap", "/bag/text:=/bag/other")
+        assert answer.err == "playing 3 topics\nplayed 15 messages\n"
+
+
 def test_nothing_that_can_be_played_is_an_error(domain, tmp_path: Path):
     bag = bag_of(tmp_path / "bag", REFUSED)
     answer = launcher(domain, "bag", "play", bag)
