@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.events import Effect, LogMessage, StartProcess
-from launcher.base.model.run_options import matches
+from launcher.base.model.run_options import RunOptions, matches
 from launcher.base.model.supervision import StartRule
 from launcher.base.text import several
 from launcher.language import launch_session
@@ -60,6 +60,18 @@ def refuse_domain(word: str, effects: Iterable[Effect]) -> None:
         f"ROS_DOMAIN_ID is '{word}', which is not a valid domain id: no node can start ({names})",
         hint=f"a domain is a number from 0 to {MAX_DOMAIN}: export ROS_DOMAIN_ID=0, or unset it",
     )
+
+
+def refuse_other_domains(options: RunOptions, effects: Iterable[Effect]) -> None:
+    """Refuse processes that the launch file puts into another domain than that of `--private`."""
+    for spec in (effect.spec for effect in effects if isinstance(effect, StartProcess)):
+        domain = spec.env.get("ROS_DOMAIN_ID")
+        if domain != str(options.domain_id):
+            what = "no ROS_DOMAIN_ID" if domain is None else f"ROS_DOMAIN_ID={domain}"
+            raise UsageError(
+                f"--private does not apply: {spec.name} ({spec.place}) has {what}",
+                hint="leave out --private, or what sets the domain in the launch file",
+            )
 
 
 def refuse_circles(rules: Sequence[StartRule], effects: Iterable[Effect]) -> None:

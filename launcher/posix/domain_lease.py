@@ -6,7 +6,7 @@ import contextlib
 import errno
 import random
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from launcher.base.errors import LauncherError
 from launcher.posix.ports import busy_domains
@@ -20,18 +20,18 @@ class NoFreeDomainError(LauncherError):
 
 
 @contextlib.contextmanager
-def leased_domain() -> Iterator[int]:
+def leased_domain(accepts: Callable[[int], bool] = lambda domain_id: True) -> Iterator[int]:
     """Hold a free domain id; the lease ends with the process at the latest.
 
-    Domains with open UDP ports are not free, even without a lease. Children that use the domain
-    must end before the lease. Raises NoFreeDomainError.
+    Domains with open UDP ports are not free, even without a lease, nor those that `accepts`
+    refuses. Children that use the domain must end before the lease. Raises NoFreeDomainError.
     """
     busy = busy_domains()
     for domain_id in random.sample(_DOMAIN_IDS, k=len(_DOMAIN_IDS)):
         if domain_id in busy:
             continue
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lease:
-            if _take(lease, domain_id):
+            if _take(lease, domain_id) and accepts(domain_id):
                 yield domain_id
                 return
     first, last = _DOMAIN_IDS[0], _DOMAIN_IDS[-1]

@@ -13,6 +13,7 @@ from launcher.run.part import PartRow, When
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
 prepared_hosts = lazy("launcher.hosts.launching.hosts_preparation:HostsPreparation")
 planned_hosts = lazy("launcher.hosts.launching.planned_hosts:PlannedHosts")
+private_domain = lazy("launcher.ros.discovery.free_domain:of_run")
 open_node = lazy("launcher.ros.helpers.spinning_node:SpinningNode")
 COMPOSED = "launcher.ros.composed"
 
@@ -37,6 +38,10 @@ SKIP_HOST = option(
     name="skip_hosts",
     default=(),
     repeat="all",
+)
+PRIVATE = option(
+    "--private",
+    "run in a ROS domain that is free, whatever ROS_DOMAIN_ID is; the first lines say which",
 )
 RECORDING = (
     option(
@@ -115,6 +120,13 @@ ROWS = (
                 serve="launcher.hosts.engine.detach_verb:serve",
             ),
         ),
+    ),
+    PartRow(
+        "launcher.run.private_domain:PrivateDomain",
+        When.FIRST,
+        lambda run: run.options.private,
+        options=(PRIVATE,),
+        check="launcher.run.private_domain:check",
     ),
     PartRow(
         "launcher.run.compose.composed_members:ComposedMembers",

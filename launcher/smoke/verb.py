@@ -28,7 +28,7 @@ from launcher.launch.target import (
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
 from launcher.packages import extras
-from launcher.run.parts import RECORDING
+from launcher.run.parts import PRIVATE, RECORDING
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
 from launcher.smoke.preflight import loader, script_checks
@@ -102,7 +102,8 @@ OPTIONS = (
     option("--force", "with --record: replace FILE if it exists"),
     option("--schema", "print the JSON Schema of files of expectations"),
 )
-_RUN_OPTIONS = tuple(one for one in RUN_OPTIONS if one not in RECORDING)  # --bag is theirs
+_ALL_RUN_OPTIONS = tuple(one for one in RUN_OPTIONS if one is not PRIVATE)  # it always is
+_RUN_OPTIONS = tuple(one for one in _ALL_RUN_OPTIONS if one not in RECORDING)  # --bag is theirs
 COMMAND = Command(
     "smoke",
     VERBS["smoke"],
@@ -130,7 +131,7 @@ _NOT_RECORDED = (
     *("--bag", "--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
 )
 # The words for the launcher, from the command line and from a file.
-LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *RUN_OPTIONS))
+LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *_ALL_RUN_OPTIONS))
 
 
 def main(words: Sequence[str]) -> int:

@@ -37,6 +37,7 @@ class RunOptions(Record):
     regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
     settings (docs/guides/browser.md). `warm`: start Python programs warm (docs/inside/warm.md), or
     none; None: nodes, where that is faster. What matches one of `compose` runs in one process.
+    `private`: in a ROS domain that no other run has, `domain_id`.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -76,6 +77,8 @@ class RunOptions(Record):
     hosts: str | None = None
     discovery: str | None = None
     skip_hosts: tuple[str, ...] = ()
+    private: bool = False
+    domain_id: int | None = None
     warm: bool | None = None
 
     @property

@@ -29,7 +29,7 @@ from launcher.launch.target import (
     LaunchRequest,
 )
 from launcher.launch.time_limit import limited
-from launcher.run.parts import prepared_hosts
+from launcher.run.parts import prepared_hosts, private_domain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -124,7 +124,10 @@ def main(words: Sequence[str]) -> int:
         units = importlib.import_module(ENABLE)
         code: int = (units.enable if parsed.enable else units.disable)(request, options)
         return code
-    return launch(request, options, source)
+    if not options.private:
+        return launch(request, options, source)
+    with private_domain(options) as options_with_domain:
+        return launch(request, options_with_domain, source)
 
 
 def launch(request: LaunchRequest, options: RunOptions, source: SettingsSource) -> int:
@@ -293,6 +296,10 @@ def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> N
         from launcher.launch import launch_checks
 
         launch_checks.refuse_circles(options.start_rules, core.effects)
+    if options.private:
+        from launcher.launch import launch_checks
+
+        launch_checks.refuse_other_domains(options, core.effects)
     domain = interpreter.environment.get("ROS_DOMAIN_ID", "")
     is_usual = not domain or (domain.isdecimal() and len(domain) < 3)
     if is_usual and not options.required:

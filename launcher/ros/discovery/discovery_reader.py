@@ -135,6 +135,11 @@ class DiscoveryReader:
             waited_s=now - start,
         )
 
+    @property
+    def participants(self) -> list[Participant]:
+        """Those that are there."""
+        return list(self._peers.values())
+
     def stop(self) -> None:
         """End `read` soon; may be called from another thread."""
         self._is_stopped = True

@@ -8,8 +8,13 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from typing import Any
 
 from launcher.posix import socket_directory
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.control.client import Connection
 
 _TIMEOUT_S = 0.3  # a run that takes longer is busy or suspended
 _OWN = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS")
@@ -34,15 +39,25 @@ def adopt(environment: MutableMapping[str, str], domain: Callable[[], int]) -> s
 
 
 def _settings(domain: Callable[[], int]) -> Iterator[Mapping[str, str]]:
-    paths = socket_directory.sockets(os.environ, os.getuid())
-    for path in paths:
+    for run in greetings():
+        settings = run.get("discovery")
+        if settings and run.get("domain_id") == domain():
+            yield settings
+
+
+def greetings() -> Iterator[Mapping[str, Any]]:
+    """What the active runs of this user say of themselves."""
+    for connection in connections():
+        yield connection.hello["run"]
+
+
+def connections() -> Iterator[Connection]:
+    """Connections to the active runs of this user, each until the next."""
+    for path in socket_directory.sockets(os.environ, os.getuid()):
         from launcher.control.client import Connection
 
         with (
             contextlib.suppress(socket_directory.ControlError),
             Connection(path, timeout_s=_TIMEOUT_S) as connection,
         ):
-            run = connection.hello["run"]
-            settings = run.get("discovery")
-            if settings and run.get("domain_id") == domain():
-                yield settings
+            yield connection

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -43,6 +44,16 @@ def test_a_domain_with_an_open_port_is_busy():
         taken.bind(("127.0.0.1", 7400 + 250 * domain_id + 10))
         assert domain_id in busy_domains()
     assert domain_id not in busy_domains()
+
+
+def test_a_domain_that_is_not_accepted_is_not_held():
+    refused: set[int] = set()
+    with leased_domain(lambda domain_id: len(refused) == 3 or bool(refused.add(domain_id))) as one:
+        assert len(refused) == 3
+        assert one not in refused
+        with contextlib.ExitStack() as stack:
+            others = {stack.enter_context(leased_domain(refused.__contains__)) for _ in refused}
+        assert others == refused
 
 
 def leased_elsewhere(domain_id: int, folder: Path) -> str:
