@@ -219,6 +219,19 @@ ROWS = (
         ),
     ),
     PartRow(
+        "launcher.run.helpers.namesake_checks:NamesakeChecks",
+        wanted=lambda run: run.options.check_domain and not run.options.private,
+        delay_s=0.3,  # leaves the processor to processes that are starting
+        options=(
+            option(
+                "--no-domain-check",
+                "do not warn of nodes of other runs with the names of nodes of this one",
+                name="check_domain",
+                value=False,
+            ),
+        ),
+    ),
+    PartRow(
         "launcher.run.reload.reload:Reloader",
         When.ASKED,
         verbs=(

@@ -79,6 +79,7 @@ class RunOptions(Record):
     skip_hosts: tuple[str, ...] = ()
     private: bool = False
     domain_id: int | None = None
+    check_domain: bool = True
     warm: bool | None = None
 
     @property

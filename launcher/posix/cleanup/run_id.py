@@ -70,12 +70,12 @@ def kin(pids: Iterable[int], run_id: str) -> dict[int, int]:
     return {pid: start for pid, start in family.items() if run_id_of(pid) in (None, run_id)}
 
 
-def ancestors() -> Iterator[int]:
-    """The process that has started this one, and so on."""
-    pid = os.getppid()
-    while pid:
-        yield pid
-        pid = int(proc.status_field(pid, "PPid") or 0)
+def ancestors(pid: int | None = None) -> Iterator[int]:
+    """The parent of a process, by default of this one, and so on."""
+    parent = os.getppid() if pid is None else int(proc.status_field(pid, "PPid") or 0)
+    while parent:
+        yield parent
+        parent = int(proc.status_field(parent, "PPid") or 0)
 
 
 def abandoned_groups() -> list[tuple[str, cgroup.Cgroup]]:

@@ -5,9 +5,10 @@ it. On their side these have a separate descriptor, since Fast DDS prints to sta
 
 * `ros_agent` (`launcher.ros.helpers.agent`): lifecycle transitions, components, and the timers on
   the ROS clock of a simulation. `launcher.run.ros_requests` answers requests whose node has exited.
-* `parameter_checks`: compares parameters with what nodes declare. `logger_levels`: the verb
-  `loglevel`. `graph_facts` (`launcher.ros.ready`): facts of `ready_when`, with rclpy only where a
-  fact needs a node.
+* `parameter_checks`: compares parameters with what nodes declare. `namesake_checks`: nodes of
+  others that have the names of ours. `warning_helpers` is what the two share.
+* `logger_levels`: the verb `loglevel`. `graph_facts` (`launcher.ros.ready`): facts of
+  `ready_when`, with rclpy only where a fact needs a node.
 * `launcher.run.watch`: which processes have loaded a file that has changed.
 * `client_process`: programs that are clients of the control socket, and outlive a killed launcher:
   the bridge (`--ros`), the flight recorder (`--record`), the server of the page (`--web`).

@@ -2,6 +2,7 @@
 
 AGENT = "launcher.ros.helpers.agent"
 LOGGER_LEVELS = "launcher.ros.helpers.logger_levels"
+NAMESAKES = "launcher.ros.helpers.namesakes"
 PARAMETER_CHECK = "launcher.ros.helpers.parameter_check"
 READY = "launcher.ros.ready"
 RESPONSIVENESS = "launcher.ros.helpers.responsiveness"

@@ -1,15 +1,13 @@
 """Starts `launcher.ros.helpers.parameter_check`, which compares parameters with declared ones.
 
-Some time after the start of nodes that have parameters, so that it delays none of them. It ends by
-itself, and is killed with the run, before leftovers are looked for; shared memory that it may have
-is freed as that of nodes.
+Some time after the start of nodes that have parameters, so that it delays none of them.
 """
 
 from __future__ import annotations
 
 from launcher.base.model.ros_arguments import PARAMETER, PARAMETER_FILE, full_node_name, ros_options
 from launcher.run.helpers.helper_programs import PARAMETER_CHECK
-from launcher.run.part import Part
+from launcher.run.helpers.warning_helpers import WarningHelpers
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,7 +17,6 @@ if TYPE_CHECKING:
     from launcher.base.model.events import LoadComponent
     from launcher.base.model.spec import ProcessSpec
     from launcher.posix.reactor import Timer
-    from launcher.run.helpers.json_lines import JsonLinesProcess
     from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
@@ -27,17 +24,17 @@ if TYPE_CHECKING:
 DELAY_S = 5.0
 
 
-class ParameterChecks(Part):
+class ParameterChecks(WarningHelpers):
     """One helper for each domain, now and then."""
+
+    program = PARAMETER_CHECK
 
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self._processes = run.all_processes.values()
         self._components: list[tuple[LoadComponent, str]] = []
         self._seen: set[int] = set()
-        self._helpers: list[JsonLinesProcess] = []
         self._timer: Timer | None = None
-        self._has_left = False
 
     def begin(self) -> None:
         for process in self._processes:
@@ -91,38 +88,7 @@ class ParameterChecks(Part):
             add(self.run.env if owner is None else owner.spec.env, _component(effect, name))
         self._components.clear()
         for domain, found in nodes.items():
-            self._start(environments[domain], found)
-
-    def _start(self, env: Mapping[str, str], nodes: list[dict[str, Any]]) -> None:
-        from launcher.run.helpers.json_lines import (
-            JsonLinesProcess,
-            own_end,
-            without_shared_memory,
-        )
-
-        try:
-            helper = JsonLinesProcess(
-                self.run.reactor,
-                PARAMETER_CHECK,
-                without_shared_memory(own_end(env)),
-                on_message=self.run.log.warn,
-                on_end=lambda code, line: self._helpers.remove(helper),
-            )
-        except OSError:
-            return  # there is no warning, and nothing else is missing
-        self._helpers.append(helper)
-        helper.send({"nodes": nodes})
-
-    def stopping(self) -> None:
-        """Let the helpers end."""
-        self._has_left = True
-        for helper in self._helpers:
-            helper.close_input()
-
-    def end_helpers(self) -> None:
-        for helper in self._helpers:
-            helper.close()
-        self._helpers.clear()
+            self.start_helper(environments[domain], {"nodes": found})
 
 
 def _node(pid: int, spec: ProcessSpec) -> dict[str, Any]:

@@ -40,6 +40,7 @@ SET_S = 5.0  # until a node has set a parameter
 REST_S = 3.0  # to read what is still in the sockets
 MAX_RUN_S = 3600.0  # after this the launcher stops by itself
 # These would connect the system to other machines, or to the log folder of another run.
+_WITHOUT_CHECKS = ("--no-parameter-check", "--no-domain-check")
 _NOT_INHERITED = ("ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS", "LAUNCHER_RUN_ID")
 
 
@@ -113,7 +114,7 @@ class System(Waits):
             self._start_observers(stack)
             self.recorder.begin()
             # The system is not disturbed while it is judged.
-            words = [*self.words, f"--timeout={self._longest_s:g}", "--no-parameter-check"]
+            words = [*self.words, f"--timeout={self._longest_s:g}", *_WITHOUT_CHECKS]
             output, foresees = self.folder / "launcher.out", self._judge is not None
             self._launcher = LauncherProcess(words, self.environment, output, foresees=foresees)
             if self._judge is not None:
