@@ -224,7 +224,7 @@ class ConsoleSession:
     def status(self, columns: int, *, few: bool) -> Sequence[Line]:
         """Lines of the status bar; one of them where there are `few` rows."""
         folder = _below_home(self._run.log_dir or "no log files")
-        hint = self.panel.hint(columns) or self._shell_verbs.hint
+        hint = self.panel.hint(columns) or self._shell_verbs.hint or self.help.hint
         if self._watch is not None and self.is_watching():
             hint = self._watch.hint
         return status_lines(self._processes, folder, columns, hint=hint, few=few, page=self._page)

@@ -22,7 +22,7 @@ ROWS = (
     ("topic list, node list, ...", "verbs of shells, until Ctrl-C"),
     ("Tab, Up, F2", "complete; previous lines; processes"),
     ("quit, or Ctrl-C", "stop everything"),
-    ("help all, help VERB", "every verb; one. Esc closes this"),
+    ("help all, help VERB", "every verb; how one is used"),
 )
 
 
@@ -33,6 +33,15 @@ class HelpView:
         self._display = display
         self._pager: Pager | None = None
         self._columns = 0
+        self._count = 0  # of the lines in this width
+        self._is_cut = False
+
+    @property
+    def hint(self) -> str:
+        """The keys; empty while it is closed."""
+        if self._pager is None:
+            return ""
+        return "Esc closes the help" + ("  PageUp, PageDown scroll" if self._is_cut else "")
 
     @property
     def is_open(self) -> bool:
@@ -59,8 +68,12 @@ class HelpView:
         if columns != self._columns:
             self._columns, self._pager = columns, Pager(follows=False)
             text = render(manual(ROWS, columns), columns, colour=self._display.colour)
-            self._pager.add(text.split("\n"))
-        return self._pager.lines(columns, max(1, min(MAX_ROWS, table_rows(rows))))
+            lines = text.split("\n")
+            self._pager.add(lines)
+            self._count = len(lines)
+        shown = self._pager.lines(columns, max(1, min(MAX_ROWS, table_rows(rows))))
+        self._is_cut = len(shown) < self._count
+        return shown
 
     def _redraw(self) -> None:
         self._display.footer_changed()
