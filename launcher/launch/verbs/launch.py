@@ -93,7 +93,7 @@ again to skip a wait.""",
         option("--disable", "stop and remove what --enable has installed"),
         *READING_OPTIONS,
     ),
-    exclusive=(("enable", "disable"), ("warm",)),
+    exclusive=(("enable", "disable"), ("enable", "private"), ("warm",)),
     groups=(("options about the run", RUN_OPTIONS),),
     epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
 )

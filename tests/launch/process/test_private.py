@@ -48,6 +48,7 @@ def test_processes_and_clients_have_the_domain_that_is_said(control_bench: Contr
     ("actions", "words", "errors"),
     [
         ("", ("--hosts", "hosts.yaml"), ["--private and --hosts exclude each other"]),
+        ("", ("--enable",), ["--private and --enable exclude each other"]),
         (
             'sh("true", name="other", additional_env={"ROS_DOMAIN_ID": "7"}),',
             (),
