@@ -5,10 +5,10 @@ text for the user goes to standard output as JSON. It ends after some seconds, o
 
 First it asks the other runs of this user, which are known for certain; then it reads the discovery
 messages, without DDS. A process of this machine is ours if it has the id of the run or descends
-from the launcher. Of one that cannot be looked at, or on another machine, that is not known: it may
-be a container or an ssh session of this run. Its node is reported if there is one more of the name
-in a process that is ours. What is found must be there a second time: a run that is being stopped
-while this one starts is no mistake.
+from the launcher, and is foreign if it has another id or is older than the launcher. Of others, on
+other machines, too, that is not known: they may be in a container or an ssh session of this run.
+Their nodes are reported if there is one more of the name in a process that is ours. What is found
+must be there a second time: a run that is being stopped while this one starts is no mistake.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ READ_S = 2.0
 ROUND_S = 1.0  # between two looks
 ROUNDS = 8
 ASK_S = 1.0  # for the answer of another run
+HOST_BYTES = 4  # of the prefix of a GUID: vendor and host
 _SETTINGS = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS", "RMW_IMPLEMENTATION")
 
 
@@ -63,6 +64,7 @@ class NamesakeSearch:
         self._names = {name for name in every if name is not None}
         self._unnamed = every.count(None)
         self._seen: set[str] = set()  # in processes that are ours
+        self._own: set[bytes] = set()  # participants, by the prefixes of their GUIDs
         self._runs: dict[str, str] = {}  # id -> how a user finds it
         self._domain_id = domains.environment_domain()
 
@@ -124,18 +126,30 @@ class NamesakeSearch:
     def _in_domain(self) -> Iterator[Namesake]:
         peers = self._participants()
         owners = self._owners()  # of those that started meanwhile, too
+        # Participants of this machine may answer from any of its addresses.
+        hosts = {peer.prefix[:HOST_BYTES] for peer in peers if peer.is_local}
         for peer in peers:
             names = [node.name for node in peer.nodes() if not is_hidden(node.name)]
-            pids = owners.get(peer.port, []) if peer.is_local else []
-            if any(map(self._is_ours, pids)):
+            is_near = peer.is_local or peer.prefix[:HOST_BYTES] in hosts
+            pids = owners.get(peer.port, []) if is_near else []
+            if peer.prefix in self._own or any(map(self._is_ours, pids)):
+                self._own.add(peer.prefix)
                 self._seen.update(names)
             elif pids:
-                run = run_id.run_id_of(pids[0])
-                where = f"pid {pids[0]}" if run is None else self._runs.get(run, f"run {run}")
-                yield from (Namesake(name, pids[0], where, is_foreign=True) for name in names)
+                yield from self._of_process(pids[0], names)
             else:
-                where = "a process of another user" if peer.is_local else f"at {peer.address[0]}"
+                where = "a process of another user" if is_near else f"at {peer.address[0]}"
                 yield from (Namesake(name, peer.prefix, where, is_foreign=False) for name in names)
+
+    def _of_process(self, pid: int, names: Sequence[str]) -> Iterator[Namesake]:
+        run = run_id.run_id_of(pid)
+        where = f"pid {pid}" if run is None else self._runs.get(run, f"run {run}")
+        is_foreign = run is not None or self._is_older(pid)
+        yield from (Namesake(name, pid, where, is_foreign=is_foreign) for name in names)
+
+    def _is_older(self, pid: int) -> bool:
+        started, launcher_started = proc.start_ticks(pid), proc.start_ticks(self._launcher)
+        return started is not None and launcher_started is not None and started < launcher_started
 
     def _participants(self) -> Sequence[Participant]:
         if not domains.is_plain():

@@ -30,7 +30,7 @@ def generate_launch_description():
     return LaunchDescription([
         Node(executable=sys.executable, arguments=["-m", "tests.support.hosts.acquaintance", "us"],
              name="talker", cwd={cwd!r}, prefix={prefix!r}),
-        Node(executable="/bin/sleep", arguments=["1000"]),
+        Node(executable=sys.executable, arguments=["-c", "import time; time.sleep(1000)"]),
     ])
 """
 
@@ -80,7 +80,7 @@ def test_a_node_that_this_run_starts_on_another_machine_is_ours(lab: Lab, file: 
         wait_until(lambda: "other" in file.with_name("bot").read_text(), "it hears itself")
         with launcher(lab, file) as run:
             wait_until(lambda: helpers(run), f"it looks; {shown(file)}")
-            # As long as it can, since /bin/sleep never has a node whose name could be /other.
+            # As long as it can, since the second process might have the name of the other.
             wait_until(lambda: not helpers(run), "it has looked")
             nodes = lab.operator.launcher("node", "list", env=ENV).stdout
             assert nodes == "/other\n/talker\n"

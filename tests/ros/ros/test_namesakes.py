@@ -99,6 +99,25 @@ def test_a_node_that_was_started_by_hand_is_named_with_its_pid(bench: ControlBen
             assert lines_of(run) == []
 
 
+def test_a_younger_process_may_be_a_container_of_this_run(bench: ControlBench):
+    """It is no descendant of the launcher, and does not have the run's id."""
+    nodes = "".join(
+        "__import__('launch_ros').actions.Node(executable=sys.executable, "
+        f"arguments=['-c', 'import time; time.sleep(1000)']{more}),"
+        for more in (", name='silent'", "")
+    )
+    with (
+        talking(bench.env, "tests.support.bag_talker", "/bag/text"),
+        # It looks as long as it can: the second process might have the name of the talker.
+        bench.launch(nodes) as run,
+    ):
+        wait_until(lambda: helpers(run), "it looks")
+        with talking(bench.env, "tests.support.silent_node"):
+            assert helpers(run)
+            wait_until(lambda: not helpers(run), "it has looked")
+        assert lines_of(run) == []
+
+
 @pytest.mark.parametrize("words", [(), ("--cold",)], ids=["warm", "cold"])
 def test_own_nodes_are_never_reported_also_when_they_are_restarted(
     bench: ControlBench, words: tuple[str, ...]
