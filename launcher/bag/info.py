@@ -223,7 +223,7 @@ def _topic(info: Info, topic: Topic) -> dict[str, Any]:
     found: dict[str, Any] = {
         "name": topic.name,
         "type": topic.type,
-        "count": info.count(topic),
+        "messages": info.count(topic),
         "serialization_format": topic.serialization,
         "type_hash": topic.type_hash,
         "qos": [dict(profile) for profile in topic.qos],

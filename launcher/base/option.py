@@ -95,6 +95,11 @@ HELP = option("-h, --help", "show this help")
 DEBUG = option("--debug", "show the traceback of an error")
 
 
+# What such options print is in posix/json_output.py.
+JSON = option("--json", "print one JSON object")
+JSON_LINES = option("--json", "print one JSON object per line")
+
+
 # Of every command of a shell, and in front of it. `cli.workspace_option` takes it out.
 WORKSPACE = option(
     "--workspace DIR", "the colcon workspace, instead of that around the working directory"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import Any
 
-from launcher.base import strict_json
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
 from launcher.base.model.level import Level
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, option
 from launcher.base.verb_table import VERBS
 from launcher.doctor.checks import check_all
 from launcher.doctor.collect import collect
@@ -17,6 +17,7 @@ from launcher.doctor.doctor_facts import Finding, WorkspaceFacts
 from launcher.doctor.repairs import repair
 from launcher.packages.activation import activate
 from launcher.packages.workspace import Workspace, current
+from launcher.posix.json_output import print_document
 
 COMMAND = Command(
     "doctor",
@@ -29,7 +30,7 @@ left. Nothing is changed without --fix. `wtf` is the same verb.""",
             "--fix",
             "stop processes whose launcher is gone, remove their shared memory, and check again",
         ),
-        option("--json", "print one JSON object"),
+        JSON,
         DEBUG,
     ),
     epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line",
@@ -46,7 +47,10 @@ def main(words: Sequence[str]) -> int:
         done = repair(facts)
         facts = collect(os.environ, workspace)
     findings = check_all(facts)
-    print(as_json(findings, done) if options.json else as_text(findings, done))
+    if options.json:
+        print_document(as_document(findings, done))
+    else:
+        print(as_text(findings, done))
     is_well = all(finding.level is not Level.PROBLEM for finding in findings)
     return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
 
@@ -79,11 +83,11 @@ def as_text(findings: Sequence[Finding], done: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def as_json(findings: Sequence[Finding], done: Sequence[str]) -> str:
-    """`well` is whether there is no problem; `done` is what --fix did."""
+def as_document(findings: Sequence[Finding], done: Sequence[str]) -> dict[str, Any]:
+    """`well` is whether there is no problem; `fixed` is what --fix did."""
     entries = [
         {
-            "name": finding.name,
+            "check": finding.name,
             "level": finding.level.value,
             "text": finding.text,
             "advice": finding.advice,
@@ -92,4 +96,4 @@ def as_json(findings: Sequence[Finding], done: Sequence[str]) -> str:
         for finding in findings
     ]
     well = all(finding.level is not Level.PROBLEM for finding in findings)
-    return strict_json.dumps({"well": well, "done": list(done), "findings": entries}, indent=2)
+    return {"well": well, "fixed": list(done), "findings": entries}

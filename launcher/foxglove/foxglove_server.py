@@ -13,11 +13,11 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from launcher.base import strict_json
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
 from launcher.packages.extras import install_command
 from launcher.posix.dispositions import heeded
+from launcher.posix.json_output import print_line
 from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
@@ -68,7 +68,10 @@ async def _serve(observer: Observer, options: ServerOptions) -> None:
     from launcher.foxglove.foxglove_bridge import FoxgloveBridge
 
     def report(event: str, **fields: object) -> None:
-        print(_line(event, fields, as_json=options.json), flush=True)
+        if options.json:
+            print_line({"event": event, **fields})
+        else:
+            print(_line(event, fields), flush=True)
 
     stop = asyncio.Event()
     for signum in heeded((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
@@ -82,7 +85,7 @@ async def _serve(observer: Observer, options: ServerOptions) -> None:
     )
     try:
         async with _listening(bridge, options.host, options.port) as port:
-            report("listening", url=_url(options.host, port), domain=observer.domain_id)
+            report("listening", url=_url(options.host, port), domain_id=observer.domain_id)
             if options.host not in _LOOPBACK and not options.read_only:
                 warn(
                     "warning: whoever reaches this address can publish, call services and set "
@@ -163,9 +166,7 @@ def _url(host: str, port: int) -> str:
     return f"ws://[{name}]:{port}" if ":" in name else f"ws://{name}:{port}"
 
 
-def _line(event: str, fields: dict[str, object], *, as_json: bool) -> str:
-    if as_json:
-        return strict_json.dumps({"event": event, **fields})
+def _line(event: str, fields: dict[str, object]) -> str:
     if event == "listening":
-        return f"listening on {fields['url']} (domain {fields['domain']})"
+        return f"listening on {fields['url']} (domain {fields['domain_id']})"
     return f"client {fields['client']} {event} ({fields['address']})"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 
 from launcher.base.command_line import Parsed
-from launcher.base.option import count, number, option
+from launcher.base.option import JSON_LINES, count, number, option
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import GraphAccess, dispatch, ros_command
 
@@ -58,6 +58,7 @@ COMMAND = ros_command(
         _megabytes,
         _QUEUE_MB,
     ),
+    json=JSON_LINES,
 )
 
 main = functools.partial(dispatch, COMMAND)

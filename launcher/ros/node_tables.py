@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from launcher.base.ros_errors import VerbError, did_you_mean
@@ -114,8 +114,14 @@ class Row:
     pid: int | None = None
     run: str | None = None
     cpu_percent: float | None = None
-    memory_bytes: int | None = None
+    uss_bytes: int | None = None
     uptime_s: float | None = None
+
+    def document(self) -> dict[str, object]:
+        """For JSON, with the names of `ps`."""
+        found = asdict(self)
+        head = {"name": found.pop("node"), "program": found.pop("process")}
+        return {**head, "run_id": found.pop("run"), **found}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,7 +189,7 @@ def _process_row(
         pid=pid,
         run=found.run,
         cpu_percent=cpu_percent,
-        memory_bytes=found.uss_bytes,
+        uss_bytes=found.uss_bytes,
         uptime_s=round(found.uptime_s, 1),
     )
 
@@ -255,7 +261,7 @@ def _cells(row: Row) -> tuple[str, ...]:
         "" if row.pid is None else str(row.pid),
         row.run or "",
         "" if row.cpu_percent is None else f"{row.cpu_percent:.1f}%",
-        "" if row.memory_bytes is None else f"{row.memory_bytes / 1e6:.1f} MB",
+        "" if row.uss_bytes is None else f"{row.uss_bytes / 1e6:.1f} MB",
         "" if row.uptime_s is None else _duration(row.uptime_s),
         row.liveness,
     )

@@ -75,6 +75,16 @@ def plain_value(value: Any) -> Any:
     return list(held) if value.type > STRING else held
 
 
+def unset() -> Any:
+    """The value of a parameter that has none."""
+    return ParameterValue()
+
+
+def document(name: str, value: Any) -> dict[str, Any]:
+    """A parameter for JSON."""
+    return {"name": name, "type": type_name(value.type), "value": plain_value(value)}
+
+
 def value_text(value: Any, *, hide_type: bool) -> str:
     if value.type not in KINDS:
         return "None" if hide_type else "Parameter not set."

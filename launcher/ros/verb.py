@@ -10,15 +10,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from launcher.base import strict_json
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.record import Record
-from launcher.base.option import DEBUG, Option, option
+from launcher.base.option import DEBUG, JSON, Option, option
 from launcher.base.option import seconds as any_seconds
 from launcher.base.text import count, escape_controls
+from launcher.posix import json_output
 from launcher.posix.dispositions import heeded
-from launcher.posix.stdio import can_print
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -42,13 +41,11 @@ _COMMON_OPTIONS = (
         "server)",
         seconds,
     ),
-    option("--json", "print JSON"),
     DEBUG,
     option("--no-observer", "do not ask the observer of a run with --ros"),
     option("--no-daemon", "ignored, for compatibility with ros2"),
 )
-DOMAIN_OPTIONS = (_DOMAIN, *_COMMON_OPTIONS)
-_BEYOND_LATIN = "\u2500"
+DOMAIN_OPTIONS = (_DOMAIN, JSON, *_COMMON_OPTIONS)
 _WITHOUT_GRAPH = ("interface",)
 SIM_TIME = option("-s, --use-sim-time", "use the time on /clock")
 _NO_SIM_TIME = option("-s, --use-sim-time", "ignored, for compatibility with ros2")
@@ -62,14 +59,16 @@ def ros_command(
     groups: tuple[tuple[str, tuple[Option, ...]], ...] = (),
     exclusive: tuple[tuple[str, ...], ...] = (),
     about: str = "",
+    json: Option | None = JSON,
 ) -> Command:
     """A command with these arguments and options, and those that all ROS verbs have.
 
-    The domain has no `-d` where that is something else.
+    The domain has no `-d` where that is something else. `json` None: it has no answer in JSON.
     """
     has_own = any("-s" in one.flags for one in entries)
     general = _COMMON_OPTIONS if has_own else (*_COMMON_OPTIONS, _NO_SIM_TIME)
     domain = _LONG_DOMAIN if any("-d" in one.flags for one in entries) else _DOMAIN
+    entries += () if json is None else (json,)
     return Command(
         name,
         help_text,
@@ -255,7 +254,7 @@ def warn(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def show(options: Parsed, document: object, lines: Iterable[object]) -> int:
+def show(options: Parsed, document: Mapping[str, object], lines: Iterable[object]) -> int:
     """Print the document with --json, the lines without; the exit code."""
     if options.json:
         print_json(document)
@@ -265,19 +264,29 @@ def show(options: Parsed, document: object, lines: Iterable[object]) -> int:
     return ExitCode.OK
 
 
-def show_names(options: Parsed, names: Sequence[str], *, only_count: bool) -> int:
-    """Print names, or how many there are; the exit code."""
-    return show(options, names, [len(names)] if only_count else names)
+def show_typed(
+    options: Parsed,
+    kind: str,
+    found: Mapping[str, Sequence[str]],
+    *,
+    only_count: bool,
+    with_types: bool = False,
+) -> int:
+    """Print names, or how many there are, or names with their types; the exit code.
 
-
-def show_typed(options: Parsed, found: Mapping[str, Sequence[str]], *, only_count: bool) -> int:
-    """Print names with their types (`-t`), or how many there are; the exit code."""
+    `kind` is what they are: the key of their list in the document.
+    """
     lines: Iterable[object] = found
     if only_count:
         lines = [len(found)]
-    elif options.show_types:
+    elif with_types:
         lines = (f"{name} [{', '.join(types)}]" for name, types in found.items())
-    return show(options, [{"name": name, "types": types} for name, types in found.items()], lines)
+    return show(options, {kind: typed(found.items())}, lines)
+
+
+def typed(found: Iterable[tuple[str, Sequence[str]]]) -> list[dict[str, object]]:
+    """Names with their types, for a document."""
+    return [{"name": name, "types": list(types)} for name, types in found]
 
 
 def to_json_plain(value: object) -> Any:
@@ -289,13 +298,8 @@ def to_json_plain(value: object) -> Any:
     return [to_json_plain(item) for item in value] if isinstance(value, list) else value
 
 
-def print_json(document: object) -> None:
-    print(json_text(to_json_plain(document), indent=2))
-
-
-def json_text(value: Any, **style: Any) -> str:
-    """As JSON, with escapes where the output lacks characters: they would be replaced."""
-    return strict_json.dumps(value, ensure_ascii=not can_print(_BEYOND_LATIN), **style)
+def print_json(document: Mapping[str, object]) -> None:
+    json_output.print_document(to_json_plain(document))
 
 
 class _EscapingStream:

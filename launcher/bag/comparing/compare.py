@@ -236,8 +236,8 @@ def document(result: Comparison, paths: Mapping[str, str]) -> dict[str, object]:
         "topics": [
             {
                 "name": topic.name,
-                "a": None if topic.a is None else asdict(topic.a),
-                "b": None if topic.b is None else asdict(topic.b),
+                "a": None if topic.a is None else topic.a.document(),
+                "b": None if topic.b is None else topic.b.document(),
                 "compared": topic.compared,
                 "differences": [
                     {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from launcher.bag.bag_model import Topic
 from launcher.bag.topic_course import NS, longest_gap, mean_hz
@@ -28,6 +28,11 @@ class Traits:
     gap_s: float | None = None
     latency_s: float | None = None
     latency_p99_s: float | None = None
+
+    def document(self) -> dict[str, object]:
+        """For JSON, with the names of `bag info`."""
+        found = asdict(self)
+        return {"name": found.pop("name"), "messages": found.pop("count"), **found}
 
 
 def traits_of(topic: Topic, times_ns: Sequence[int], latencies_ns: Sequence[int] = ()) -> Traits:

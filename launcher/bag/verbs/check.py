@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, option
 from launcher.base.text import count
 from launcher.ros.verb import show, warn
 
@@ -26,7 +26,7 @@ def _check(options: Parsed) -> int:
                 for line in check.repair(report, os.environ.get("ROS_DISTRO", "jazzy")):
                     print(line)
         reports = [check.check(path) for path in options.bags]
-    show(options, [_document(one) for one in reports], _lines(reports))
+    show(options, {"bags": [_document(one) for one in reports]}, _lines(reports))
     if all(report.is_whole for report in reports):
         return ExitCode.OK
     broken = " ".join(report.path for report in reports if report.is_repairable)
@@ -82,7 +82,7 @@ COMMAND = Command(
             "finish files of recorders that were killed, leave out what is damaged (the damaged "
             "file is kept) and write metadata.yaml anew",
         ),
-        option("--json", "print JSON"),
+        JSON,
         DEBUG,
     ),
     abbreviations=True,

@@ -9,7 +9,7 @@ from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, selected
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, number, option
+from launcher.base.option import DEBUG, JSON, number, option
 from launcher.base.text import aligned, count
 from launcher.ros.verb import show
 
@@ -151,7 +151,7 @@ COMMAND = Command(
             choices=_ALIGNMENTS,
             default="start",
         ),
-        option("--json", "print JSON"),
+        JSON,
         DEBUG,
     ),
     abbreviations=True,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, option
 from launcher.posix.stdio import can_print
 from launcher.ros.verb import print_json, warn
 
@@ -39,7 +39,7 @@ def _info(options: Parsed) -> int:
     for one in found:
         warn_of(one.bag)
     if options.json:
-        print_json([info.document(one) for one in found])
+        print_json({"bags": [info.document(one) for one in found]})
         return ExitCode.OK
     width = shutil.get_terminal_size().columns
     for one in found:
@@ -70,7 +70,7 @@ COMMAND = Command(
         option("--sort KEY", "order of topics (default: name)", choices=_SORTS, default="name"),
         option("--no-rates", "no rates over time"),
         _STORAGE,
-        option("--json", "print JSON"),
+        JSON,
         DEBUG,
     ),
     abbreviations=True,

@@ -123,4 +123,5 @@ COMMAND = ros_command(
     ),
     option("--disable-keyboard-controls", "read no keys"),
     exclusive=(("clock_topics", "clock_topics_all"),),
+    json=None,
 )

@@ -141,4 +141,5 @@ COMMAND = ros_command(
     *_WHAT,
     *_FILES,
     *_HOW,
+    json=None,
 )

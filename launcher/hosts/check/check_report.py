@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from launcher.base.model.level import Level
@@ -129,13 +129,19 @@ def as_document(result: Examination) -> dict[str, Any]:
     return {
         "well": result.is_well,
         "discovery": None if result.mode is None else result.mode.value,
-        "hosts": {name: _member(one) for name, one in result.survey.members.items()},
+        "hosts": [{"name": name, **_member(one)} for name, one in result.survey.members.items()],
         "network": {
             kind: [list(pair) for pair in result.survey.lost(kind)]
             for kind in ("unicast", "multicast")
         },
         "findings": _findings(result.findings),
     }
+
+
+def _folder(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """With units, which the facts of the probe do not name."""
+    units = {"total": "total_bytes", "free": "free_bytes"}
+    return {units.get(key, key): value for key, value in facts.items()}
 
 
 def _findings(findings: Sequence[HostFinding]) -> list[dict[str, Any]]:
@@ -172,10 +178,10 @@ def _member(member: CheckedHost) -> dict[str, Any]:
         "missing": facts["missing"],
         "clock_offset_s": None if clock is None else clock.offset_s,
         "clock_uncertainty_s": None if clock is None else clock.uncertainty_s,
-        "distro": distro_of(member),
+        "ros_distro": distro_of(member),
         "middleware": middleware_of(member),
-        "domain": domain_of(member),
-        "folders": facts["folders"],
+        "domain_id": domain_of(member),
+        "folders": [_folder(one) for one in facts["folders"]],
         "max_sessions": facts["max_sessions"],
         "addresses": facts["addresses"],
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, option, positive_seconds
+from launcher.base.option import DEBUG, JSON, option, positive_seconds
 from launcher.hosts.verbs.hosts_options import HOSTS, hosts_file
 from launcher.launch.target import (
     ABOUT_TARGET,
@@ -36,9 +36,9 @@ def _check(parsed: Parsed) -> int:
         timeout_s=parsed.timeout,
     )
     if parsed.json:
-        from launcher.base import strict_json
+        from launcher.posix.json_output import print_document
 
-        print_text(strict_json.dumps(as_document(result), indent=1))
+        print_document(as_document(result))
     else:
         print_text(as_text(result))
     return ExitCode.OK if result.is_well else ExitCode.PROCESS_FAILED
@@ -75,7 +75,7 @@ CHECK = Command(
         HOSTS,
         DISCOVERY,
         option("--timeout S", "longest wait for a host", positive_seconds, 5.0),
-        option("--json", "print one JSON object"),
+        JSON,
         EVALUATION_TIMEOUT,
         DEBUG,
     ),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode, UsageError
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, option
 from launcher.base.verb_table import VERBS
 from launcher.posix.stdio import print_text
 
@@ -19,7 +19,7 @@ COMMAND = Command(
 Show when each process was asked for, started and ready, which ones took longest, and the chain of
 waits that the start-up took. RUN is the id, pid or target of a running launch, or the log folder of
 a run; default: the newest run of this log folder.""",
-    options=(option("--json", "print everything as one JSON object"), DEBUG),
+    options=(JSON, DEBUG),
 )
 
 
@@ -33,9 +33,9 @@ def main(words: Sequence[str]) -> int:
     if not found.processes:
         raise UsageError(f"no process has been started so far: {folder}")
     if parsed.json:
-        from launcher.base import strict_json
+        from launcher.posix.json_output import print_document
 
-        print_text(strict_json.dumps(timeline_report.document(found), indent=1))
+        print_document(timeline_report.document(found))
     else:
         columns = _columns()
         print_text("\n".join(timeline_report.lines(found, columns)))

@@ -18,11 +18,13 @@ if TYPE_CHECKING:
     from launcher.launch.plan.plan_places import Placed
 
 GENERATED = "<generated>"
+VERSION = 1  # see docs/plan-json.md
 
 
 def document(plan: Plan, placed: Sequence[Placed] = ()) -> dict[str, Any]:
     """The document; `placed` are the processes on their hosts, if there is a hosts file."""
     result: dict[str, Any] = {
+        "version": VERSION,
         "arguments": None
         if plan.arguments is None
         else [_argument(argument) for argument in plan.arguments],

@@ -10,7 +10,7 @@ from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, LaunchFileError, UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
-from launcher.base.option import option
+from launcher.base.option import JSON, option
 from launcher.base.verb_table import VERBS
 from launcher.launch.launch_options import (
     LOG_LEVEL,
@@ -60,9 +60,7 @@ launch has done so far.
 
 {ABOUT_TARGET}""",
     options=(
-        option(
-            "--json", "print the plan as one JSON object; exit code 0 also if the launch file fails"
-        ),
+        replace(JSON, help=f"{JSON.help}; exit code 0 also if the launch file fails"),
         LENIENT,
         EVALUATION_TIMEOUT,
         _HOSTS,
@@ -219,9 +217,9 @@ def _print_answer(run: ListedRun, parsed: Parsed, verb: str, **options: Any) -> 
     with run.connect() as connection:
         reply = connection.ask(verb, **options)
     if parsed.json:
-        from launcher.base import strict_json
+        from launcher.posix.json_output import print_document
 
-        print_text(strict_json.dumps(reply.result, indent=1))
+        print_document(reply.result)
     else:
         print_text("\n".join(reply.text))
     return ExitCode.OK
@@ -276,14 +274,14 @@ def _show_document(
     remarks: Sequence[str] = (),
 ) -> None:
     """The document alone on standard output; for people, the rest on standard error."""
-    from launcher.base import strict_json
     from launcher.launch.plan.plan_json import document
+    from launcher.posix.json_output import print_document
 
     placed = () if places is None else places.placed
     found = document(plan, placed)
     if places is not None:
         found["discovery"] = places.discovery_document()
-    print_text(strict_json.dumps(found, indent=1))
+    print_document(found)
     for line in [*_warnings(plan, places), *remarks, *(error.render() for error in errors)]:
         print(line, file=sys.stderr)
 

@@ -127,10 +127,12 @@ def warn_if_unknown(full: str) -> None:
         warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")
 
 
-def names_of_type(known: Mapping[str, Sequence[str]], type_name: str, kind: str) -> list[str]:
-    """The names with this type; without any, a warning if no such type is installed."""
+def of_type(
+    known: Mapping[str, Sequence[str]], type_name: str, kind: str
+) -> dict[str, Sequence[str]]:
+    """Those with this type; without any, a warning if no such type is installed."""
     full = full_type(type_name, kind)
-    found = [name for name, types in known.items() if full in types]
+    found = {name: types for name, types in known.items() if full in types}
     if not found:
         warn_if_unknown(full)
     return found

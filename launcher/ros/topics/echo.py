@@ -11,6 +11,7 @@ from launcher.base.errors import UsageError
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import typed_error
 from launcher.posix.dispositions import Endable
+from launcher.posix.json_output import json_line
 from launcher.ros.messages.to_yaml import (
     Style,
     dump,
@@ -20,7 +21,7 @@ from launcher.ros.messages.to_yaml import (
     yaml_pieces,
 )
 from launcher.ros.topics.listener import ReceivedMessage
-from launcher.ros.verb import json_text, to_json_plain
+from launcher.ros.verb import to_json_plain
 
 Check = Callable[[Any], bool]
 _STEP = re.compile(r"\[-?\d+\]|[^.\[]+|\[.*")  # of a path: `[2]` or a name
@@ -91,7 +92,7 @@ class Writer:
     def pieces(self, sample: ReceivedMessage, value: object) -> Iterator[str]:
         """What is printed for `value`; in pieces, so that long arrays are not held as text."""
         if self.json:
-            yield json_text(self._document(sample, value)) + "\n"
+            yield json_line(self._document(sample, value)) + "\n"
         elif self.prefixed:
             text = self._info(sample) + "".join(self._body(value))
             yield "".join(

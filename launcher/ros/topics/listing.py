@@ -30,6 +30,14 @@ class ListedTopic:
     def label(self) -> str:
         return f"{self.name} [{', '.join(self.types)}]"
 
+    def document(self) -> dict[str, object]:
+        return {
+            "name": self.name,
+            "types": list(self.types),
+            "publisher_count": self.publishers,
+            "subscription_count": self.subscriptions,
+        }
+
 
 def known_types(graph: GraphSnapshot) -> dict[str, list[str]]:
     """Every topic and its types, sorted by name."""
@@ -104,7 +112,12 @@ def mismatch_documents(found: Iterable[Mismatch]) -> list[dict[str, Any]]:
             "subscription": m.subscription.node,
             "publishers": [e.node for e in m.publishers],
             "policies": [
-                {"policy": f.policy, "offered": f.offered, "asked": f.requested, "repair": f.advice}
+                {
+                    "policy": f.policy,
+                    "offered": f.offered,
+                    "requested": f.requested,
+                    "advice": f.advice,
+                }
                 for f in m.faults
             ],
         }

@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING, Any
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
-from launcher.base.option import option
+from launcher.base.option import JSON_LINES, option
 from launcher.base.verb_table import VERBS
 from launcher.posix.dispositions import Handled
+from launcher.posix.json_output import print_line
 from launcher.ros.verb import (
     GraphAccess,
     dispatch,
     graph_snapshot,
-    json_text,
     observing,
     ros_command,
     seconds,
     show,
-    show_names,
     show_typed,
     spin_time_s,
     standard_input,
@@ -47,7 +46,13 @@ SHOW_TYPES = option("-t, --show-types", "show their types")
 
 def _list(options: Parsed) -> int:
     found = graph_snapshot(options).action_types()
-    return show_typed(options, found, only_count=options.count_actions)
+    return show_typed(
+        options,
+        "actions",
+        found,
+        only_count=options.count_actions,
+        with_types=options.show_types,
+    )
 
 
 def _info(options: Parsed) -> int:
@@ -98,10 +103,10 @@ def _type(options: Parsed) -> int:
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import names_of_type
+    from launcher.ros.messages.interfaces import of_type
 
-    found = names_of_type(graph_snapshot(options).action_types(), options.action_type, "action")
-    return show_names(options, found, only_count=options.count_actions)
+    found = of_type(graph_snapshot(options).action_types(), options.action_type, "action")
+    return show_typed(options, "actions", found, only_count=options.count_actions)
 
 
 def _send_goal(options: Parsed) -> int:
@@ -142,7 +147,11 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
     from launcher.ros.service_caller import NoAnswerError
 
     def feedback(message: Any) -> None:
-        _tell(options, {"feedback": message}, f"Feedback:\n    {_yaml(message, options)}")
+        _tell(
+            options,
+            {"event": "feedback", "feedback": message},
+            f"Feedback:\n    {_yaml(message, options)}",
+        )
 
     goal = Goal(caller, kind, name, feedback if options.feedback else None)
     _tell(options, None, "Waiting for an action server to become available...")
@@ -153,7 +162,7 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
         with _interrupts() as goal.interrupts:
             limit_s = _ANSWER_S if options.timeout is None else options.timeout
             accepted = goal.send(values, limit_s)
-            document = {"accepted": accepted, "goal_id": goal.id}
+            document = {"event": "accepted" if accepted else "rejected", "goal_id": goal.id}
             if not accepted:
                 _tell(options, document, "Goal was rejected.")
                 return ExitCode.PROCESS_FAILED
@@ -168,7 +177,7 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
         return ExitCode.PROCESS_FAILED
     status, result = found
     text = f"Result:\n    {_yaml(result, options)}\nGoal finished with status: {status}"
-    _tell(options, {"status": status, "result": result}, text)
+    _tell(options, {"event": "ended", "status": status, "result": result}, text)
     return ExitCode.OK if status == "SUCCEEDED" else ExitCode.PROCESS_FAILED
 
 
@@ -184,7 +193,7 @@ def _interrupts() -> Iterator[list[int]]:
 def _cancel(goal: Goal, options: Parsed) -> None:
     _tell(options, None, "Canceling goal...")
     goal.cancel()
-    _tell(options, {"canceled": True, "goal_id": goal.id}, "Goal canceled.")
+    _tell(options, {"event": "canceled", "goal_id": goal.id}, "Goal canceled.")
 
 
 def _yaml(message: Any, options: Parsed) -> str:
@@ -204,7 +213,7 @@ def _tell(options: Parsed, document: dict[str, Any] | None, text: str) -> None:
             name: to_json_plain(to_plain(value)) if hasattr(value, "SLOT_TYPES") else value
             for name, value in document.items()
         }
-        print(json_text(plain), flush=True)
+        print_line(plain)
 
 
 COMMAND = Command(
@@ -237,6 +246,7 @@ COMMAND = Command(
                 "goal, which is then cancelled (default: 30 for the answer, else without end)",
                 seconds,
             ),
+            json=JSON_LINES,
         ),
     ),
 )

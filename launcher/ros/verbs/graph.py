@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Parsed
 from launcher.base.errors import ExitCode, LauncherError
-from launcher.base.option import option
+from launcher.base.model.record import replace
+from launcher.base.option import JSON, option
 from launcher.base.verb_table import VERBS
+from launcher.posix.json_output import print_line
 from launcher.ros.verb import (
     dispatch,
     graph_snapshot,
@@ -96,8 +98,14 @@ def _diff(before: TopicGraph, after: TopicGraph, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
 
     lines = difference(before, after)
-    show(options, lines, lines)
+    show(options, {"differences": [_change(line) for line in lines]}, lines)
     return ExitCode.PROCESS_FAILED if lines else ExitCode.OK
+
+
+def _change(line: str) -> dict[str, object]:
+    """A line of `difference`, for JSON."""
+    sign, _, text = line.partition(" ")
+    return {"change": "new" if sign == "+" else "gone", "text": text}
 
 
 def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
@@ -105,15 +113,19 @@ def _watch(observer: Observer, chosen: Filter, options: Parsed) -> int:
     from launcher.ros.snapshot.diff import difference
     from launcher.ros.verbs.streams import until_interrupted
 
-    print_line = functools.partial(print, flush=True)
+    print_text = functools.partial(print, flush=True)
     with until_interrupted():
         before = chosen.apply(observer.topic_graph())
-        print_line(to_tree(before, chosen.mode))
+        if not options.json:
+            print_text(to_tree(before, chosen.mode))
         while True:
             time.sleep(options.period)
             after = chosen.apply(observer.topic_graph())
             for line in difference(before, after):
-                print_line(f"{time.strftime('%H:%M:%S')} {line}")
+                if options.json:
+                    print_line({"wall_s": time.time(), **_change(line)})
+                else:
+                    print_text(f"{time.strftime('%H:%M:%S')} {line}")
             before = after
     return ExitCode.OK
 
@@ -140,6 +152,7 @@ COMMAND = ros_command(
     option("--diff FILE", "compare with the output of --json; exit code 1 if different"),
     option("--period S", "interval of --watch", seconds, 0.5),
     exclusive=(("dot", "mermaid", "svg", "html", "watch", "diff"),),
+    json=replace(JSON, help=f"{JSON.help}; with --watch one per line"),
 )
 
 main = functools.partial(dispatch, COMMAND)

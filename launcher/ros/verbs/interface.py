@@ -13,7 +13,7 @@ from launcher.base.option import option
 from launcher.base.text import did_you_mean
 from launcher.base.verb_table import VERBS
 from launcher.packages import unbuilt
-from launcher.ros.verb import dispatch, ros_command, show, to_json_plain, warn
+from launcher.ros.verb import dispatch, ros_command, show, warn
 
 KINDS = (
     option("-m, --only-msgs", "only messages"),
@@ -28,7 +28,8 @@ def _list(options: Parsed) -> int:
 
     found = {kind: all_interfaces([kind]) for kind in _kinds(options)}
     lines = ([_TITLES[kind], *(f"    {name}" for name in found[kind])] for kind in found)
-    return show(options, found, itertools.chain.from_iterable(lines))
+    names = [*itertools.chain.from_iterable(found.values())]
+    return show(options, {"interfaces": names}, itertools.chain.from_iterable(lines))
 
 
 def _show(options: Parsed) -> int:
@@ -56,7 +57,7 @@ def _package(options: Parsed) -> int:
         hint = unbuilt.hint(name, os.environ) or did_you_mean(name, known)
         raise VerbError(f"Unknown package '{name}'", hint=hint)
     found = interfaces_of(name, _kinds(options))
-    return show(options, found, found)
+    return show(options, {"package": name, "interfaces": found}, found)
 
 
 def _packages(options: Parsed) -> int:
@@ -64,7 +65,7 @@ def _packages(options: Parsed) -> int:
 
     kinds = _kinds(options)
     found = [name for name in interface_packages() if interfaces_of(name, kinds)]
-    return show(options, found, found)
+    return show(options, {"packages": found}, found)
 
 
 def _kinds(options: Parsed) -> list[str]:
@@ -83,7 +84,7 @@ def _proto(options: Parsed) -> int:
     made = message[kind]()
     text = to_yaml(made)
     quoted = text if options.no_quotes else f'"{text}"'
-    return show(options, to_json_plain(to_plain(made)), [quoted])
+    return show(options, {"name": full, "message": to_plain(made)}, [quoted])
 
 
 COMMAND = Command(

@@ -21,7 +21,6 @@ from launcher.ros.verb import (
     seconds,
     settled_observer,
     show,
-    show_names,
     spin_time_s,
     warn,
 )
@@ -39,7 +38,8 @@ def _nodes(options: Parsed) -> int:
 
     graph = graph_snapshot(options)
     found = visible_names(graph.lifecycle_nodes(), hidden=options.include_hidden_nodes)
-    return show_names(options, found, only_count=options.count_nodes)
+    lines = [len(found)] if options.count_nodes else found
+    return show(options, {"nodes": [{"name": name} for name in found]}, lines)
 
 
 @contextlib.contextmanager
@@ -75,7 +75,7 @@ def _list(options: Parsed) -> int:
         f"- {one['label']} [{one['id']}]\n\tStart: {one['start']}\n\tGoal: {one['goal']}"
         for one in document
     )
-    return show(options, document, lines)
+    return show(options, {"node": node, "transitions": document}, lines)
 
 
 def _document(labelled: Any) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def _get(options: Parsed) -> int:
         found = _states(caller, [node], options)
         if not found:
             raise lifecycle_nodes.silence_of(node, caller.answer_s)
-    return show(options, found, _state_lines(found, is_named=False))
+    return show(options, _states_document(found), _state_lines(found, is_named=False))
 
 
 def _get_all(options: Parsed) -> int:
@@ -112,15 +112,16 @@ def _get_all(options: Parsed) -> int:
             problem = lifecycle_nodes.silence_of(node, caller.answer_s).message
             warn(f"Exception while calling service of node '{node}': {problem}")
             code = ExitCode.PROCESS_FAILED
-    show(options, found, _state_lines(found, is_named=True))
+    show(options, _states_document(found), _state_lines(found, is_named=True))
     return code
 
 
 def _states(caller: ServiceCaller, names: list[str], options: Parsed) -> dict[str, dict[str, Any]]:
     from launcher.ros import lifecycle_nodes
 
-    found = {
-        node: _document(state) for node, state in lifecycle_nodes.states(caller, names).items()
+    found: dict[str, dict[str, Any]] = {
+        node: {"state": _document(state)}
+        for node, state in lifecycle_nodes.states(caller, names).items()
     }
     if options.transitions:
         for node, document in found.items():
@@ -129,11 +130,15 @@ def _states(caller: ServiceCaller, names: list[str], options: Parsed) -> dict[st
     return found
 
 
+def _states_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    return {"nodes": [{"name": node, **entry} for node, entry in found.items()]}
+
+
 def _state_lines(found: dict[str, dict[str, Any]], *, is_named: bool) -> Iterable[str]:
-    for node, state in found.items():
-        prefix = f"{node}: " if is_named else ""
+    for node, entry in found.items():
+        prefix, state = f"{node}: " if is_named else "", entry["state"]
         yield f"{prefix}{state['label']} [{state['id']}]"
-        for one in state.get("transitions", ()):
+        for one in entry.get("transitions", ()):
             yield f"- {one['label']} [{one['id']}]"
 
 
@@ -145,7 +150,7 @@ def _set(options: Parsed) -> int:
             lifecycle_nodes.transitions(caller, node), options.transition
         )
         lifecycle_nodes.change(caller, node, transition, options.timeout)
-    document = {"node": node, "transition": _document(transition), "success": True}
+    document = {"node": node, "transition": _document(transition), "done": True}
     return show(options, document, ["Transitioning successful"])
 
 

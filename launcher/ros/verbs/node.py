@@ -16,6 +16,7 @@ from launcher.ros.verb import (
     seconds,
     settled_observer,
     show,
+    typed,
     warn,
 )
 
@@ -29,7 +30,7 @@ def _list(options: Parsed) -> int:
     if len(set(names)) < len(names) and not options.json:
         warn(node_tables.SHARED_NAME)
     document = [{"name": name, "count": names.count(name)} for name in sorted(set(names))]
-    return show(options, document, [len(names)] if options.count_nodes else names)
+    return show(options, {"nodes": document}, [len(names)] if options.count_nodes else names)
 
 
 def _info(options: Parsed) -> int:
@@ -43,13 +44,12 @@ def _info(options: Parsed) -> int:
             f'There are {count} nodes in the graph with the exact name "{name}". '
             "You are seeing information about only one of them."
         )
-    document = {"name": name, **{title: dict(entries) for title, entries in found.items()}}
+    sections = {title.lower().replace(" ", "_"): typed(one) for title, one in found.items()}
+    document = {"name": name, **sections}
     return show(options, document, node_tables.info_lines(name, found))
 
 
 def _ps(options: Parsed) -> int:
-    from dataclasses import asdict
-
     from launcher.ros.discovery.graph_socket import snapshot_of_run
     from launcher.ros.node_tables import rows, to_table, with_ghosts
     from launcher.ros.service_caller import ServiceCaller
@@ -60,7 +60,7 @@ def _ps(options: Parsed) -> int:
         found = rows(caller, hidden=options.all, timeout_s=options.answer_timeout)
     if before is not None:
         found = with_ghosts(found, before.ghosts)
-    return show(options, [asdict(row) for row in found], [to_table(found)])
+    return show(options, {"nodes": [row.document() for row in found]}, [to_table(found)])
 
 
 COMMAND = Command(

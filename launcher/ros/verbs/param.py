@@ -7,7 +7,7 @@ import functools
 import itertools
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.command_line import Command, Parsed
@@ -86,22 +86,33 @@ def _list(options: Parsed) -> int:
     if options.node_name is None:
         return _list_all(options)
     with _asking(options) as (caller, node):
-        names = _names(caller, node, options)
-    return show(options, {node: names}, (f"  {name}" for name in names))
+        found = _found(caller, node, options)
+    return show(options, _list_document({node: found}), _list_lines(found))
 
 
-def _names(caller: ServiceCaller, node: str, options: Parsed) -> list[str]:
+def _list_document(found: dict[str, list[dict[str, str]]]) -> dict[str, Any]:
+    return {"nodes": [{"name": node, "parameters": names} for node, names in found.items()]}
+
+
+def _list_lines(found: list[dict[str, str]]) -> Iterator[str]:
+    for one in found:
+        kind = f" (type: {one['type']})" if "type" in one else ""
+        yield f"  {one['name']}{kind}"
+
+
+def _found(caller: ServiceCaller, node: str, options: Parsed) -> list[dict[str, str]]:
+    """The names of its parameters, with their types if those are asked for."""
     from launcher.ros import parameter_values, parameters
 
     names = parameters.list_names(caller, node, list(options.param_prefixes))
     if options.filter is not None:
         names = [name for name in names if options.filter.match(name)]
     if not options.param_type or not names:
-        return names
+        return [{"name": name} for name in names]
     types = parameters.declared_types(caller, node, names)
     # one may have been undeclared meanwhile
     return [
-        f"{name} (type: {parameter_values.type_name(types[name])})"
+        {"name": name, "type": parameter_values.type_name(types[name])}
         for name in names
         if name in types
     ]
@@ -111,7 +122,7 @@ def _list_all(options: Parsed) -> int:
     from launcher.ros.node_tables import visible_names
     from launcher.ros.service_caller import NoAnswerError, ServiceCaller
 
-    found: dict[str, list[str]] = {}
+    found: dict[str, list[dict[str, str]]] = {}
     code = ExitCode.OK
     _apply_timeout(options)
     with (
@@ -122,13 +133,13 @@ def _list_all(options: Parsed) -> int:
         services = dict(observer.node.get_service_names_and_types())
         for node in sorted(n for n in names if f"{n}/list_parameters" in services):
             try:
-                found[node] = _names(caller, node, options)
+                found[node] = _found(caller, node, options)
             except NoAnswerError as error:
                 warn(f"Exception while calling service of node '{node}': {error.message}")
                 code = ExitCode.PROCESS_FAILED
     shown = {node: names for node, names in found.items() if names}
-    lines = ([f"{node}:", *(f"  {name}" for name in shown[node])] for node in shown)
-    show(options, found, itertools.chain.from_iterable(lines))
+    lines = ([f"{node}:", *_list_lines(shown[node])] for node in shown)
+    show(options, _list_document(found), itertools.chain.from_iterable(lines))
     return code
 
 
@@ -140,14 +151,10 @@ def _get(options: Parsed) -> int:
         values = parameters.get(caller, node, [name])
         if not values:
             parameters.require_names(caller, node, [name])
-    if not values:
-        print("Parameter not set.")
-        return ExitCode.OK
-    value, kind = values[0], parameter_values.type_name(values[0].type)
-    document = {"name": name, "type": kind, "value": parameter_values.plain_value(value)}
-    return show(
-        options, document, [parameter_values.value_text(value, hide_type=options.hide_type)]
-    )
+    value = values[0] if values else parameter_values.unset()
+    text = parameter_values.value_text(value, hide_type=options.hide_type and bool(values))
+    document = {"node": node, **parameter_values.document(name, value)}
+    return show(options, document, [text])
 
 
 def _set(options: Parsed) -> int:
@@ -167,23 +174,37 @@ def _set(options: Parsed) -> int:
             ]
             result = parameters.set_atomically(caller, node, messages)
             done = "Set parameters atomically successful"
-            return _report(result, done, "Setting parameters atomically")
+            code = _report(options, result, done, "Setting parameters atomically")
+            return _show_results(options, node, dict.fromkeys(words, result), code)
         outcomes = parameters.set_values(caller, node, words, parameter_values.typed_parameter)
+    results = {name: one.result for name, one in outcomes.items()}
     codes = [
-        _report(one.result, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
-        for name, one in outcomes.items()
+        _report(options, one, f"{prefix}Set parameter successful", f"{prefix}Setting parameter")
+        for name, one in results.items()
         for prefix in [f"{name}: " if len(words) > 1 else ""]
     ]
-    return max(codes)
+    return _show_results(options, node, results, max(codes))
 
 
-def _report(result: Any, done: str, failing: str) -> int:
+def _report(options: Parsed, result: Any, done: str, failing: str) -> int:
+    """Print what became of a request, a failure on stderr; the exit code."""
     reason = f": {result.reason}" if result.reason else ""
-    if result.successful:
+    if not result.successful:
+        warn(f"{failing} failed{reason}")
+        return ExitCode.PROCESS_FAILED
+    if not options.json:
         print(f"{done}{reason}")
-        return ExitCode.OK
-    warn(f"{failing} failed{reason}")
-    return ExitCode.PROCESS_FAILED
+    return ExitCode.OK
+
+
+def _show_results(options: Parsed, node: str, results: Mapping[str, Any], code: int) -> int:
+    """Print the document of these requests, which `_report` has reported; the exit code."""
+    found = [
+        {"name": name, "done": one.successful, "reason": one.reason or None}
+        for name, one in results.items()
+    ]
+    show(options, {"node": node, "parameters": found}, ())
+    return code
 
 
 def _delete(options: Parsed) -> int:
@@ -191,7 +212,8 @@ def _delete(options: Parsed) -> int:
 
     with _asking(options) as (caller, node):
         result = parameters.delete(caller, node, options.parameter_name)
-    return _report(result, "Deleted parameter successfully", "Deleting parameter")
+    code = _report(options, result, "Deleted parameter successfully", "Deleting parameter")
+    return _show_results(options, node, {options.parameter_name: result}, code)
 
 
 def _describe(options: Parsed) -> int:
@@ -203,7 +225,8 @@ def _describe(options: Parsed) -> int:
     documents = [to_plain(descriptor) for descriptor in found]
     named = [{**one, "type": parameter_values.type_name(one["type"])} for one in documents]
     lines = (parameters.descriptor_lines(descriptor) for descriptor in found)
-    return show(options, named, itertools.chain.from_iterable(lines))
+    document = {"node": node, "parameters": named}
+    return show(options, document, itertools.chain.from_iterable(lines))
 
 
 def _dump(options: Parsed) -> int:
@@ -215,8 +238,9 @@ def _dump(options: Parsed) -> int:
     values = {
         name: parameter_values.plain_value(value) for name, value in found.items() if value.type
     }
-    document = parameter_documents.dump_document(node, values)
-    return show(options, document, [file_text(document)])
+    rows = [parameter_values.document(name, value) for name, value in found.items() if value.type]
+    file = parameter_documents.dump_document(node, values)
+    return show(options, {"node": node, "parameters": rows}, [file_text(file)])
 
 
 def _load(options: Parsed) -> int:
@@ -231,11 +255,12 @@ def _load(options: Parsed) -> int:
         now = parameters.values_of(caller, node, refused)
     code = int(ExitCode.OK)
     for name, (message, result) in outcomes.items():
-        one = _report(result, f"Set parameter {name} successful", f"Set parameter {name}")
+        one = _report(options, result, f"Set parameter {name} successful", f"Set parameter {name}")
         # A file of `param dump` has read-only parameters, too; they already have its values.
         is_so = message is not None and name in now and now[name] == message.value
         code = max(code, ExitCode.OK if is_so else one)
-    return code
+    results = {name: one.result for name, one in outcomes.items()}
+    return _show_results(options, node, results, code)
 
 
 COMMAND = Command(

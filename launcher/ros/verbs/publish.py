@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError, name_fault
+from launcher.posix.json_output import print_line
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
+from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.snapshot.qos_matching import Mismatch
 from launcher.ros.snapshot.ros_graph import Direction, Endpoint
 from launcher.ros.topics import qos
@@ -24,7 +27,7 @@ from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import GraphAccess, observing, warn
+from launcher.ros.verb import GraphAccess, observing, to_json_plain, warn
 from launcher.ros.verbs.streams import until_interrupted
 
 if TYPE_CHECKING:
@@ -55,6 +58,7 @@ class PublishOptions:
     keep_alive_s: float
     node_name: str | None
     use_sim_time: bool
+    json: bool
 
 
 def publish(options: PublishOptions) -> int:
@@ -124,7 +128,10 @@ def _await_subscriptions(
     while (there := publisher.get_subscription_count()) < wanted:
         now = time.monotonic()
         if printed_s is None or now - printed_s >= 1.0:
-            print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
+            # With --json, standard output has messages only.
+            stream = sys.stderr if options.json else sys.stdout
+            waiting = f"Waiting for at least {wanted} matching subscription(s)..."
+            print(waiting, file=stream, flush=True)
             printed_s = now
             others = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
             if text := unmatched.news([*others, own], _with_options):
@@ -150,7 +157,8 @@ def _loop(
     stamps: list[Stamp],
     options: PublishOptions,
 ) -> None:
-    print("publisher: beginning loop", flush=True)
+    if not options.json:
+        print("publisher: beginning loop", flush=True)
     limit = options.limit
     count, due = 0, clock.elapsed_s()
     while limit is None or count < limit:
@@ -163,7 +171,15 @@ def _loop(
                 stamp(now)
         publisher.publish(message)
         if count % options.print_each == 0:
-            print(f"publishing #{count}: {message!r}\n", flush=True)
+            _report(count, message, options)
+
+
+def _report(number: int, message: Any, options: PublishOptions) -> None:
+    if options.json:
+        plain = to_json_plain(to_plain(message))
+        print_line({"topic": full_topic(options.topic), "number": number, "message": plain})
+    else:
+        print(f"publishing #{number}: {message!r}\n", flush=True)
 
 
 def _message(now_ns: int) -> Any:

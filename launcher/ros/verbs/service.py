@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
-from launcher.base.option import number, option
+from launcher.base.option import JSON_LINES, number, option
 from launcher.base.verb_table import VERBS
+from launcher.posix.json_output import print_line
 from launcher.ros.verb import (
     GraphAccess,
     dispatch,
     graph_snapshot,
-    json_text,
     observing,
     require_rate,
     ros_command,
     seconds,
     show,
-    show_names,
     show_typed,
     spin_time_s,
     standard_input,
@@ -53,21 +52,27 @@ def _services(options: Parsed, *, hidden: bool) -> dict[str, list[str]]:
 
 def _list(options: Parsed) -> int:
     found = _services(options, hidden=options.include_hidden_services)
-    return show_typed(options, found, only_count=options.count_services)
+    return show_typed(
+        options,
+        "services",
+        found,
+        only_count=options.count_services,
+        with_types=options.show_types,
+    )
 
 
 def _type(options: Parsed) -> int:
     types = _services(options, hidden=True).get(full_name(options.service_name), [])
-    show(options, {"name": options.service_name, "types": types}, types)
+    show(options, {"name": full_name(options.service_name), "types": types}, types)
     return ExitCode.OK if types else ExitCode.PROCESS_FAILED
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import names_of_type
+    from launcher.ros.messages.interfaces import of_type
 
     known = _services(options, hidden=options.include_hidden_services)
-    found = names_of_type(known, options.service_type, "srv")
-    return show_names(options, found, only_count=options.count_services)
+    found = of_type(known, options.service_type, "srv")
+    return show_typed(options, "services", found, only_count=options.count_services)
 
 
 def _info(options: Parsed) -> int:
@@ -84,7 +89,7 @@ def _info(options: Parsed) -> int:
         "name": name,
         "types": types,
         "clients": [one.node for one in clients],
-        "services": [one.node for one in servers],
+        "servers": [one.node for one in servers],
     }
     lines = (
         f"Type: {types[0] if len(types) == 1 else types}",
@@ -173,7 +178,7 @@ def _call_once(caller: ServiceCaller, kind: object, request: object, options: Pa
     limit_s = _ANSWER_S if options.timeout is None else options.timeout
     answer = caller.call(kind, options.service_name, request, limit_s)
     if options.json:
-        print(json_text(to_json_plain(to_plain(answer))), flush=True)
+        print_line({"response": to_json_plain(to_plain(answer))})
     else:
         print(f"response:\n{answer!r}\n", flush=True)
 
@@ -202,6 +207,7 @@ COMMAND = Command(
             option("--timeout S", "end after S seconds", seconds),
             *STYLE,
             groups=QOS,
+            json=JSON_LINES,
         ),
         ros_command("service find", "list the services of a type", _find, TYPE, COUNT, HIDDEN),
         ros_command(
@@ -219,6 +225,7 @@ COMMAND = Command(
                 "(default: without end for the service, 30 for a response)",
                 seconds,
             ),
+            json=JSON_LINES,
         ),
     ),
 )

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from launcher.base import strict_json
 from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError
+from launcher.posix.json_output import json_line, print_line
 from launcher.ros.topics import statistics
 from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.echo import Writer, compiled_filter
@@ -240,7 +240,7 @@ def _print_rates(
         return
     if options.json:
         for name, one in found.items():
-            print(strict_json.dumps({"topic": name, **_document(one, "rate_hz")}))
+            print_line({"topic": name, "event": "rate", **_document(one, "rate_hz", "mean_hz")})
     elif len(arrivals) == 1:
         print(statistics.rate_text(next(iter(found.values()))))
     else:
@@ -250,8 +250,9 @@ def _print_rates(
         )
 
 
-def _document(spread: statistics.Spread, mean: str) -> dict[str, Any]:
-    return {n: getattr(spread, n) for n in (mean, "min_s", "max_s", "std_dev_s", "window")}
+def _document(spread: statistics.Spread, mean: str, key: str) -> dict[str, Any]:
+    spreads = {n: getattr(spread, n) for n in ("min_s", "max_s", "std_dev_s", "window")}
+    return {key: getattr(spread, mean), **spreads}
 
 
 def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, now_ns: int) -> int:
@@ -259,9 +260,9 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, 
     code = int(ExitCode.OK)
     for name, one in arrivals.items():
         mean_hz = one.mean_rate_hz(now_ns)
-        line = {"topic": name, "messages": one.count, "mean_rate_hz": mean_hz}
         if options.json:
-            print(strict_json.dumps(line))
+            total = {"messages": one.count, "mean_hz": mean_hz}
+            print_line({"topic": name, "event": "total", **total})
         if one.count < 2:
             code = _too_few(name, one.count, options.for_s, options.filter)
         elif not options.json and options.min_hz is not None and mean_hz < options.min_hz:
@@ -275,11 +276,13 @@ def _verdict(arrivals: dict[str, statistics.Arrivals], options: MeasureOptions, 
 
 
 def bw(options: MeasureOptions) -> int:
-    sizes = statistics.Bandwidth(options.window)
+    topic, sizes = full_name(options.topics[0]), statistics.Bandwidth(options.window)
 
     def line(now_ns: int) -> str | None:
         due = sizes.due(now_ns)
-        return due and _bandwidth_line(*due, as_json=options.json)
+        if due is None or not options.json:
+            return due and statistics.bandwidth_text(*due)
+        return json_line({"topic": topic, **_bandwidth_document(*due)})
 
     def found(target: TopicTarget) -> None:
         if not options.json:
@@ -316,31 +319,29 @@ def _silent_s(
     return options.for_s if is_silent else None
 
 
-def _bandwidth_line(rate: float, sizes: list[int], *, as_json: bool) -> str:
-    if not as_json:
-        return statistics.bandwidth_text(rate, sizes)
-    document = {"bytes_per_s": rate, "messages": len(sizes), "min": min(sizes), "max": max(sizes)}
-    return strict_json.dumps(document)
+def _bandwidth_document(rate: float, sizes: list[int]) -> dict[str, Any]:
+    least, most = min(sizes), max(sizes)
+    return {"bytes_per_s": rate, "messages": len(sizes), "min_bytes": least, "max_bytes": most}
 
 
 def delay(options: MeasureOptions) -> int:
-    delays = statistics.Delays(options.window)
+    topic, delays = full_name(options.topics[0]), statistics.Delays(options.window)
 
     def line(now_ns: int) -> str | None:
         due = delays.due()
-        return due and _delay_line(*due, as_json=options.json)
+        if due is None:
+            return None
+        spread, fresh = due
+        if not options.json:
+            return statistics.delay_text(spread, fresh=fresh)
+        document = _document(spread, "mean_s", "mean_s")
+        return json_line({"topic": topic, **document, "fresh": fresh})
 
     def take(sample: ReceivedMessage, received_ns: int) -> None:
         delays.add(received_ns - _stamp_ns(sample.message))
 
     silent_s = _silent_s(options, lambda target: None, take, line, raw=False)
     return ExitCode.OK if silent_s is None else nothing_came(options.topics, silent_s)
-
-
-def _delay_line(spread: statistics.Spread, fresh: bool, *, as_json: bool) -> str:
-    if not as_json:
-        return statistics.delay_text(spread, fresh=fresh)
-    return strict_json.dumps({**_document(spread, "mean_s"), "fresh": fresh})
 
 
 def _stamp_ns(message: Any) -> int:

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.ros_names import full_name
-from launcher.base.option import Option, count, number, option, positive_seconds
+from launcher.base.option import (
+    JSON_LINES,
+    Option,
+    count,
+    number,
+    option,
+    positive_seconds,
+)
 from launcher.base.verb_table import VERBS
 from launcher.ros.verb import (
     SIM_TIME,
@@ -22,7 +29,7 @@ from launcher.ros.verb import (
     ros_command,
     seconds,
     show,
-    show_names,
+    show_typed,
     standard_input,
 )
 from launcher.ros.verbs.listening import QOS, STYLE, natural, qos_options, style
@@ -61,8 +68,7 @@ def _list(options: Parsed) -> int:
         lines = [len(found)]
     elif options.verbose:
         lines = ["\n".join(listing.verbose_listing(found))]
-    fields = ("name", "types", "publishers", "subscriptions")
-    return show(options, [{field: getattr(one, field) for field in fields} for one in found], lines)
+    return show(options, {"topics": [one.document() for one in found]}, lines)
 
 
 def _info(options: Parsed) -> int:
@@ -89,20 +95,20 @@ def _type(options: Parsed) -> int:
         from launcher.ros.topics.listener import full_topic
 
         full_topic(name)  # VerbError if it cannot be one
-    show(options, {"name": options.topic_name, "types": types}, types)
+    show(options, {"name": full_name(name), "types": types}, types)
     return ExitCode.OK if types else ExitCode.PROCESS_FAILED
 
 
 def _find(options: Parsed) -> int:
-    from launcher.ros.messages.interfaces import names_of_type
+    from launcher.ros.messages.interfaces import of_type
     from launcher.ros.snapshot.ros_graph import is_hidden
     from launcher.ros.topics import listing
 
     hidden = options.include_hidden_topics
     known = listing.known_types(graph_snapshot(options)).items()
     shown = {name: types for name, types in known if hidden or not is_hidden(name)}
-    found = names_of_type(shown, options.topic_type, "msg")
-    return show_names(options, found, only_count=options.count_topics)
+    found = of_type(shown, options.topic_type, "msg")
+    return show_typed(options, "topics", found, only_count=options.count_topics)
 
 
 def _echo(options: Parsed) -> int:
@@ -221,6 +227,7 @@ def _pub(options: Parsed) -> int:
             keep_alive_s=options.keep_alive,
             node_name=options.node_name,
             use_sim_time=options.use_sim_time,
+            json=options.json,
         )
     )
 
@@ -266,6 +273,7 @@ COMMAND = Command(
             option("--no-lost-messages", "ignored, for compatibility with ros2"),
             SIM_TIME,
             groups=QOS,
+            json=JSON_LINES,
         ),
         ros_command(
             "topic hz",
@@ -279,9 +287,18 @@ COMMAND = Command(
             option("--min HZ", "with --for: exit code 1 below HZ", number, name="min_hz"),
             SIM_TIME,
             groups=QOS,
+            json=JSON_LINES,
         ),
         ros_command(
-            "topic bw", "measure the bandwidth", _bw, NAME, _window(100), FOR, SIM_TIME, groups=QOS
+            "topic bw",
+            "measure the bandwidth",
+            _bw,
+            NAME,
+            _window(100),
+            FOR,
+            SIM_TIME,
+            groups=QOS,
+            json=JSON_LINES,
         ),
         ros_command(
             "topic delay",
@@ -292,6 +309,7 @@ COMMAND = Command(
             FOR,
             SIM_TIME,
             groups=QOS,
+            json=JSON_LINES,
         ),
         ros_command(
             "topic pub",
@@ -321,6 +339,7 @@ COMMAND = Command(
             SIM_TIME,
             groups=QOS,
             exclusive=(("once", "times"),),
+            json=JSON_LINES,
         ),
         ros_command("topic type", "print the type of a topic", _type, NAME),
         ros_command(

@@ -7,16 +7,15 @@ import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
-from launcher.base import strict_json
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, option
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
 from launcher.packages.environment import LIBRARIES, merged, read
 from launcher.packages.hooks import Hooks
 from launcher.packages.workspace import ROS_VARIABLES, Workspace, current
-from launcher.posix.stdio import print_text
+from launcher.posix.json_output import print_document
 
 _WHEELS = "AMENT_PREFIX_PATH"
 
@@ -42,7 +41,7 @@ programs that the launcher does not start:
   sh, bash, zsh  eval "$(launcher env)"
   fish           launcher env --shell fish | source""",
     options=(
-        option("--json", "print one JSON object, for editors"),
+        JSON,
         option(
             "--shell SHELL",
             "the language of the output; bash and zsh understand that of sh",
@@ -61,7 +60,7 @@ def main(words: Sequence[str]) -> int:
     hooks = Hooks() if workspace is None else read(workspace)
     values = variables(workspace, hooks, os.environ)
     if options.json:
-        print_text(strict_json.dumps(values, indent=1))
+        print_document({"env": values})
     else:
         in_shell = _SHELLS[options.shell]
         lines = (in_shell(name, value) for name, value in values.items())

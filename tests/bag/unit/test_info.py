@@ -91,11 +91,11 @@ def test_bars_are_plain_where_the_terminal_lacks_blocks(tmp_path: Path, monkeypa
 def test_bags_of_another_library(tmp_path: Path, capsys, plugin, version):
     messages = [("/n", "std_msgs/msg/Int32", START_NS + n * 10**9, {"data": n}) for n in range(11)]
     folder = foreign_bag(tmp_path / "b", messages, plugin=plugin, version=version)
-    (document,) = json.loads(printed(capsys, folder, "--json", "-v"))
+    (document,) = json.loads(printed(capsys, folder, "--json", "-v"))["bags"]
     assert document["messages"] == 11
     assert document["duration_ns"] == 10 * 10**9
     (topic,) = document["topics"]
-    assert (topic["name"], topic["type"], topic["count"]) == ("/n", "std_msgs/msg/Int32", 11)
+    assert (topic["name"], topic["type"], topic["messages"]) == ("/n", "std_msgs/msg/Int32", 11)
     assert topic["rate"]["mean_hz"] == 1.0
     assert topic["rate"]["min_hz"] == pytest.approx(1.0)
     assert topic["size_bytes"] == 11 * 8
@@ -139,7 +139,7 @@ def test_bags_without_duration(tmp_path: Path, capsys, number: int):
     text = printed(capsys, folder)
     assert f"Messages:          {number}\n" in text
     assert "Duration:          0.000000000s\n" in text
-    (document,) = json.loads(printed(capsys, folder, "--json"))
+    (document,) = json.loads(printed(capsys, folder, "--json"))["bags"]
     assert [topic["rate"]["mean_hz"] for topic in document["topics"]] == [None] * min(number, 1)
 
 

@@ -39,7 +39,7 @@ def doctor(
     assert result.returncode in (0, 1), result.stderr
     report = json.loads(result.stdout)
     assert report["well"] == (result.returncode == 0)
-    return result.returncode, {f["name"]: f for f in report["findings"]}, report["done"]
+    return result.returncode, {f["check"]: f for f in report["findings"]}, report["fixed"]
 
 
 def test_this_environment_is_found_to_be_in_order():

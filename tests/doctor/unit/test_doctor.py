@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
@@ -280,8 +279,8 @@ def test_text_aligns_and_indents_advice():
     ("changes", "well"), [({}, True), ({"stale": (PORT,)}, True), ({"stale": (SEGMENT,)}, False)]
 )
 def test_json_contains_the_overall_result(changes: dict[str, object], well: bool):
-    report = json.loads(doctor.as_json(check_all(replace(HEALTHY, **changes)), []))
-    assert (report["well"], report["done"]) == (well, [])
+    report = doctor.as_document(check_all(replace(HEALTHY, **changes)), [])
+    assert (report["well"], report["fixed"]) == (well, [])
     assert len(report["findings"]) == len(CHECKS)
 
 

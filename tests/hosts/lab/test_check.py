@@ -56,7 +56,7 @@ class Check:
         assert done.stdout, done.stderr
         document: dict[str, Any] = json.loads(done.stdout)
         assert done.returncode == (0 if document["well"] else 1)
-        return document
+        return {**document, "hosts": {one["name"]: one for one in document["hosts"]}}
 
     def problems(self, *words: object, **options: Any) -> list[tuple[str, list[str], str, str]]:
         """(check, hosts, text, repair) of what is a problem."""
@@ -388,7 +388,7 @@ def test_no_value_of_the_environment_is_shown(check: Check, lab: Lab, one: Host)
 def doctor(host: Host, **env: str) -> dict[str, dict[str, str]]:
     """Findings about discovery, by name."""
     done = host.run([sys.executable, "-m", "launcher", "doctor", "--json"], env=env, check=False)
-    return {finding["name"]: finding for finding in json.loads(done.stdout)["findings"]}
+    return {finding["check"]: finding for finding in json.loads(done.stdout)["findings"]}
 
 
 def test_doctor_tries_multicast(one: Host):

@@ -243,7 +243,7 @@ def test_doctor_finds_nodes_with_the_same_address_and_another_shared_memory(one:
         wait_until(lambda: nodes.box.heard.count("box") > 2, "the container's node hears itself")
         assert "box" not in nodes.host.heard and "host" not in nodes.box.heard
         found = json.loads(one.run(command, check=False).stdout)["findings"]
-    (finding,) = [one for one in found if one["name"] == "shared memory of nodes"]
+    (finding,) = [one for one in found if one["check"] == "shared memory of nodes"]
     assert finding["level"] == "problem"
     assert "messages are lost without a word" in finding["text"]
     assert "FASTDDS_BUILTIN_TRANSPORTS=UDPv4" in finding["advice"]
@@ -251,7 +251,7 @@ def test_doctor_finds_nodes_with_the_same_address_and_another_shared_memory(one:
         wait_until(lambda: "box" in nodes.host.heard, "the host's node hears the container's")
         wait_until(lambda: "host" in nodes.box.heard, "the container's node hears the host's")
         found = json.loads(one.run(command, check=False).stdout)["findings"]
-    (finding,) = [one for one in found if one["name"] == "shared memory of nodes"]
+    (finding,) = [one for one in found if one["check"] == "shared memory of nodes"]
     assert finding["level"] == "ok"
 
 

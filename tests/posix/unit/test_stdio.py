@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from launcher.__main__ import print_all_characters
+from launcher.posix.json_output import print_document, print_line
 from launcher.posix.stdio import can_print
-from launcher.ros.verb import json_text
 
 TREE = "├── a │ b\n└── 1 Hz ± 20 % cut…"
 
@@ -51,9 +51,15 @@ def test_what_the_user_has_chosen_for_such_characters_applies(monkeypatch):
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
 def test_json_keeps_its_values(monkeypatch, encoding):
-    raw = output(monkeypatch, encoding)
-    print(json_text([TREE, "größe 🤖"]))
-    assert json.loads(raw.getvalue()) == [TREE, "größe 🤖"]
+    for form in (print_document, print_line):
+        raw = output(monkeypatch, encoding)
+        form({"texts": [TREE, "größe 🤖"]})
+        assert json.loads(raw.getvalue()) == {"version": 1, "texts": [TREE, "größe 🤖"]}
+
+
+def test_a_form_may_have_a_version_of_its_own(capsys):
+    print_line({"version": 3, "a": {"b": [1]}})
+    assert capsys.readouterr().out == '{"version": 3, "a": {"b": [1]}}\n'
 
 
 def test_whether_an_encoding_has_characters(monkeypatch):

@@ -114,7 +114,8 @@ def test_actions_are_listed_found_and_typed(site):
     assert site.graph("list").lines == ["/execute"]
     assert site.graph("list", "-t").lines == [f"/execute [{TYPE}]"]
     assert site.graph("list", "-c").lines == ["1"]
-    assert site.graph("list", "--json").json() == [{"name": "/execute", "types": [TYPE]}]
+    listed = site.graph("list", "--json").json()["actions"]
+    assert listed == [{"name": "/execute", "types": [TYPE]}]
     assert site.graph("type", "execute").lines == [TYPE]
     assert site.graph("find", "fleet_interfaces/ExecuteTask").lines == ["/execute"]
     assert site.graph("find", TYPE, "-c").lines == ["1"]
@@ -133,6 +134,7 @@ def test_info_names_the_nodes(site):
     assert site.graph("info", "/execute", "-c").lines == about
     document = site.graph("info", "execute", "--json").json()
     assert document == {
+        "version": 1,
         "name": "/execute",
         "clients": [],
         "servers": [{"node": "/task_server", "types": [TYPE]}],
@@ -174,8 +176,9 @@ def test_a_goal_that_succeeds_prints_what_ros2_prints(site):
 def test_a_goal_as_json(site):
     answer = site.send_goal(WORK, "--json", "-f")
     accepted, *_, last = map(json.loads, answer.lines)
-    assert (accepted["accepted"], len(accepted["goal_id"])) == (True, 32)
-    assert last == {"status": "SUCCEEDED", "result": {"took": {"sec": 2, "nanosec": 0}}}
+    assert (accepted["event"], len(accepted["goal_id"])) == ("accepted", 32)
+    result = {"took": {"sec": 2, "nanosec": 0}}
+    assert last == {"version": 1, "event": "ended", "status": "SUCCEEDED", "result": result}
 
 
 def test_goals_that_fail_and_that_are_refused(site):
@@ -276,7 +279,7 @@ def test_an_action_is_used_by_its_topics_and_services(site):
         return site.call(*words, "--json", "--timeout", "10")
 
     # the answer may be lost
-    assert eventually(call, lambda answer: answer.code == 0).json()["accepted"]
+    assert eventually(call, lambda answer: answer.code == 0).json()["response"]["accepted"]
     feedback = "/execute/_action/feedback"
     shown = site.topic("echo", feedback, "--once", "--field", "feedback")
     assert shown.out == "progress: 0.0\n---\n"

@@ -29,9 +29,7 @@ def test_a_topic_that_is_missing_is_below_the_minimum_and_hides_no_other(verb):
         return [json.loads(line) for line in answer.lines[-2:]]
 
     words = ("topic", "hz", "/nosuch", "/chatter", "--for", "2", "--min", "1", "--json")
-    answer = eventually(
-        lambda: verb(*words), lambda answer: last_two(answer)[1]["mean_rate_hz"] > 1
-    )
+    answer = eventually(lambda: verb(*words), lambda answer: last_two(answer)[1]["mean_hz"] > 1)
     missing, there = last_two(answer)
     assert (missing["topic"], missing["messages"]) == ("/nosuch", 0)
     assert (there["topic"], answer.code) == ("/chatter", 1)

@@ -390,5 +390,5 @@ def ghost(domain: dict[str, str]) -> Iterator[None]:
 
 
 def liveness(run: ControlledRun, node: str) -> set[str]:
-    rows = json.loads(run.shell("node", "ps", "--json").stdout)
-    return {row["liveness"] for row in rows if row["node"] == node}
+    rows = json.loads(run.shell("node", "ps", "--json").stdout)["nodes"]
+    return {row["liveness"] for row in rows if row["name"] == node}

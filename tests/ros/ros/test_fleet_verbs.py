@@ -16,7 +16,7 @@ from launcher.base.errors import ExitCode
 from tests.support.domain import private_domain
 from tests.support.repository import docs_page
 from tests.support.ros_domain import ros_domain
-from tests.support.verbs import TIMEOUT_S, eventually, launcher
+from tests.support.verbs import TIMEOUT_S, Answer, eventually, launcher
 from tests.support.waiting import wait_until
 
 PAGE = docs_page("ros-verbs")
@@ -44,11 +44,16 @@ def test_the_probe_that_hears_nothing_is_explained(tmp_path):
         )
         processes = eventually(
             lambda: launcher(domain.env, "node", "ps", "--json"),
-            lambda answer: {"/robot_1", "/qos_probe"} <= {row["node"] for row in answer.json()},
-        ).json()
-        pids = {row["node"]: row["pid"] for row in processes}
+            lambda answer: {"/robot_1", "/qos_probe"} <= pids_in(answer).keys(),
+        )
+        pids = pids_in(processes)
         assert pids["/robot_1"] == domain.nodes[0].pid
         assert pids["/qos_probe"] == domain.nodes[1].pid
+
+
+def pids_in(answer: Answer) -> dict[str, int | None]:
+    """The pid of each node in `node ps --json`."""
+    return {row["name"]: row["pid"] for row in answer.json()["nodes"]}
 
 
 def test_the_verbs_work_on_a_running_system_as_documented(tmp_path):

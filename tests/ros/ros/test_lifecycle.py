@@ -32,7 +32,7 @@ def test_nodes_are_those_with_a_lifecycle(lifecycle):
     assert lifecycle("nodes").lines == ["/pump", "/site/stuck", "/slow"]
     assert lifecycle("nodes", "-a").lines == ["/_hidden", "/pump", "/site/stuck", "/slow"]
     assert lifecycle("nodes", "--count-nodes").out == "3\n"
-    assert lifecycle("nodes", "--json", "--all").json()[0] == "/_hidden"
+    assert lifecycle("nodes", "--json", "--all").json()["nodes"][0] == {"name": "/_hidden"}
 
 
 def test_states_are_printed_as_by_ros2(lifecycle):
@@ -46,8 +46,10 @@ def test_states_are_printed_as_by_ros2(lifecycle):
     more = lifecycle("get", "/pump", "-t")
     assert more.lines == ["unconfigured [1]", "- configure [1]", "- shutdown [5]"]
     possible = [{"id": 1, "label": "configure"}, {"id": 5, "label": "shutdown"}]
-    state = {"id": 1, "label": "unconfigured", "transitions": possible}
-    assert lifecycle("get", "/pump", "-t", "--json").json() == {"/pump": state}
+    state = {"id": 1, "label": "unconfigured"}
+    assert lifecycle("get", "/pump", "-t", "--json").json()["nodes"] == [
+        {"name": "/pump", "state": state, "transitions": possible}
+    ]
 
 
 def test_a_node_goes_through_its_states(lifecycle):
@@ -60,12 +62,13 @@ def test_a_node_goes_through_its_states(lifecycle):
     assert lifecycle("get", "/pump").out == "active [3]\n"
     document = lifecycle("set", "/pump", "shutdown", "--json").json()
     assert document == {
+        "version": 1,
         "node": "/pump",
         "transition": {"id": 7, "label": "shutdown"},
-        "success": True,
+        "done": True,
     }
     assert lifecycle("get", "/pump").out == "finalized [4]\n"
-    assert lifecycle("list", "/_hidden", "--json").json()[0] == {
+    assert lifecycle("list", "/_hidden", "--json").json()["transitions"][0] == {
         "id": 1,
         "label": "configure",
         "start": "unconfigured",

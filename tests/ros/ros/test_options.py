@@ -36,12 +36,12 @@ def endpoint_of(verb, topic: str, direction: str) -> dict[str, object]:
 
 
 def test_the_list_as_json_counts_both_sides(verb):
-    listed = {topic["name"]: topic for topic in verb("topic", "list", "--json").json()}
+    listed = {topic["name"]: topic for topic in verb("topic", "list", "--json").json()["topics"]}
     assert listed["/chatter"] == {
         "name": "/chatter",
         "types": ["std_msgs/msg/String"],
-        "publishers": 1,
-        "subscriptions": 1,
+        "publisher_count": 1,
+        "subscription_count": 1,
     }
 
 
@@ -50,12 +50,14 @@ def test_find_counts_and_takes_hidden_topics(verb):
     assert verb(*words, "-c").out == "2\n"
     hidden = verb(*words, "--include-hidden-topics").lines
     assert hidden == ["/_secret", "/chatter", "/weak"]
-    assert verb(*words, "--json").json() == ["/chatter", "/weak"]
+    found = verb(*words, "--json").json()["topics"]
+    assert [one["name"] for one in found] == ["/chatter", "/weak"]
 
 
 def test_type_as_json(verb):
     assert verb("topic", "type", "chatter", "--json").json() == {
-        "name": "chatter",
+        "version": 1,
+        "name": "/chatter",
         "types": ["std_msgs/msg/String"],
     }
 
@@ -181,18 +183,21 @@ def test_pub_waits_for_as_many_subscriptions_as_it_is_told(verb, env):
 
 def test_node_info_with_hidden_names_and_as_json(verb):
     plain, whole = (
-        verb("node", "info", "/talker", *words, "--json").json()["Publishers"]
+        {
+            one["name"]
+            for one in verb("node", "info", "/talker", *words, "--json").json()["publishers"]
+        }
         for words in ((), ("--include-hidden",))
     )
-    assert set(whole) - set(plain) == {"/_secret"}
+    assert whole - plain == {"/_secret"}
 
 
 def test_node_list_as_json_counts_namesakes(verb):
-    assert {"name": "/twin", "count": 2} in verb("node", "list", "--json").json()
+    assert {"name": "/twin", "count": 2} in verb("node", "list", "--json").json()["nodes"]
 
 
 def test_ps_of_hidden_nodes(verb):
-    nodes = {row["node"] for row in verb("node", "ps", "-a", "--json").json()}
+    nodes = {row["name"] for row in verb("node", "ps", "-a", "--json").json()["nodes"]}
     assert {"/_shy", "/talker"} <= nodes
 
 
@@ -213,9 +218,9 @@ def test_hidden_nodes_have_parameters_as_well(verb):
 def test_parameters_as_json(verb):
     assert verb("param", "get", "/talker", "speed", "--json").json()["type"] == "double"
     described = verb("param", "describe", "/talker", "speed", "tags", "--json").json()
-    assert [one["name"] for one in described] == ["speed", "tags"]
+    assert [one["name"] for one in described["parameters"]] == ["speed", "tags"]
     dumped = verb("param", "dump", "/talker", "--json").json()
-    assert dumped["/talker"]["ros__parameters"]["name"] == "sample"
+    assert {"name": "name", "type": "string", "value": "sample"} in dumped["parameters"]
 
 
 def test_the_wildcard_of_a_parameter_file_is_left_out_on_request(verb, tmp_path):
@@ -240,20 +245,22 @@ def test_services_are_counted_found_and_hidden(verb):
     hidden = set(verb("service", "list", "--include-hidden-services").lines) - set(names)
     assert "/_shy/get_parameters" in hidden
     assert all("/_" in name for name in hidden)
-    listed = verb("service", "list", "--json").json()
+    listed = verb("service", "list", "--json").json()["services"]
     assert {"name": "/switch", "types": ["std_srvs/srv/SetBool"]} in listed
 
 
 def test_a_call_takes_its_request_from_stdin(verb):
     words = ("service", "call", "/switch", "std_srvs/srv/SetBool", "--stdin", "--json")
-    assert verb(*words, text="data: true").json() == {"success": True, "message": "on"}
+    response = {"success": True, "message": "on"}
+    assert verb(*words, text="data: true").json() == {"version": 1, "response": response}
 
 
 def test_calls_again_and_again(env):
     words = ("service", "call", "/switch", "std_srvs/srv/SetBool", "--rate", "20", "--json")
     with going_on(env, *words) as program:
         assert program.stdout is not None
-        assert [json.loads(program.stdout.readline())["message"] for _ in range(3)] == ["off"] * 3
+        answers = [json.loads(program.stdout.readline())["response"] for _ in range(3)]
+        assert [one["message"] for one in answers] == ["off"] * 3
     assert program.returncode == 0
 
 
@@ -306,7 +313,7 @@ def test_a_difference_as_json_is_a_list(verb, tmp_path):
     path.write_text(json.dumps(document), encoding="utf-8")
     answer = verb("graph", "--diff", str(path), "--json")
     assert answer.code == 1
-    assert answer.json() == ["+ node /talker"]
+    assert answer.json()["differences"] == [{"change": "new", "text": "node /talker"}]
 
 
 # ---- pub

@@ -33,8 +33,8 @@ def sleepy(tmp_path_factory) -> Iterator[tuple[dict[str, str], int]]:
 
 
 def ps(env: dict[str, str], *words: str) -> dict[str, dict[str, object]]:
-    rows = launcher(env, "node", "ps", "--json", *words).json()
-    return {row["node"]: row for row in rows}
+    rows = launcher(env, "node", "ps", "--json", *words).json()["nodes"]
+    return {row["name"]: row for row in rows}
 
 
 def test_endpoint_ids_tell_the_process_on_ourselves(observer):
@@ -54,8 +54,8 @@ def test_ps_finds_the_process_of_every_node(sleepy):
     assert set(rows) == {"/talker", "/site/east/listener", "/twin"}
     talker = rows["/talker"]
     assert (talker["pid"], talker["liveness"]) == (pid, "ok")
-    assert talker["process"] == "tests.support.sample_nodes"
-    assert talker["memory_bytes"] > 10_000_000
+    assert talker["program"] == "tests.support.sample_nodes"
+    assert talker["uss_bytes"] > 10_000_000
 
 
 def test_the_table_has_a_row_per_node(sleepy):

@@ -51,7 +51,7 @@ def test_info_counts_the_clients_and_servers(service):
         "Services count: 1",
     ]
     document = service("service", "info", "/told", "--json").json()
-    assert (document["clients"], document["services"]) == (["/introspected"], ["/introspected"])
+    assert (document["clients"], document["servers"]) == (["/introspected"], ["/introspected"])
     unknown = service("service", "info", "/tolled")
     assert (unknown.out, unknown.code) == ("", 1)
     assert unknown.err == "Unknown service '/tolled'\nhint: did you mean '/told'?\n"

@@ -32,7 +32,7 @@ def run(simulated: dict[str, str]) -> Run:
 
 
 def last_rate(answer: Answer) -> float:
-    return float(json.loads(answer.lines[-1])["mean_rate_hz"]) if answer.lines else 0.0
+    return float(json.loads(answer.lines[-1])["mean_hz"]) if answer.lines else 0.0
 
 
 @pytest.mark.thorough
@@ -95,5 +95,5 @@ def test_hz_does_not_count_the_history(run):
         lambda answer: last_rate(answer) > 0,
     )
     verdict = json.loads(answer.lines[-1])
-    assert verdict["mean_rate_hz"] < 2.5, answer  # 50 messages of history, then 1 Hz
+    assert verdict["mean_hz"] < 2.5, answer  # 50 messages of history, then 1 Hz
     assert verdict["messages"] <= 10

@@ -162,7 +162,7 @@ def test_hz_below_the_minimum_exits_with_1(verb):
     # more than two messages of which the first was late
     answer = verb("topic", "hz", "/chatter", "--for", "1", "--min", "100000", "--json")
     assert answer.code == 1
-    assert json.loads(answer.lines[-1])["mean_rate_hz"] < 100000
+    assert json.loads(answer.lines[-1])["mean_hz"] < 100000
 
 
 def test_hz_min_without_for_is_a_usage_error(verb):

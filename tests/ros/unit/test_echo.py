@@ -78,6 +78,6 @@ def test_nan_and_inf_have_no_json_form(capsys: pytest.CaptureFixture[str]):
     print_json({"a": numbers, "b": {"c": math.nan}})
     texts = [1.5, "nan", "inf", "-inf"]
     found = json.loads(capsys.readouterr().out, parse_constant=strict)
-    assert found == {"a": texts, "b": {"c": "nan"}}
+    assert found == {"version": 1, "a": texts, "b": {"c": "nan"}}
     line = written(LaserScan(ranges=numbers), json=True)
     assert json.loads(line, parse_constant=strict)["message"]["ranges"] == texts

@@ -130,7 +130,7 @@ def workspace(
 
 @pytest.mark.thorough
 def test_the_environment_is_that_of_the_script(workspace: Path):
-    ours = json.loads(launcher(workspace / "src/py_pkg", "env", "--json"))
+    ours = json.loads(launcher(workspace / "src/py_pkg", "env", "--json"))["env"]
     installed = {"AMENT_PREFIX_PATH": sys.prefix, **ros_variables({})}
     theirs = sourced(workspace / "install/setup.sh", **installed)
     assert {*PATHS, "ROS_BASE_DATA", "DATA_PKG_DATA"} <= {*ours}
@@ -145,7 +145,7 @@ def test_the_environment_is_that_of_the_script(workspace: Path):
 def test_a_sourced_workspace_changes_nothing(workspace: Path):
     theirs = sourced(workspace / "install/setup.sh", AMENT_PREFIX_PATH=sys.prefix)
     given = {name: theirs[name] for name in PATHS}
-    ours = json.loads(launcher(workspace, "env", "--json", **given))
+    ours = json.loads(launcher(workspace, "env", "--json", **given))["env"]
     assert {name: ours[name] for name in PATHS} == given
 
 
@@ -174,7 +174,7 @@ def test_a_workspace_after_a_build_is_well(workspace: Path, monkeypatch: pytest.
     # The exit code depends on what others do to the machine.
     done = subprocess.run(command, cwd=workspace, env=clean(), capture_output=True, text=True)
     findings = json.loads(done.stdout)["findings"]
-    (found,) = [each for each in findings if each["name"] == "workspace"]
+    (found,) = [each for each in findings if each["check"] == "workspace"]
     assert (found["level"], found["text"]) == ("ok", f"{workspace}: everything is built")
 
 
@@ -311,7 +311,7 @@ def test_outside_of_a_workspace_only_the_wheels_are_named(tmp_path: Path):
     installed = {"AMENT_PREFIX_PATH": sys.prefix, **ros_variables({})}
     lines = [f"export {name}={installed[name]}\n" for name in sorted(installed)]
     assert launcher(tmp_path, "env") == "".join(lines)
-    assert json.loads(launcher(tmp_path, "env", "--json")) == installed
+    assert json.loads(launcher(tmp_path, "env", "--json")) == {"version": 1, "env": installed}
 
 
 def test_the_nearest_place_that_is_named_counts(tmp_path: Path):
@@ -323,7 +323,7 @@ def test_the_nearest_place_that_is_named_counts(tmp_path: Path):
     one, two = tmp_path / "one", tmp_path / "two"
 
     def chosen(*words: object, **env: str) -> str | None:
-        said = json.loads(launcher(one, *words, "--json", **env))
+        said = json.loads(launcher(one, *words, "--json", **env))["env"]
         return said.get("COLCON_PREFIX_PATH")
 
     assert chosen("env") == f"{one}/install"

@@ -199,7 +199,7 @@ def answer_of(
             env, "service", "call", *words, "--json", "--timeout", "10", cwd=matrix.root
         )
 
-    return eventually(ask, lambda answer: answer.code == 0).json()
+    return eventually(ask, lambda answer: answer.code == 0).json()["response"]
 
 
 @pytest.mark.usefixtures("server")
