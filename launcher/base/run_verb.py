@@ -68,9 +68,14 @@ class Verb(Record):
         return next((option for option in known if option.name == name), None)
 
     def command(
-        self, *, in_shell: bool = False, about: str = "", common: tuple[Option, ...] = ()
+        self,
+        *,
+        in_shell: bool = False,
+        about: str = "",
+        common: tuple[Option, ...] = (),
+        as_json: Option | None = None,
     ) -> Command:
-        """Its command line: in the console, or in a shell with `common` options."""
+        """Its command line: in the console, or in a shell with `as_json` and `common` options."""
         arguments = [option(f"[{self.argument.upper()}]")] if self.argument else []
         if self.names != "none":
             arguments.append(option(_NAME if self.text or self.behind else _NAMES, name="names"))
@@ -82,7 +87,10 @@ class Verb(Record):
             self.name,
             self.help,
             arguments=tuple(arguments),
-            options=tuple(option for option in self.options if option.flags),
+            options=(
+                *(option for option in self.options if option.flags),
+                *((as_json,) if as_json else ()),
+            ),
             groups=(("options of all verbs about a run", common),) if common else (),
             synopsis=usage.removeprefix(self.name).strip(),
             about=about,

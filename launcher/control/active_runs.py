@@ -19,6 +19,7 @@ from launcher.control.client import (
     NoRunError,
     SilentError,
 )
+from launcher.control.protocol import VERSION
 from launcher.output.logs.run_directory import EVENTS, MERGED, PLAN, current_root
 from launcher.posix import proc, socket_directory
 from launcher.posix.cleanup import RUN_ID_VARIABLE
@@ -38,7 +39,7 @@ class ListedRun(Record):
     pid: int
     target: str
     arguments: tuple[str, ...]
-    started: float
+    started_wall_s: float
     log_dir: str | None
     domain_id: int | None
     processes: tuple[str, ...]
@@ -46,13 +47,17 @@ class ListedRun(Record):
 
     @classmethod
     def of(cls, hello: dict[str, Any], path: Path) -> ListedRun:
+        protocol = hello.get("protocol")
+        if protocol != VERSION:
+            text = f"it has protocol {protocol}, this launcher {VERSION}"
+            raise ControlError(text, hint="use the launcher that started the run")
         run = hello["run"]
         return cls(
             run_id=run["id"],
             pid=run["pid"],
             target=run["target"],
             arguments=tuple(run["arguments"]),
-            started=run["started"],
+            started_wall_s=run["started_wall_s"],
             log_dir=run["log_dir"],
             domain_id=run["domain_id"],
             processes=tuple(run["processes"]),
@@ -216,7 +221,7 @@ def _begins(run: AnyRun, which: str) -> bool:
 def _described(run: AnyRun) -> str:
     if isinstance(run, SilentRun):
         return f"{run.run_id}  {run.problem}"
-    since = time.strftime("%H:%M:%S", time.localtime(run.started))
+    since = time.strftime("%H:%M:%S", time.localtime(run.started_wall_s))
     words = " ".join([run.short_target, *run.arguments])
     return f"{run.run_id}  {words}  (since {since}, {count(len(run.processes), 'process')})"
 

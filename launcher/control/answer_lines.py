@@ -53,7 +53,7 @@ def filters(row: Mapping[str, Any]) -> str:
         parts.append(f"{row['level']} and above")
     if row.get("grep"):
         parts.append(f"lines with {row['grep']!r}")
-    hidden = row.get("muted_lines", 0)
+    hidden = row.get("hidden_lines", 0)
     if parts and hidden:
         parts.append(f"{count(hidden, 'line')} not shown")
     return ", ".join(parts)
@@ -129,7 +129,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         str(row["restarts"]),
         _duration(row["uptime_s"]),
         _percent(row["cpu_percent"]),
-        _size(row["memory_bytes"]),
+        _size(row["uss_bytes"]),
         ", ".join(filter(None, remarks)),
     )
 
@@ -144,16 +144,16 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
         "state": _with_concern(f"{row['state']}{', paused' if row['paused'] else ''}", row),
         **({"ready": readiness(row) or "-"} if "ready" in row else {}),
         "pid": _or_dash(row["pid"]),
-        "started": _or_dash(row.get("started")),
+        "started": _or_dash(row.get("start_text")),
         "uptime": _duration(row["uptime_s"]),
         "nodes": ", ".join(row["node_names"]) or "-",
-        "command": " ".join(row["command"]),
+        "command": " ".join(row["cmd"]),
         "folder": folder(row),
         "restarts": f"{row['restarts']}; policy: {row['restart_policy']}",
         "stop": row["stop_policy"],
         "last exit": "-" if last is None else f"{last['text']}{asked}",
         "CPU": _percent(row["cpu_percent"]),
-        "memory": f"{_size(row['memory_bytes'])} USS, {_size(row['rss_bytes'])} RSS",
+        "memory": f"{_size(row['uss_bytes'])} USS, {_size(row['rss_bytes'])} RSS",
         "threads": _or_dash(row["threads"]),
         "open files": _or_dash(row["fds"]),
         "shown": filters(row) or "everything",
@@ -166,10 +166,10 @@ def info_lines(row: Mapping[str, Any]) -> list[str]:
 
 def variables(row: Mapping[str, Any]) -> list[str]:
     """How the environment differs from that of the launcher."""
-    if row["environment"] is None:
+    if row["env"] is None:
         return ["not known: another launcher started it"]
-    found = [f"{name}={value}" for name, value in row["environment_set"].items()]
-    return found + [f"{name} is not set" for name in row["environment_unset"]]
+    found = [f"{name}={value}" for name, value in row["env_set"].items()]
+    return found + [f"{name} is not set" for name in row["env_unset"]]
 
 
 def _is_elsewhere(row: Mapping[str, Any]) -> bool:

@@ -92,7 +92,7 @@ class Service:
                 "pid": os.getpid(),
                 "target": run.launched.target,
                 "arguments": list(run.launched.arguments),
-                "started": run.started_wall_s,
+                "started_wall_s": run.started_wall_s,
                 "log_dir": run.log_dir,
                 "domain_id": _domain_id(run.env),
                 "discovery": _discovery(run.env),

@@ -119,7 +119,7 @@ class Logs:
         if not left_out:
             return
         lines = sum(left_out.values())
-        item = {"dropped": lines, "processes": left_out, "time": time.time()}
+        item = {"dropped": lines, "processes": left_out, "wall_s": time.time()}
         exchange.item(item, stands_for=lines)
 
     def _items(self, name: str | None, block: Block) -> Iterable[Item]:
@@ -127,7 +127,7 @@ class Logs:
         stream = block.stream or None
         clean = Block(block.stream, block.read_at_s, for_terminal(block.lines))
         for text in texts_of(clean):
-            yield {"process": name, "stream": stream, "time": wall_s, "text": text}
+            yield {"process": name, "stream": stream, "wall_s": wall_s, "text": text}
 
 
 # ---- what is left out of a flood

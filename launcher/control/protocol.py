@@ -12,7 +12,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-VERSION = 1
+VERSION = 2
 # Settings that decide which participants discover each other, besides the domain.
 DISCOVERY_VARIABLES = (
     "RMW_IMPLEMENTATION",

@@ -31,7 +31,7 @@ def row(run: Run, process: Process) -> dict[str, Any]:
         "restarts": process.machine.restarts,
         "uptime_s": uptime_s,
         "cpu_percent": sample and sample.cpu_percent,
-        "memory_bytes": sample and sample.uss_bytes,
+        "uss_bytes": sample and sample.uss_bytes,
         "rss_bytes": sample and sample.rss_bytes,
         "threads": sample and sample.threads,
         "fds": sample and sample.fds,
@@ -40,7 +40,7 @@ def row(run: Run, process: Process) -> dict[str, Any]:
         "muted": shown is not None and shown.is_silent,
         "hidden_by": _hidden_by(shown),
         "muted_by_name": shown is not None and shown.muted,
-        "muted_lines": 0 if shown is None else shown.hidden_lines,
+        "hidden_lines": 0 if shown is None else shown.hidden_lines,
         "level": None if shown is None or not shown.level else LEVELS[shown.level],
         "grep": None if shown is None or shown.pattern is None else shown.pattern.text,
         "paused": process.is_halted,
@@ -79,7 +79,7 @@ def _last_exit(process: Process) -> dict[str, Any] | None:
         "returncode": end.outcome.returncode,
         "text": str(end.outcome),
         "asked": end.asked,
-        "at": process.ended_wall_s,
+        "wall_s": process.ended_wall_s,
     }
 
 
@@ -93,15 +93,15 @@ def info(run: Run, process: Process, base: Mapping[str, str]) -> dict[str, Any]:
     started = spec if process.debugger is None else process.debugger.spec
     return {
         **row(run, process),
-        "command": list(process.words_there or started.argv),
+        "cmd": list(process.words_there or started.argv),
         "cwd": spec.cwd if process.host is None else process.folder_there,
         "shell": spec.shell,
-        "started": process.start_kind or _start(process),
+        "start_text": process.start_kind or _start(process),
         "package": ros and ros.package,
         "executable": ros and ros.executable,
-        "environment": dict(spec.env) if is_known else None,
-        "environment_set": {k: v for k, v in spec.env.items() if base.get(k) != v},
-        "environment_unset": sorted(base.keys() - spec.env.keys()) if is_known else [],
+        "env": dict(spec.env) if is_known else None,
+        "env_set": {k: v for k, v in spec.env.items() if base.get(k) != v},
+        "env_unset": sorted(base.keys() - spec.env.keys()) if is_known else [],
         "restart_policy": policy_text(spec.restart),
         "stop_policy": stop_text(spec),
         "watched_files": None,

@@ -8,11 +8,10 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from launcher.base import strict_json
 from launcher.base.command_help import sentence
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
-from launcher.base.option import DEBUG, option
+from launcher.base.option import DEBUG, JSON, JSON_LINES, option
 from launcher.base.run_verb import Call, Verb
 from launcher.control import verbs
 from launcher.control.active_runs import (
@@ -25,6 +24,7 @@ from launcher.control.active_runs import (
 )
 from launcher.control.answer_lines import event_line, log_line, without_colour
 from launcher.control.client import Connection
+from launcher.posix.json_output import print_document, print_line
 
 WIDE = 1000  # columns of a table that goes into a pipe
 NAMES = """\
@@ -38,17 +38,14 @@ def _run_id(text: str) -> str:
     return text
 
 
-COMMON = (
-    option("--run ID", "id, pid or target of the run, or the beginning of one of these", _run_id),
-    option("--json", "print one JSON object, or one per line"),
-    DEBUG,
-)
-RUNS = Command("runs", "list the running launches", options=COMMON[1:], synopsis="[--json]")
+_RUN = option("--run ID", "id, pid or target of the run, or the beginning of one of these", _run_id)
+RUNS = Command("runs", "list the running launches", options=(JSON, DEBUG), synopsis="[--json]")
 
 
 def command_of(verb: Verb) -> Command:
     about = sentence(verb.help) + (f"\n\n{NAMES}" if verb.names != "none" else "")
-    return verb.command(in_shell=True, about=about, common=COMMON)
+    as_json = JSON_LINES if verb.streams else JSON
+    return verb.command(in_shell=True, about=about, common=(_RUN, DEBUG), as_json=as_json)
 
 
 def main(words: Sequence[str]) -> int:
@@ -84,14 +81,10 @@ def _warn(text: str) -> None:
     print(f"note: {text}", file=sys.stderr)
 
 
-def _print_json(document: Mapping[str, Any]) -> None:
-    print(strict_json.dumps(document), flush=True)
-
-
 def _runs(options: Parsed) -> int:
     found = [_as_document(run) for run in all_runs(_warn)]
     if options.json:
-        _print_json({"runs": found})
+        print_document({"runs": found})
     elif found:
         _print_table(_run_table(found))
     else:
@@ -105,7 +98,7 @@ def _as_document(run: AnyRun) -> dict[str, Any]:
 
 
 # None for a run that does not answer, which has a problem instead.
-_FIELDS = ("problem", "target", "arguments", "started", "log_dir", "domain_id", "processes")
+_FIELDS = ("problem", "target", "arguments", "started_wall_s", "log_dir", "domain_id", "processes")
 
 
 def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
@@ -119,7 +112,7 @@ def _run_table(runs: Sequence[Mapping[str, Any]]) -> Any:
         if run["problem"] is not None:
             table.add_row(Text(run["id"]), Text(run["problem"]))
             continue
-        since = time.strftime("%H:%M:%S", time.localtime(run["started"]))
+        since = time.strftime("%H:%M:%S", time.localtime(run["started_wall_s"]))
         words = (run["id"], run["target"], " ".join(run["arguments"]), since)
         domain = "-" if run["domain_id"] is None else str(run["domain_id"])
         table.add_row(*map(Text, (*words, str(len(run["processes"])), domain)))
@@ -144,7 +137,7 @@ def _width() -> int:
 def _print_reply(connection: Connection, call: Call, options: Parsed) -> int:
     reply = connection.ask(call.verb.name, call.names, **call.options)
     if options.json:
-        _print_json(reply.result)
+        print_document(reply.result)
     else:
         print("\n".join(reply.text))
     processes = reply.result.get("processes", [])
@@ -167,7 +160,7 @@ def _ps(connection: Connection, call: Call, options: Parsed) -> int:
     result = connection.ask(call.verb.name, call.names, **call.options).result
     found = result["processes"]
     if options.json:
-        _print_json(result)
+        print_document(result)
     elif call.verb.name == "ps":
         _print_table(process_table(found, _width()))
         for note in notes(result):
@@ -180,7 +173,7 @@ def _ps(connection: Connection, call: Call, options: Parsed) -> int:
 def _top(connection: Connection, call: Call, options: Parsed) -> int:
     if options.json:
         for result in connection.follow("top", call.names, **call.options):
-            _print_json(result)
+            print_line(result)
     elif sys.stdout.isatty() and os.environ.get("TERM") != "dumb":
         from launcher.control.console.top import LiveTop
         from launcher.output.stdout import wants_colour
@@ -213,7 +206,7 @@ def _lines(connection: Connection, call: Call, options: Parsed) -> int:
     has_colour = passes_colour(1, os.environ)
     for item in items:
         if options.json:
-            _print_json(item)
+            print_line(item)
             continue
         line = as_line(item)
         print(line if has_colour else without_colour(line), flush=True)

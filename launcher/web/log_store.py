@@ -50,10 +50,10 @@ class LogStore:
         level = LEVELS[index]
         if index >= ERROR:
             number = self.next_number
-            self.errors[process] = {"time": item["time"], "text": text, "number": number}
+            self.errors[process] = {"time": item["wall_s"], "text": text, "number": number}
         self.counts[process, level] += 1
         self.lines[process] += 1
-        return self._keep(LogRow(process, item["stream"], item["time"], level, text))
+        return self._keep(LogRow(process, item["stream"], item["wall_s"], level, text))
 
     def _skip(self, item: dict[str, Any]) -> LogRow:
         self.skipped += item["dropped"]
@@ -62,7 +62,7 @@ class LogStore:
         names = ", ".join(sorted(name or "launch" for name in item.get("processes") or {}))
         of = f" of {names}" if names else ""
         text = f"{item['dropped']:,} lines{of} came too fast and are not shown here"
-        return self._keep(LogRow(None, SKIPPED, item.get("time"), None, text))
+        return self._keep(LogRow(None, SKIPPED, item.get("wall_s"), None, text))
 
     def _keep(self, row: LogRow) -> LogRow:
         self._rows.append(row)

@@ -130,7 +130,7 @@ def _of_run(feed: RunFeed) -> Part:
     run = feed.run
     labels = (run.get("id"), run.get("target"), run.get("domain_id"), feed.launcher)
     yield "launcher_run_info", labels, 1
-    yield "launcher_run_start_time_seconds", (), run.get("started")
+    yield "launcher_run_start_time_seconds", (), run.get("started_wall_s")
 
 
 def _of_processes(rows: Sequence[Document]) -> Part:
@@ -143,7 +143,7 @@ def _of_processes(rows: Sequence[Document]) -> Part:
         yield "launcher_process_restarts_total", name, row.get("restarts")
         yield "launcher_process_uptime_seconds", name, row.get("uptime_s")
         yield "launcher_process_cpu_ratio", name, None if cpu is None else cpu / 100
-        yield "launcher_process_memory_bytes", name, row.get("memory_bytes")
+        yield "launcher_process_memory_bytes", name, row.get("uss_bytes")
         yield "launcher_process_resident_memory_bytes", name, row.get("rss_bytes")
         yield "launcher_process_threads", name, row.get("threads")
         yield "launcher_process_open_fds", name, row.get("fds")

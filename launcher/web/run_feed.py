@@ -179,7 +179,7 @@ class RunFeed:
                 missing = [(None, None, None)] * (len(self._walls) - 1)
                 samples = deque(missing, maxlen=KEEP_SAMPLES)
                 self._samples[row["name"]] = samples
-            samples.append((row["cpu_percent"], row["memory_bytes"], row["lines_per_s"]))
+            samples.append((row["cpu_percent"], row["uss_bytes"], row["lines_per_s"]))
         gone = self._samples.keys() - {row["name"] for row in self.rows}
         for name in gone:
             del self._samples[name]

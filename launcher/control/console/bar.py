@@ -148,7 +148,7 @@ def filter_line(processes: Sequence[Mapping[str, Any]], columns: int) -> Line:
     if muted:
         texts.append(f"mute{_listed(muted)}")
     if texts:
-        texts.append(f"hidden {sum(p.get('muted_lines') or 0 for p in processes)}")
+        texts.append(f"hidden {sum(p.get('hidden_lines') or 0 for p in processes)}")
     return fitted([("class:bar.waiting", "  ".join(texts))], columns) if texts else []
 
 
@@ -237,7 +237,7 @@ def _cell(
 
 def _figures(process: Mapping[str, Any]) -> list[str]:
     """CPU and memory, the more important one first."""
-    figures = ((cpu, process.get("cpu_percent")), (memory, process.get("memory_bytes")))
+    figures = ((cpu, process.get("cpu_percent")), (memory, process.get("uss_bytes")))
     return [form(value) for form, value in figures if value is not None]
 
 
@@ -249,7 +249,7 @@ def _counted(processes: Sequence[Mapping[str, Any]], names: Mapping[str, str]) -
     troubled = [p for p in processes if is_in_trouble(p)]
     cells = [_cell(p, names[p["name"]]) for p in troubled]
     used_cpu = sum(p.get("cpu_percent") or 0 for p in processes)
-    used_memory = sum(p.get("memory_bytes") or 0 for p in processes)
+    used_memory = sum(p.get("uss_bytes") or 0 for p in processes)
     yield _joined([first, *cells, [("class:bar", f"{cpu(used_cpu)} {memory(used_memory)}")]])
     yield _joined([first, *cells, [("class:bar", cpu(used_cpu))]])
     yield _joined([first, *cells])

@@ -79,10 +79,10 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     if "ready" in one:
         yield "ready", readiness(one) or "-"
     yield "pid", _text(one["pid"])
-    yield "started", _text(one.get("started"))
+    yield "started", _text(one.get("start_text"))
     yield "up", _text(one["uptime_s"], duration)
     yield "nodes", list(one["node_names"]) or "-"
-    yield "command", shlex.join(one["command"])
+    yield "command", shlex.join(one["cmd"])
     yield "folder", folder(one)
     yield "restarts", f"{one['restarts']}; policy: {one['restart_policy']}"
     yield "stop", one["stop_policy"]
@@ -91,7 +91,7 @@ def _facts(one: Process) -> Iterable[tuple[str, RenderableType | list[str]]]:
     yield "last exit", f"{last['text']}{asked}" if last else "-"
     yield "cpu", _text(one["cpu_percent"], cpu)
     resident = _text(one["rss_bytes"], memory)
-    yield "memory", f"{_text(one['memory_bytes'], memory)} USS, {resident} RSS"
+    yield "memory", f"{_text(one['uss_bytes'], memory)} USS, {resident} RSS"
     yield "threads", _text(one["threads"])
     yield "open files", _text(one["fds"])
     yield "shown", filters(one) or "all"
@@ -173,7 +173,7 @@ COLUMNS = (
     Column("restarts", lambda process: Text(str(process.get("restarts") or "-")), 5),
     Column("up", _figure("uptime_s", duration), 3),
     Column("cpu", _figure("cpu_percent", cpu), 7),
-    Column("USS", _figure("memory_bytes", memory), 6),
+    Column("USS", _figure("uss_bytes", memory), 6),
     Column("threads", _figure("threads"), 1),
     Column("start", _figure("start"), 1, is_left=True),
     Column("shown", lambda process: Text(filters(process) or "all"), 4, is_left=True),

@@ -43,7 +43,7 @@ def _by_name(process: Process) -> tuple[Any, ...]:
 
 _KEYS: dict[str, Callable[[Process], Any]] = {
     "cpu": lambda process: -(process.get("cpu_percent") or 0.0),
-    "memory": lambda process: -(process.get("memory_bytes") or 0),
+    "memory": lambda process: -(process.get("uss_bytes") or 0),
     "name": _by_name,
     "restarts": lambda process: -(process.get("restarts") or 0),
     "state": lambda process: (not is_in_trouble(process), process["state"]),

@@ -36,7 +36,7 @@ def serve(request: VerbRequest) -> None:
     result = {
         "left": [{"name": one.name, "host": _place(one)} for one in left],
         "stopped": stopped,
-        "dropped": dropped,
+        "withdrawn": dropped,
     }
     request.exchange.reply(result, texts)
 

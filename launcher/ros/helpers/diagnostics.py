@@ -115,7 +115,7 @@ def _values(row: Row) -> tuple[tuple[str, str], ...]:
         "uptime (s)": _rounded(row["uptime_s"], 1, 1),
         "restarts": row["restarts"],
         "CPU (%)": _rounded(row["cpu_percent"], 1, 1),
-        "memory, USS (MB)": _rounded(row["memory_bytes"], 1e-6, 1),
+        "memory, USS (MB)": _rounded(row["uss_bytes"], 1e-6, 1),
         "threads": row["threads"],
         "open files": row["fds"],
         "last exit": None if last is None else last["text"],

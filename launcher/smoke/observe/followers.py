@@ -107,7 +107,7 @@ class Followers:
             return
         self._recorder.add(
             LogLine(
-                at_s=self._recorder.of_wall(item["time"]),
+                at_s=self._recorder.of_wall(item["wall_s"]),
                 process=item["process"],
                 text=item["text"],
                 stream=item["stream"],
@@ -129,7 +129,7 @@ class Followers:
         at_s = self._recorder.now_s
         self._last_state.take_rows(rows)
         samples = [
-            UsageSample(at_s, row["name"], row["cpu_percent"], row["memory_bytes"])
+            UsageSample(at_s, row["name"], row["cpu_percent"], row["uss_bytes"])
             for row in rows
             if row["pid"] is not None
         ]

@@ -62,7 +62,7 @@ def write_refusal(path: Path, error: LauncherError, target: str) -> None:
     """A page with the error, where nothing was run."""
     now = time.time()
     line = [None, "stderr", now, "ERROR", error.render()]
-    run: Message = {"id": "", "pid": None, "target": target, "arguments": [], "started": now}
+    run: Message = {"id": "", "pid": None, "target": target, "arguments": [], "started_wall_s": now}
     hello = _hello({**run, "log_dir": None, "domain_id": None}, now, None, "nothing was run")
     failure = {"title": "the run", "state": "failed", "wall": now, "detail": error.message}
     found = [
@@ -138,7 +138,7 @@ def _run(result: SmokeResult, target: str) -> Message:
         "pid": None if run is None else run.pid,
         "target": target if run is None else run.target,
         "arguments": given if run is None else list(run.arguments),
-        "started": result.started_s if run is None else run.started,
+        "started_wall_s": result.started_s if run is None else run.started_wall_s,
         "log_dir": None if run is None else run.log_dir,
         "domain_id": result.domain_id,
     }

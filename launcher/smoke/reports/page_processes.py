@@ -12,7 +12,7 @@ from launcher.smoke.observe.facts import Facts, label_of
 from launcher.smoke.reports.result import SmokeResult
 
 MAX_SAMPLES = 600  # as a page keeps of a run that it follows
-_GONE = ("pid", "uptime_s", "cpu_percent", "memory_bytes", "rss_bytes", "threads", "fds")
+_GONE = ("pid", "uptime_s", "cpu_percent", "uss_bytes", "rss_bytes", "threads", "fds")
 _FINAL = ("FATAL", "BACKOFF")
 
 Row = dict[str, Any]
@@ -48,7 +48,7 @@ def _unknown(name: str, facts: Facts) -> Row:
         "namespace": "/",
         "muted": False,
         "muted_by_name": False,
-        "muted_lines": 0,
+        "hidden_lines": 0,
         "paused": False,
         "not_responding_s": None,
         "last_exit": None,
@@ -79,7 +79,7 @@ def _exit(end: Ended, wall_s: float) -> Row:
         "returncode": end.returncode,
         "text": exit_text(end.returncode),
         "asked": end.asked,
-        "at": wall_s,
+        "wall_s": wall_s,
     }
 
 

@@ -36,7 +36,7 @@ function keepHistory(message) {
     history.set(row.name, {
       wall: line("wall", message.wall),
       cpu: line("cpu", row.cpu_percent),
-      memory: line("memory", row.memory_bytes),
+      memory: line("memory", row.uss_bytes),
       lines: line("lines", row.lines_per_s),
     });
   }

@@ -36,7 +36,7 @@ CHANGING = ("quit", "exit", "q", "stop", "kill", "pause", "restart")
 REQUESTS = st.fixed_dictionaries(
     {"verb": VERBS | st.text(max_size=9).filter(lambda verb: verb not in CHANGING)},
     optional={
-        "protocol": st.integers(0, 2) | DOCUMENTS,
+        "protocol": st.integers(0, 3) | DOCUMENTS,
         "id": DOCUMENTS,
         "names": st.lists(st.sampled_from(["cat", "*", "["]) | st.text(), max_size=4) | DOCUMENTS,
         "options": st.dictionaries(

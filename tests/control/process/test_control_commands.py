@@ -88,7 +88,7 @@ def test_commands_without_a_run_say_so(control_bench: ControlBench):
         assert done.returncode == 1
         assert "no active run" in done.stderr
         assert run.shell("runs").stdout == "no active run\n"
-        assert json.loads(run.shell("runs", "--json").stdout) == {"runs": []}
+        assert json.loads(run.shell("runs", "--json").stdout) == {"version": 1, "runs": []}
 
 
 def test_logs_are_followed_until_ctrl_c(control_bench: ControlBench):

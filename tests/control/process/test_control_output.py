@@ -23,7 +23,7 @@ def test_a_muted_process_is_not_shown_but_kept_and_counted(control_bench: Contro
         run.ask_text("send", "cat", text="hidden")
         run.wait_for_log("cat", "hidden")
         assert run.row("cat")["muted"]
-        assert run.row("cat")["muted_lines"] == 1
+        assert run.row("cat")["hidden_lines"] == 1
         assert run.ask_text("unmute") == "cat-1 is shown again; 1 line was not shown"
         run.ask_text("send", "cat", text="visible")
         run.wait_for("[cat-1] visible\n")
@@ -123,7 +123,7 @@ def test_all_lines_with_those_of_the_launcher_are_in_the_order_of_time(control_b
         assert lines[0]["process"] is None
         started = next(text for text in texts if "process started" in text)
         assert texts.index(started) < texts.index("a line")
-        assert [line["time"] for line in lines] == sorted(line["time"] for line in lines)
+        assert [line["wall_s"] for line in lines] == sorted(line["wall_s"] for line in lines)
 
 
 def test_events_are_followed_from_the_first_to_the_last(control_bench: ControlBench):
@@ -148,8 +148,8 @@ def test_info_shows_command_environment_and_policy(control_bench: ControlBench):
     action = 'sh("exec sleep 1000", name="it", additional_env={"MOOD": "good"}, respawn=True)'
     with control_bench.launch(action) as run:
         (info,) = run.ask("info", "it")["processes"]
-        assert info["command"] == ["sh", "-c", "exec sleep 1000"]
-        assert info["environment_set"]["MOOD"] == "good"
+        assert info["cmd"] == ["sh", "-c", "exec sleep 1000"]
+        assert info["env_set"]["MOOD"] == "good"
         assert info["restart_policy"] == "always"
         assert info["stop_policy"] == "SIGINT, after 5 s SIGTERM, after 5 s SIGKILL"
         assert "env        MOOD=good" in run.ask_text("info", "it")
@@ -157,10 +157,10 @@ def test_info_shows_command_environment_and_policy(control_bench: ControlBench):
 
 def test_resources_are_shown_once_they_are_known(control_bench: ControlBench):
     with control_bench.launch(SLEEPER) as run:
-        wait_until(lambda: run.row("sleeper")["memory_bytes"], "its memory")
+        wait_until(lambda: run.row("sleeper")["uss_bytes"], "its memory")
         row = run.row("sleeper")
         assert row["threads"] == 1
-        assert row["memory_bytes"] <= row["rss_bytes"]
+        assert row["uss_bytes"] <= row["rss_bytes"]
         with run.connect() as connection:
             looks = connection.follow("top", period_s=0.1)
             assert next(looks)["processes"][0]["name"] == "sleeper-1"
@@ -199,7 +199,7 @@ def test_one_word_shows_everything_again(control_bench: ControlBench):
             run.wait_for_log(name, "not shown")
         assert [run.row(name)["hidden_by"] for name in ("cat", "other")] == [None, "solo"]
         for row in run.ask("ps")["processes"]:
-            assert (row["level"], row["grep"], row["muted_lines"]) == ("ERROR", "Fleet", 1)
+            assert (row["level"], row["grep"], row["hidden_lines"]) == ("ERROR", "Fleet", 1)
         assert run.shell("show").stdout == "every process is shown again; 1 line was not shown\n"
         assert run.ask_text("show") == "nothing was hidden"
         run.ask_text("kill", "other", signal="KILL")

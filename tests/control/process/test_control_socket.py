@@ -176,7 +176,7 @@ def test_the_first_line_says_which_run_it_is(control_bench: ControlBench):
     control_bench.env["ROS_DOMAIN_ID"] = "42"
     with control_bench.launch(CAT) as run, RawClient(run.socket) as client:
         assert client.hello is not None
-        assert client.hello["protocol"] == 1
+        assert client.hello["protocol"] == 2
         told = client.hello["run"]
         assert told["id"] == run.socket.stem
         assert told["pid"] == run.process.pid
@@ -187,12 +187,12 @@ def test_the_first_line_says_which_run_it_is(control_bench: ControlBench):
 
 def test_a_client_of_another_version_gets_the_supported_version(run: ControlledRun):
     with RawClient(run.socket) as client:
-        client.send(b'{"protocol": 2, "id": "a", "verb": "ps"}\n')
+        client.send(b'{"protocol": 1, "id": "a", "verb": "ps"}\n')
         answer = client.read()
         assert error_of(answer) == "version"
         assert answer["id"] == "a"
-        assert ": this run uses 1" in answer["error"]["message"]
-        client.send(b'{"protocol": 1, "id": "b", "verb": "ps"}\n')
+        assert ": this run uses 2" in answer["error"]["message"]
+        client.send(b'{"protocol": 2, "id": "b", "verb": "ps"}\n')
         assert client.read()["ok"]  # it may go on in ours
 
 

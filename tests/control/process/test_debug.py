@@ -54,11 +54,11 @@ def test_it_waits_for_an_editor_runs_on_with_it_and_a_restart_is_normal(
         attach(found["address"])
         wait_until(lambda: lines_of(run) == 2, "that it runs on")
         (info,) = run.ask("info", "arm")["processes"]
-        assert "debugpy" in info["command"]
+        assert "debugpy" in info["cmd"]
         run.ask("restart", "arm")
         wait_until(lambda: lines_of(run) == 3, "its normal start")
         assert run.row("arm")["debugger"] is None
-        assert "debugpy" not in run.ask("info", "arm")["processes"][0]["command"]
+        assert "debugpy" not in run.ask("info", "arm")["processes"][0]["cmd"]
         run.ask("quit")
         assert run.exit_code() == 0
     assert control_bench.survivors() == []
@@ -114,7 +114,7 @@ def test_changes_of_files_and_of_the_launch_file_leave_it_as_it_is(control_bench
         assert run.row("arm")["pid"] == pid
         run.ask("restart", "arm")
         assert {one["change"] for one in run.ask("reload")["processes"]} == {"changed", "same"}
-        assert run.ask("info", "arm")["processes"][0]["command"][-1] == "two"
+        assert run.ask("info", "arm")["processes"][0]["cmd"][-1] == "two"
 
 
 @pytest.mark.thorough

@@ -28,22 +28,22 @@ ROW: dict[str, Any] = {
     "restarts": 0,
     "uptime_s": 2.0,
     "cpu_percent": 3.2,
-    "memory_bytes": 31_000_000,
+    "uss_bytes": 31_000_000,
     "rss_bytes": 58_000_000,
     "last_exit": None,
 }
 INFO: dict[str, Any] = {
     "node_names": [],
-    "command": ["a"],
+    "cmd": ["a"],
     "cwd": None,
     "restart_policy": "never",
     "stop_policy": "SIGINT",
     "threads": 1,
     "fds": 3,
     "log_file": None,
-    "environment": {},
-    "environment_set": {},
-    "environment_unset": [],
+    "env": {},
+    "env_set": {},
+    "env_unset": [],
 }
 
 
@@ -51,8 +51,8 @@ INFO: dict[str, Any] = {
     ("facts", "lines"),
     [
         ({}, []),
-        ({"environment_set": {"A": "1"}, "environment_unset": ["B"]}, ["A=1", "B is not set"]),
-        ({"environment": None}, ["not known: another launcher started it"]),
+        ({"env_set": {"A": "1"}, "env_unset": ["B"]}, ["A=1", "B is not set"]),
+        ({"env": None}, ["not known: another launcher started it"]),
     ],
 )
 def test_info_tells_how_the_environment_differs(facts: dict[str, Any], lines: list[str]):
@@ -107,11 +107,11 @@ def test_colours_are_removed_where_there_are_none():
     [(0, "muted"), (1, "muted, 1 line not shown"), (2, "muted, 2 lines not shown")],
 )
 def test_hidden_lines_are_counted_if_there_are_any(hidden: int, text: str):
-    assert filters({"muted": True, "muted_lines": hidden}) == text
+    assert filters({"muted": True, "hidden_lines": hidden}) == text
 
 
 def test_a_process_without_filters_has_nothing_hidden():
-    assert filters({"muted_lines": 3}) == ""
+    assert filters({"hidden_lines": 3}) == ""
 
 
 def test_hosts_are_a_column_where_there_are_some():

@@ -358,7 +358,7 @@ def test_output_of_other_hosts_can_be_filtered_and_read(bench: HostsBench):
     with bench.launch(COUNTER) as run:
         run.wait_for("count 1")
         run.ask("mute", "bot1_counter")
-        wait_until(lambda: run.row("bot1_counter")["muted_lines"] > 3, "hidden lines")
+        wait_until(lambda: run.row("bot1_counter")["hidden_lines"] > 3, "hidden lines")
         lines = [line["text"] for line in run.ask("logs", "bot1_counter")["lines"]]
         assert lines[0] == "count 1"
         run.ask("grep", "bot1_counter", pattern="count 1")
@@ -370,10 +370,10 @@ def test_output_of_other_hosts_can_be_filtered_and_read(bench: HostsBench):
 
 def test_resources_are_those_that_the_host_has_sampled(bench: HostsBench):
     with bench.launch(f"{SLEEPER.format('bot1_a')}, {SLEEPER.format('here')}") as run:
-        wait_until(lambda: run.row("bot1_a")["memory_bytes"] == 5_000_000, "a sample")
+        wait_until(lambda: run.row("bot1_a")["uss_bytes"] == 5_000_000, "a sample")
         assert run.row("bot1_a")["cpu_percent"] == 12.5
         bench.switch("cut bot1")
-        wait_until(lambda: run.row("bot1_a")["memory_bytes"] is None, "no sample any more")
+        wait_until(lambda: run.row("bot1_a")["uss_bytes"] is None, "no sample any more")
         assert run.row("bot1_a")["state"] == "RUNNING"
 
 

@@ -18,7 +18,7 @@ def row(**facts):
         "restarts": 0,
         "uptime_s": 60.0,
         "cpu_percent": 12.34,
-        "memory_bytes": 48_100_000,
+        "uss_bytes": 48_100_000,
         "threads": 3,
         "fds": 9,
         "node_names": ["/robot_1"],
@@ -29,7 +29,12 @@ def row(**facts):
 
 
 def end(returncode: int, *, asked: bool = False):
-    return {"returncode": returncode, "text": f"exit code {returncode}", "asked": asked, "at": 0.0}
+    return {
+        "returncode": returncode,
+        "text": f"exit code {returncode}",
+        "asked": asked,
+        "wall_s": 0.0,
+    }
 
 
 @pytest.mark.parametrize(

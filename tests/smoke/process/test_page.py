@@ -65,7 +65,7 @@ def test_the_page_has_what_the_run_showed(bench: Bench):
     heard = next(one for one in found["expectations"]["items"] if one["title"] == "heard")
     assert heard["state"] == "passed" and "after" in heard["detail"]
     run = found["hello"]["run"]
-    assert run["started"] - 1 < heard["wall"] < found["hello"]["wall"]
+    assert run["started_wall_s"] - 1 < heard["wall"] < found["hello"]["wall"]
     assert found["hello"]["frozen"]["report"] == bench.report()
 
 

@@ -104,7 +104,7 @@ def test_rows_are_those_before_the_stop_with_exits_since_then():
     found = page_processes.rows_of(result(facts=seen(events=events), last_state=last), {}, {})
     assert [(one["state"], one["pid"]) for one in found] == [("EXITED", None), ("RUNNING", 6)]
     assert found[0]["last_exit"]["text"] == "SIGKILL"
-    assert found[0]["last_exit"]["at"] == START_S + 19.5
+    assert found[0]["last_exit"]["wall_s"] == START_S + 19.5
 
 
 def test_a_process_that_was_over_before_anybody_asked_has_a_row():

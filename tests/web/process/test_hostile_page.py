@@ -53,9 +53,9 @@ def messages(text: Callable[[], str]) -> list[dict[str, Any]]:
     nodes = [f"/{text()}/{text()}" for _ in range(4)]
     row = {
         "label": text(), "state": "RUNNING", "pid": 7, "restarts": 1, "uptime_s": 5.0,
-        "cpu_percent": 1.0, "memory_bytes": 10**7, "rss_bytes": 10**7, "threads": 1, "fds": 3,
+        "cpu_percent": 1.0, "uss_bytes": 10**7, "rss_bytes": 10**7, "threads": 1, "fds": 3,
         "namespace": text(), "muted": True, "hidden_by": text(), "muted_by_name": True,
-        "muted_lines": 3, "level": text(), "grep": text(), "paused": False, "debugger": text(),
+        "hidden_lines": 3, "level": text(), "grep": text(), "paused": False, "debugger": text(),
         "start": text(), "not_responding_s": 3.0, "waiting_for": text(), "lacks": text(),
         "lines_per_s": 3.0, "host": text(), "unit": text(), "unreachable_s": 4.0, "ready": False,
     }  # fmt: off
@@ -70,7 +70,7 @@ def messages(text: Callable[[], str]) -> list[dict[str, Any]]:
             "read_only": False, "ended": None, "graph": {"available": True, "reason": text()},
             "frozen": {"made": wall, "report": None},
             "run": {"id": "1-a", "pid": 1, "target": f"/{text()}", "arguments": [text()],
-                    "started": wall, "log_dir": text(), "domain_id": 0},
+                    "started_wall_s": wall, "log_dir": text(), "domain_id": 0},
         },
         {"event": "history", "wall": [wall],
          "processes": {n: {"cpu": [1.0], "memory": [1.0], "lines": [None]} for n in names}},

@@ -18,7 +18,7 @@ from tests.support.run_events import T0, entry, event, line, odd_items, variants
 
 pytestmark = pytest.mark.browser
 
-RUN = {"id": "r", "pid": None, "target": "/w/x.launch.py", "arguments": [], "started": T0,
+RUN = {"id": "r", "pid": None, "target": "/w/x.launch.py", "arguments": [], "started_wall_s": T0,
        "log_dir": None, "domain_id": None}  # fmt: skip
 HELLO = {"event": "hello", "server": "s", "read_only": True, "run": RUN,
          "frozen": {"made": T0 + 9, "report": None},

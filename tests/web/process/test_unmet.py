@@ -19,7 +19,7 @@ RUN = {
     "pid": None,
     "target": "/w/two.launch.py",
     "arguments": ["a:=1", "b:=2"],
-    "started": AT,
+    "started_wall_s": AT,
     "log_dir": None,
     "domain_id": None,
 }

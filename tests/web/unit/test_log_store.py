@@ -11,7 +11,7 @@ from launcher.web.log_store import LogStore
 
 
 def item(text: str, process: str | None = "robot-1", stream: str = "stdout") -> dict[str, Any]:
-    return {"process": process, "stream": stream, "time": 1.5, "text": text}
+    return {"process": process, "stream": stream, "wall_s": 1.5, "text": text}
 
 
 def test_lines_get_numbers_and_levels():
@@ -34,7 +34,7 @@ def test_lines_get_numbers_and_levels():
 
 def test_what_was_left_out_is_a_row_and_counts_as_lines():
     store = LogStore()
-    store.add({"dropped": 1234, "processes": {"robot-1": 1200, "": 34}, "time": 2.0})
+    store.add({"dropped": 1234, "processes": {"robot-1": 1200, "": 34}, "wall_s": 2.0})
 
     row = store.after(0, 10)[1][0]
 

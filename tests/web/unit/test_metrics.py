@@ -19,7 +19,7 @@ class Feed:
     """As RunFeed and GraphFeed, with what a test sets."""
 
     def __init__(self, **more: Any) -> None:
-        self.run = {"id": "1-a", "target": "/x.launch.py", "domain_id": 3, "started": 1000.5}
+        self.run = {"id": "1-a", "target": "/x.launch.py", "domain_id": 3, "started_wall_s": 1000.5}
         self.launcher = "0.1.0"
         self.rows: list[dict[str, Any]] = []
         self.log = LogStore()
@@ -32,7 +32,7 @@ class Feed:
 
 def row(name: str, **more: Any) -> dict[str, Any]:
     given = {"state": "RUNNING", "pid": 5, "restarts": 2, "uptime_s": 3.5, "cpu_percent": 150.0}
-    return {"name": name, **given, "memory_bytes": 1024, "rss_bytes": 4096, **more}
+    return {"name": name, **given, "uss_bytes": 1024, "rss_bytes": 4096, **more}
 
 
 def scraped(**more: Any) -> dict[tuple[str, ...], float]:
@@ -55,7 +55,7 @@ def test_a_run_without_anything_has_its_info():
 
 
 def test_processes():
-    gone = row("b-2", state="FATAL", pid=None, cpu_percent=None, memory_bytes=None, uptime_s=None)
+    gone = row("b-2", state="FATAL", pid=None, cpu_percent=None, uss_bytes=None, uptime_s=None)
     found = scraped(rows=[row("a-1"), gone])
     assert (found["launcher_process_up", "a-1"], found["launcher_process_up", "b-2"]) == (1, 0)
     assert found["launcher_process_cpu_ratio", "a-1"] == 1.5
@@ -69,8 +69,8 @@ def test_processes():
 def test_lines_by_process_and_level():
     log = LogStore()
     for text in ("one", "[ERROR] two"):
-        log.add({"process": "a-1", "stream": "stdout", "time": 1.0, "text": text})
-    log.add({"process": None, "stream": "stderr", "time": 1.0, "text": "launcher"})
+        log.add({"process": "a-1", "stream": "stdout", "wall_s": 1.0, "text": text})
+    log.add({"process": None, "stream": "stderr", "wall_s": 1.0, "text": "launcher"})
     log.add({"dropped": 7, "processes": {"a-1": 7}})
     found = scraped(log=log)
     assert found["launcher_process_lines_total", "a-1"] == 9

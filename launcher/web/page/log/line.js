@@ -29,7 +29,7 @@ function piecesOf(row, text, withColours, isWhole) {
 export function timeText(row, times) {
   if (times === "none" || row.time === null || row.time === undefined) return "";
   if (times === "clock") return clock(row.time, true);
-  return `${(row.time - (hello.value?.run.started ?? 0)).toFixed(3)} s`;
+  return `${(row.time - (hello.value?.run.started_wall_s ?? 0)).toFixed(3)} s`;
 }
 
 export const LogLine = {

@@ -32,7 +32,7 @@ const DAY_S = 86400;
 function wallOf(text, fallback) {
   const found = /^(\d\d):(\d\d)(?::(\d\d(?:\.\d+)?))?$/.exec(text);
   if (!found) return fallback;
-  const started = hello.value?.run.started ?? Date.now() / 1000;
+  const started = hello.value?.run.started_wall_s ?? Date.now() / 1000;
   const day = new Date(started * 1000);
   day.setHours(Number(found[1]), Number(found[2]), 0, 0);
   const wall = day.getTime() / 1000 + Number(found[3] ?? 0);

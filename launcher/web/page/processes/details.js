@@ -25,9 +25,9 @@ function factsOf(row, info) {
     ["Host", row.host],
     ["Up", row.uptime_s === null ? null : duration(row.uptime_s)],
     ["Restarts", row.restarts],
-    ["Last exit", end && `${end.text}${end.asked ? ", requested" : ""}, at ${clock(end.at)}`],
+    ["Last exit", end && `${end.text}${end.asked ? ", requested" : ""}, at ${clock(end.wall_s)}`],
     ["Nodes", (row.node_names ?? []).join(", ")],
-    ["Memory", row.memory_bytes && `${bytes(row.memory_bytes)} (USS)`],
+    ["Memory", row.uss_bytes && `${bytes(row.uss_bytes)} (USS)`],
     ["With shared memory", row.rss_bytes && `${bytes(row.rss_bytes)} (RSS)`],
     ["Threads, files", row.threads && `${row.threads}, ${row.fds}`],
   ];
@@ -37,7 +37,7 @@ function factsOf(row, info) {
       ["Folder", info.cwd],
       ["Restarts by policy", info.restart_policy],
       ["Stops by", info.stop_policy],
-      ["Start", info.started],
+      ["Start", info.start_text],
       ["Watched files", info.watched_files],
       ["Log file", info.log_file],
     );
@@ -93,7 +93,7 @@ export const ProcessDrawer = {
       row, info, problem, filter, lines, environment, quoted, plain, withoutPrefix, clock, link,
       facts: computed(() => (row.value ? factsOf(row.value, info.value) : [])),
       isOpen: computed(() => props.name !== null),
-      changed: computed(() => Object.entries(info.value?.environment_set ?? {}).sort()),
+      changed: computed(() => Object.entries(info.value?.env_set ?? {}).sort()),
     };
   },
   template: `
@@ -115,12 +115,12 @@ export const ProcessDrawer = {
         </dl>
         <template v-if="info">
           <h3>Command line</h3>
-          <pre class="code-block" dir="auto" data-field="command">{{ quoted(info.command) }}</pre>
-          <h3 v-if="changed.length || info.environment_unset.length">Environment it was given</h3>
+          <pre class="code-block" dir="auto" data-field="command">{{ quoted(info.cmd) }}</pre>
+          <h3 v-if="changed.length || info.env_unset.length">Environment it was given</h3>
           <pre class="code-block" v-if="changed.length" dir="auto"><template
             v-for="[key, value] in changed">{{ key }}={{ value }}\n</template></pre>
-          <div v-if="info.environment_unset.length" class="muted">
-            without {{ info.environment_unset.join(", ") }}</div>
+          <div v-if="info.env_unset.length" class="muted">
+            without {{ info.env_unset.join(", ") }}</div>
           <details v-if="info.environment">
             <summary>Whole environment</summary>
             <q-input dense outlined v-model="filter" placeholder="Filter"

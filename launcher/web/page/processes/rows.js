@@ -101,8 +101,8 @@ export const COLUMNS = [
     name: "memory",
     label: "Memory",
     isNumber: true,
-    of: (row) => row.memory_bytes,
-    text: (row) => bytes(row.memory_bytes),
+    of: (row) => row.uss_bytes,
+    text: (row) => bytes(row.uss_bytes),
   },
   {
     name: "lines",

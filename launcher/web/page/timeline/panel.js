@@ -46,7 +46,7 @@ function useRange(events) {
   const now = computed(nowOf);
   const begin = computed(() => {
     const first = events.value[0]?.wall ?? now.value;
-    return Math.min(hello.value?.run.started ?? first, first);
+    return Math.min(hello.value?.run.started_wall_s ?? first, first);
   });
   const end = computed(() => Math.max(now.value, events.value.at(-1)?.wall ?? 0));
   const bounds = computed(() => {
@@ -85,7 +85,7 @@ export default {
     const picked = ref(null);
     const isFollowing = ref(true);
     const events = computed(() =>
-      allEvents(runEvents.value, plan.value, expectations.value, hello.value?.run.started ?? 0),
+      allEvents(runEvents.value, plan.value, expectations.value, hello.value?.run.started_wall_s ?? 0),
     );
     const lanes = computed(() => lanesOf(events.value, processes.value, wall.value));
     const view = useRange(events);

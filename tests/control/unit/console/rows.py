@@ -11,7 +11,7 @@ def process(name: str, state: str = "RUNNING", **more: object) -> dict[str, obje
         "pid": 1 if state == "RUNNING" else None,
         "restarts": 0,
         "cpu_percent": 2.4 if state == "RUNNING" else None,
-        "memory_bytes": 31_000_000 if state == "RUNNING" else None,
+        "uss_bytes": 31_000_000 if state == "RUNNING" else None,
         "namespace": "/",
         "node_names": [],
         "last_exit": None,

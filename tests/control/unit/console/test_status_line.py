@@ -199,7 +199,7 @@ def test_without_processes_the_bar_says_so():
 def hidden(names: str, by: str | None, lines: int = 0, **more: object):
     """Rows of processes, all filtered alike."""
     return [
-        process(name, muted=by is not None, hidden_by=by, muted_lines=lines, **more)
+        process(name, muted=by is not None, hidden_by=by, hidden_lines=lines, **more)
         for name in names.split()
     ]
 

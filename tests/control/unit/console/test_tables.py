@@ -19,7 +19,7 @@ from tests.control.unit.console.rows import process
 
 FLEET = [process("dispatcher-1"), process("robot_1-2"), process("robot_2-3")]
 CROWD = [
-    process(f"worker_{n}-{n + 1}", cpu_percent=float(n), memory_bytes=(50 - n) * 1_000_000)
+    process(f"worker_{n}-{n + 1}", cpu_percent=float(n), uss_bytes=(50 - n) * 1_000_000)
     for n in range(50)
 ]
 
@@ -88,7 +88,7 @@ def test_hosts_are_a_column_where_there_are_some():
     ],
 )
 def test_the_least_important_columns_go_first(columns: int, titles: str):
-    muted = process("robot_with_long_name-1", muted=True, muted_lines=1234, pid=12345)
+    muted = process("robot_with_long_name-1", muted=True, hidden_lines=1234, pid=12345)
     assert table([muted, *FLEET], columns)[0].split() == titles.split()
 
 
@@ -98,7 +98,7 @@ def test_no_row_is_wider_than_the_terminal(columns: int):
         process("a_very_long_name_of_a_process_that_nobody_can_read_at_once-12"),
         process("機器人倉庫管理員_二號_備用機-13", "FATAL"),
         process("x-1", "EXITED", last_exit={"text": "exit code 3 after 12.4 s", "returncode": 3}),
-        process("y-2", muted=True, level="WARN", grep="a.*long.*pattern", muted_lines=99999),
+        process("y-2", muted=True, level="WARN", grep="a.*long.*pattern", hidden_lines=99999),
     ]
     lines = table(rows, columns)
     assert len(lines) == 5
