@@ -15,6 +15,7 @@ from typing import Any
 import psutil
 
 from launcher.control.client import Connection
+from tests.support.json_forms import fit_result
 from tests.support.waiting import wait_until
 
 TIMEOUT_S = 60.0
@@ -84,7 +85,9 @@ class ControlledRun:
     def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
         """The result of a verb, asked over a connection of its own."""
         with self.connect() as connection:
-            return connection.ask(verb, names, timeout_s=TIMEOUT_S, **options).result
+            result = connection.ask(verb, names, timeout_s=TIMEOUT_S, **options).result
+        fit_result(verb, result)
+        return result
 
     def ask_text(self, verb: str, *names: str, **options: Any) -> str:
         """The text that a verb prints."""

@@ -17,6 +17,7 @@ from launcher.bag.reader import Bag
 from tests.support.benches import HEAD
 from tests.support.children import children_with
 from tests.support.controlled_run import ControlledRun
+from tests.support.json_forms import fit
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import launcher
 from tests.support.waiting import wait_until
@@ -72,11 +73,11 @@ class Run:
         """Until the recorder has received something of both talkers."""
 
         def has_both() -> bool:
-            answer = self.verb("snapshot", "to see whether it has begun")
+            answer = self.verb("snapshot", "--json", "to see whether it has begun")
             if answer.code != 0:
                 return False
-            path = Path(answer.out.removeprefix("snapshot in ").strip())
-            index = (path / "index.txt").read_text()
+            (found,) = fit("snapshot", answer.out)
+            index = (Path(found["path"]) / "index.txt").read_text()
             return all(f"last /talk of {name}" in index for name in ("left", "right"))
 
         wait_until(has_both, "a message of both talkers")

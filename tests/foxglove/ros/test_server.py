@@ -22,6 +22,7 @@ from launcher.ros.messages.message_schema import rihs_hash, schema_text
 from launcher.ros.snapshot.ros_graph import Direction
 from tests.support.foxglove_client import SUBPROTOCOL, FoxgloveClient, cdr, connected, texts
 from tests.support.foxglove_server import serving
+from tests.support.json_forms import fit
 from tests.support.ros_domain import ros_domain
 from tests.support.verbs import TIMEOUT_S, launcher
 from tests.support.waiting import wait_until
@@ -144,7 +145,8 @@ def test_it_ends_in_order(env: dict[str, str], signum: int):
         out, err = server.process.communicate(timeout=TIMEOUT_S)
         assert server.process.returncode == 0
         assert err == ""
-        events = [json.loads(line)["event"] for line in out.splitlines() if line.startswith("{")]
+        lines = "\n".join(line for line in out.splitlines() if line.startswith("{"))
+        events = [one["event"] for one in fit("foxglove", lines)]
         assert events == ["connected", "disconnected"]
         client.wait(lambda: client.is_closed, "the end of the connection")
 

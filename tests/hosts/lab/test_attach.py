@@ -11,6 +11,7 @@ import pytest
 
 from tests.support.hosts import Lab, Robot, needs_robots
 from tests.support.hosts.remote_run import RemoteRun
+from tests.support.json_forms import fit
 from tests.support.waiting import wait_until
 
 ROOT = {"user": "root", "engine": "systemd"}
@@ -50,7 +51,9 @@ def left(lab: Lab, robots: list[Robot], tmp_path: Path) -> Iterator[Path]:
         run.wait_for(r"^\[few-2\] 3$")
         send(lab, "mad")
         run.wait_for("restart 1 in 900 s")
-        assert lab.operator.launcher("detach").returncode == 0
+        detached = lab.operator.launcher("detach", "--json")
+        assert detached.returncode == 0, detached.stderr
+        fit("detach", detached.stdout)
         assert run.wait() == 0
     yield tmp_path
     lab.operator.launcher("attach", "--hosts", tmp_path / "hosts.yaml", "--stop")
