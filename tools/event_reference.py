@@ -33,7 +33,7 @@ page is generated: `python -m tools.event_reference`.
 | `host` | string | | the host of that process; absent for the launcher's machine |
 
 Entries are in the order in which events reached the launcher; those about [other
-hosts](../guides/robots.md#a-lost-link) have the time when it happened there. What is not known is
+hosts](hosts.md#a-lost-link) have the time when it happened there. What is not known is
 null. Later versions may add events and fields: ignore what you do not know. The last line of a run
 whose launcher was killed may be incomplete.
 """

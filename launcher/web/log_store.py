@@ -14,7 +14,7 @@ SKIPPED = "skipped"  # the stream of a row that stands for lines that were not r
 
 
 class LogRow(NamedTuple):
-    """A line as the page gets it (docs/guides/browser.md), its time in seconds since 1970."""
+    """A line as the message `lines` has it, its time in seconds since 1970."""
 
     process: str | None
     stream: str | None

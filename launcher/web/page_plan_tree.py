@@ -21,7 +21,7 @@ Tree = list[dict[str, Any]]
 
 
 async def read_tree(target: str, arguments: Sequence[str]) -> Tree | None:
-    """The tree as docs/guides/browser.md has it; None if the launch file cannot be evaluated."""
+    """The tree of the message `plan`; None if the launch file cannot be evaluated."""
     env = {name: value for name, value in os.environ.items() if name != RUN_ID_VARIABLE}
     try:
         process = await asyncio.create_subprocess_exec(

@@ -343,7 +343,7 @@ class SnapshotWritten(RunEvent):
 
 
 class LinkChanged(RunEvent):
-    """The link to another host has changed ([hosts](../guides/robots.md#a-lost-link)).
+    """The link to another host has changed ([hosts](hosts.md#a-lost-link)).
 
     host: its name
     state: `connecting`, `ready`, `unreachable`, or `gone`: nothing will come any more

@@ -17,7 +17,7 @@ _WILDCARDS = re.compile(r"[*?\[]")
 
 
 class PatternKind(enum.Enum):
-    """What a pattern is compared with; see docs/guides/robots.md."""
+    """What a pattern is compared with; see docs/reference/hosts-file.md."""
 
     WORD = "word"  # without a prefix: name of the process or of its node
     PATH = "path"  # begins with '/': the full name of the node

@@ -32,7 +32,7 @@ def main(words: Sequence[str]) -> int:
     if os.isatty(0) or os.isatty(1):
         raise UsageError(
             "the agent talks to a launcher, not to a terminal",
-            hint="a launcher starts it on hosts with `engine: ssh` (docs/guides/robots.md)",
+            hint="a launcher starts it on hosts with `engine: ssh` (docs/reference/hosts.md)",
         )
     return _resume(options.resume) if options.resume is not None else _serve()
 

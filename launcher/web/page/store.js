@@ -1,4 +1,4 @@
-// What is known of the run: messages of the server (docs/guides/browser.md) become reactive state.
+// What is known of the run: messages of the server (launcher/web) become reactive state.
 
 import { reactive, ref, shallowReactive, shallowRef } from "vue";
 import { LogBuffer } from "page/log_buffer.js";

@@ -8,19 +8,21 @@ import shlex
 
 import pytest
 
-from launcher.base.verb_table import module_of
+from launcher.base.verb_table import CONTROL_VERBS, module_of
 from launcher.cli.dispatch import VERBS
+from launcher.launch.verbs.launch import COMMAND as LAUNCH
 from tests.docs.unit.test_docs import README
 from tests.support.repository import REPOSITORY, docs_page
 
 PAGE = docs_page("own-messages")
 EXAMPLE = REPOSITORY / "examples" / "fleet_workspace" / "src"
 CREATED = {"my_robot": ("my_robot.launch.py",), "my_robot_interfaces": ()}
-BLOCKS = re.findall(r"^```\n(.*?)^```", PAGE + README, re.M | re.S)
+PACKAGES = {*CREATED, *(path.name for path in EXAMPLE.iterdir())}
+BLOCKS = re.findall(r"^```\w*\n(.*?)^```$", PAGE + README, re.M | re.S)
 COMMANDS = {
     command.strip()
     for block in BLOCKS
-    for command in re.findall(r"(?:^|\$\()launcher ([^\n#)|]*)", block, re.M)
+    for command in re.findall(r"(?:^(?:\$ )?|\$\()launcher ([^\n#)|]*)", block, re.M)
 }
 
 
@@ -30,7 +32,9 @@ def test_a_command_is_accepted(text: str):
     if words[0] in VERBS:
         module = importlib.import_module(module_of(words[0]))
         module.COMMAND.parse(words[1:])
-    else:
+    elif words[0] not in CONTROL_VERBS:
+        LAUNCH.parse(words)
+    if words[0] in PACKAGES:
         package, file = words
         assert file in CREATED.get(package, ()) or (EXAMPLE / package / "launch" / file).is_file()
 

@@ -88,7 +88,7 @@ def test_the_schema_in_the_repository_is_the_one_of_the_reader():
 
 
 def test_the_documentation_has_a_row_for_each_entry_and_each_kind_of_pattern():
-    document = docs_page("robots")
+    document = docs_page("hosts-file")
     rows = [line for line in document.splitlines() if line.startswith("| `")]
     for field in HOST_FIELDS:
         assert any(f"`{field.name}`" in row.split(" | ")[0] for row in rows), field.name
@@ -96,8 +96,9 @@ def test_the_documentation_has_a_row_for_each_entry_and_each_kind_of_pattern():
         assert any(f"`{prefix}:" in row.split(" | ")[0] for row in rows), prefix
 
 
-def test_the_examples_of_the_documentation_are_good_files():
-    document = docs_page("robots")
+@pytest.mark.parametrize("page", ["hosts-file", "hosts", "robots"])
+def test_the_examples_of_the_documentation_are_good_files(page: str):
+    document = docs_page(page)
     examples = [part.split("```")[0] for part in document.split("```yaml\n")[1:]]
     assert examples
     for example in examples:
