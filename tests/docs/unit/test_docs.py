@@ -174,3 +174,13 @@ def test_no_tracked_file_has_conflict_markers():
         if line.startswith(tuple(marks))
     ]
     assert not bad
+
+
+def test_every_change_has_a_name_and_a_type_that_the_changelog_has():
+    settings = (REPOSITORY / "pyproject.toml").read_text(encoding="utf-8")
+    types = "|".join(
+        re.findall(r'^\[\[tool\.towncrier\.type\]\]\ndirectory = "(\w+)"', settings, re.M)
+    )
+    names = {path.name for path in (REPOSITORY / "changes").iterdir()} - {"README.md"}
+
+    assert [name for name in names if not re.fullmatch(rf"\+[\w-]+\.({types})\.md", name)] == []
