@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV   := .venv
 PY     := $(VENV)/bin/python
+DOCS_ENV := build/docs-env
 ARGS   ?=
 
 SHELL  := /bin/bash
@@ -20,7 +21,7 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
 
 .DEFAULT_GOAL := help
 .PHONY: help run test thorough check lint types unit coverage browser fuzz smoke overflow picture drill \
-        picker env dev lock clean
+        picker docs changelog env dev lock clean
 
 ## help: print this list
 help:
@@ -116,6 +117,20 @@ drill: $(VENV)/.dev
 picker: $(VENV)/.dev
 	@$(PY) -m tools.record_console docs/assets picker picker-log
 
+## docs: build the documentation as a site into build/site, with links and anchors checked
+docs: $(DOCS_ENV)/.installed
+	@NO_MKDOCS_2_WARNING=1 $(DOCS_ENV)/bin/mkdocs build --strict --quiet
+	@echo "python3 -m http.server --bind 127.0.0.1 --directory build/site 8000"
+
+## changelog: move what is in changes/ into CHANGELOG.md; make changelog VERSION=0.2.0
+changelog: $(DOCS_ENV)/.installed
+	$(DOCS_ENV)/bin/towncrier build --yes --version $(VERSION)
+
+$(DOCS_ENV)/.installed: requirements/docs.txt
+	@mkdir -p build && $(PYTHON) -m venv $(DOCS_ENV)
+	@$(DOCS_ENV)/bin/python -m pip install --quiet --disable-pip-version-check -r requirements/docs.txt
+	@touch $@
+
 ## env: create or update .venv for running the launcher
 env: $(VENV)/.run
 ## dev: create or update .venv with the tools of lint, types and tests
@@ -143,6 +158,7 @@ $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
 lock:
 	uv pip compile $(LOCK) --extra bag launcher/pyproject.toml -o requirements/run.txt
 	uv pip compile $(LOCK) --extra bag --extra build launcher/pyproject.toml requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) requirements/docs.in -o requirements/docs.txt
 	uv pip compile $(LOCK) requirements/export.in -o requirements/export.txt
 
 ## clean: remove .venv and everything that was built
