@@ -86,7 +86,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             f"extra_arguments*, {_STAMP}], lifecycle[node, transition, {_STAMP}], "
             f"logs[message, {_STAMP}], shutdowns[reason, {_STAMP}], "
             "error{type, message, stage, phase}, discovery?{}",
-            page="[plan-json.md](../plan-json.md)",
+            page="[plan-json.md](plan-json.md)",
         ),
         _form("plan --diff, reload", _RELOAD),
         _form(
@@ -118,7 +118,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             *map(_entry, TYPES.values()),
             _DROPPED,
             lines=True,
-            page=f"`{_EVENT}` and those of the [event](../events.md), or `{_DROPPED}`",
+            page=f"`{_EVENT}` and those of the [event](events.md), or `{_DROPPED}`",
         ),
         _form("watch", "on, launch_files[], processes[name, watched, files[]]"),
         _form(

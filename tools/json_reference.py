@@ -38,7 +38,7 @@ an exit code, or minus the number of the signal that ended the process.
 What is not known is null. Fields of messages, parameters and variables keep their names; nan and
 inf of messages are the texts `nan`, `inf`, `-inf`.
 
-[Control socket](../control.md#versions), [event log](../events.md), [probe](../probe.md) and files
+[Control socket](control.md#versions), [event log](events.md), [probe](probe.md) and files
 of other standards (JUnit, SARIF, JSON Schema) have their own rules.
 
 ## Keys
