@@ -11,7 +11,7 @@ SHELL  := /bin/bash
 # Images of containers set it: each process of a test would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check --use-pep517
+PIP_INSTALL := tools/pip_install $(PY) -m pip install --disable-pip-version-check --use-pep517
 # Pins the build tools as well; older and newer versions of pip read different variables.
 export PIP_CONSTRAINT       := requirements/build.txt
 export PIP_BUILD_CONSTRAINT := requirements/build.txt
@@ -21,7 +21,7 @@ LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-
 
 .DEFAULT_GOAL := help
 .PHONY: help run test thorough check lint types unit coverage browser fuzz smoke overflow picture drill \
-        picker docs changelog env dev lock clean
+        picker docs changelog env dev lock clean cost
 
 ## help: print this list
 help:
@@ -136,8 +136,17 @@ env: $(VENV)/.run
 ## dev: create or update .venv with the tools of lint, types and tests
 dev: $(VENV)/.dev
 
+# Said before the environment is made, with what comes behind that.
+RUN_COST  := 75 MB to download, 320 MB of disk, about half a minute
+DEV_COST  := 280 MB to download, 1 GB of disk, 1 to 2 minutes
+THEN_run  := Then the fleet starts; Ctrl-C stops it.
+THEN_test := Then the tools of the tests ($(DEV_COST)) and the tests (5 minutes).
+cost:
+	@[ -e $(VENV)/.run ] || printf '%s\n' "Making $(VENV), with ROS 2 from PyPI: $(RUN_COST)." \
+	  $(foreach goal,$(MAKECMDGOALS),$(if $(THEN_$(goal)),"$(THEN_$(goal))"))
+
 # The environment is updated whenever one of the lists of pinned versions changes.
-$(VENV)/.python:
+$(VENV)/.python: | cost
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
 	  || { echo "error: Python 3.10 or newer is needed; name one: make PYTHON=python3.12 ..."; exit 2; }
 	@$(PYTHON) -m venv $(VENV) \
@@ -145,13 +154,14 @@ $(VENV)/.python:
 	@touch $@
 
 $(VENV)/.run: $(VENV)/.python requirements/run.txt launcher/pyproject.toml launcher/setup.py setup.py
-	$(PIP_INSTALL) -r requirements/run.txt
-	$(PIP_INSTALL) --no-deps --editable .
-	$(PIP_INSTALL) --no-deps --editable ./launcher
+	@$(PIP_INSTALL) -r requirements/run.txt
+	@$(PIP_INSTALL) --no-deps --editable .
+	@$(PIP_INSTALL) --no-deps --editable ./launcher
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev.txt
-	$(PIP_INSTALL) -r requirements/dev.txt
+	@[ -e $@ ] || echo "Adding the tools of lint, types and tests to $(VENV): $(DEV_COST)."
+	@$(PIP_INSTALL) -r requirements/dev.txt
 	@touch $@
 
 ## lock: upgrade and pin all versions in requirements/ (needs uv)
