@@ -8,6 +8,7 @@ _TABLE = (
     ("plan", "launcher.launch.verbs.plan", "show what a launch file would start, and why"),
     ("args", "launcher.launch.verbs.args", "list the arguments of a launch file"),
     ("run", "launcher.launch.verbs.run", "run one executable of a package in this terminal"),
+    ("demo", "launcher.launch.verbs.demo", "run the robot fleet that comes with the launcher"),
     (
         "build",
         "launcher.workspace.verbs.build",

@@ -88,7 +88,7 @@ def _wants_traceback(words: list[str]) -> bool:
     if verb == "run":
         words = words[:2]  # the rest are arguments of the executable
     # As with `ros2 launch`; with other verbs -d is something else.
-    has_short = verb in ("plan", "args", "launch") or verb not in (*VERBS, *CONTROL_VERBS)
+    has_short = verb in ("plan", "args", "launch", "demo") or verb not in (*VERBS, *CONTROL_VERBS)
     return "--debug" in words or (has_short and "-d" in words)
 
 
@@ -140,6 +140,7 @@ _WITHOUT_RCLPY = (
     "plan",
     "args",
     "run",
+    "demo",
     "smoke",
     "interface",
     "completion",

@@ -35,6 +35,10 @@ def command_of(words: Sequence[str]) -> tuple[Command, Sequence[str]]:
         return (control.RUNS if row is None else control.command_of(row)), rest
     if verb not in VERBS:
         verb, rest = "launch", list(words)
+    elif verb == "demo":
+        from launcher.launch.verbs.demo import launch_words
+
+        verb, rest = "launch", launch_words(rest)
     command: Command = importlib.import_module(module_of(verb)).COMMAND
     if not command.commands:
         return command, rest

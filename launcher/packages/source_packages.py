@@ -29,14 +29,25 @@ _IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE", "pyvenv.cfg", _BUI
 _NO_SOURCES = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
 # The working directory may be a home folder.
 _MAX_DEPTH, _MAX_FOLDERS = 4, 1000
-_OURS = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+_LAUNCHER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+_OURS = os.path.dirname(_LAUNCHER)
+_IN_WHEEL = os.path.join(_LAUNCHER, "demo_package")  # by setup.py of the launcher
 
 
 def find(name: str) -> str | None:
-    """The source of the package: of an editable installation, else around the working directory."""
+    """The source of the package: of an editable installation, else around the working directory.
+
+    That in the launcher's wheel is last, and no list has it: it is found only by its name.
+    """
     folders = (folder_of(distribution) for distribution in distributions(name))
     folder = next(filter(None, folders), None) or editable().get(name)
-    return folder or next((folder for known, folder in around() if known == name), None)
+    folder = folder or next((folder for known, folder in around() if known == name), None)
+    return folder or (_IN_WHEEL if name == name_in(_IN_WHEEL) else None)
+
+
+def demo_package() -> str | None:
+    """The package that comes with the launcher: beside it in a clone, else in its wheel."""
+    return name_in(_OURS) or name_in(_IN_WHEEL)
 
 
 def distributions(name: str | None = None) -> list[Distribution]:

@@ -72,7 +72,7 @@ def test_a_first_word_is_a_verb_a_launch_file_or_a_path(complete: Complete):
         ("launcher pkg prefix std_ms", ["std_msgs "]),
         ("launcher wtf --fi", ["--fix "]),
         ("launcher plan --le", ["--lenient "]),
-        ("launcher demo --time", ["--timeout "]),
+        ("launcher launch demo --time", ["--timeout "]),
         ("launcher plan -- --le", []),
         ("launcher topic echo --qos-reliability re", ["reliable "]),
         ("launcher topic echo --qos-reliability=re", ["reliable "]),
@@ -83,7 +83,8 @@ def test_a_first_word_is_a_verb_a_launch_file_or_a_path(complete: Complete):
         ("launcher completion f", ["fish "]),
         ("launcher run group_gp1 moni", ["monitor "]),
         ("launcher no_such_package no", []),
-        ("launcher demo --timeout ", []),
+        ("launcher launch demo --timeout ", []),
+        ("launcher demo --time", ["--timeout "]),
     ],
 )
 def test_words_follow_the_tables_of_options(complete: Complete, line: str, expected: list[str]):
@@ -93,10 +94,11 @@ def test_words_follow_the_tables_of_options(complete: Complete, line: str, expec
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("launcher demo mo", ["mode:="]),
-        ("launcher demo mode:=fast ", ["debug:=", "map_file:="]),
-        ("launcher demo mode:=fa", ["fast ", "fair "]),
+        ("launcher launch demo mo", ["mode:="]),
+        ("launcher launch demo mode:=fast ", ["debug:=", "map_file:="]),
+        ("launcher launch demo mode:=fa", ["fast ", "fair "]),
         ("launcher launch demo debug:=", ["true ", "false "]),
+        ("launcher demo enable_d", ["enable_debug:="]),  # of the fleet
         ("launcher plan demo map_file:=launch/d", ["launch/demo.launch.py "]),
         ("launcher plan demo map_file:=./my", [r"./my\ maps/"]),
         (r"launcher my\ ma", [r"my\ maps/"]),
@@ -112,15 +114,15 @@ def test_launch_files_and_their_arguments(complete: Complete, line: str, expecte
 
 
 def test_without_breaks_the_whole_word_is_replaced(complete: Complete):
-    assert complete("launcher demo mode:=s", breaks=" ") == ["mode:=slow "]
+    assert complete("launcher launch demo mode:=s", breaks=" ") == ["mode:=slow "]
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])
 def test_other_shells_get_whole_words_with_their_texts(complete: Complete, shell: str):
-    assert complete("launcher demo mo", shell) == [
+    assert complete("launcher launch demo mo", shell) == [
         "mode:=\thow. Valid choices are: ['fast', 'fair', 'slow']"
     ]
-    assert complete("launcher demo mode:=s", shell) == ["mode:=slow"]
+    assert complete("launcher launch demo mode:=s", shell) == ["mode:=slow"]
     assert complete("launcher pl", shell) == [f"plan\t{VERBS['plan']}"]
 
 

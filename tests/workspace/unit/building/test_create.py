@@ -45,7 +45,9 @@ def test_the_workspace_that_the_option_names(workspace, tmp_path, monkeypatch):
     assert answer.code == 0
     assert (workspace / "src/demo/package.xml").is_file()
     program = "  python -m launcher --workspace 'my ws'"
-    assert {f"{program} build", f"{program} demo demo.launch.py"} <= {*answer.out.splitlines()}
+    assert {f"{program} build", f"{program} launch demo demo.launch.py"} <= {
+        *answer.out.splitlines()
+    }
     monkeypatch.chdir(workspace / "src")
     assert "--workspace" not in create("other", "--workspace", str(workspace)).out
 
@@ -83,7 +85,7 @@ def test_a_package_of_nodes(workspace):
         "next:",
         "  python -m launcher build",
         "  python -m launcher test demo",
-        "  python -m launcher demo demo.launch.py",
+        "  python -m launcher launch demo demo.launch.py",
     ]
 
 
