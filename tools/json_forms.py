@@ -239,6 +239,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
     ),
     "Machines and workspaces": (
         _form("doctor", f"well, fixed[], findings[check, {_FINDING}, fixable]"),
+        _form("doctor --uninstall-list", "size_bytes, remains[what, path, size_bytes, command]"),
         _form(
             "hosts check",
             "well, discovery, hosts[name, address, reached, login_s, user, error, engine?, "

@@ -51,7 +51,7 @@ def decompressed(path: str) -> IO[bytes]:
     import zstandard
 
     with contextlib.ExitStack() as stack:
-        sink = stack.enter_context(tempfile.NamedTemporaryFile())
+        sink = stack.enter_context(tempfile.NamedTemporaryFile(prefix="launcher-"))
         with open(path, "rb") as source:
             try:
                 zstandard.ZstdDecompressor().copy_stream(source, sink)

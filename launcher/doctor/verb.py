@@ -30,9 +30,15 @@ left. Nothing is changed without --fix. `wtf` is the same verb.""",
             "--fix",
             "stop processes whose launcher is gone, remove their shared memory, and check again",
         ),
+        option(
+            "--uninstall-list",
+            "instead, list the files and folders that the launcher has left on this machine, with "
+            "the size of each and the command that removes it",
+        ),
         JSON,
         DEBUG,
     ),
+    exclusive=(("fix", "uninstall_list"),),
     epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line",
 )
 
@@ -40,6 +46,15 @@ left. Nothing is changed without --fix. `wtf` is the same verb.""",
 def main(words: Sequence[str]) -> int:
     """Check; with --fix, repair and check again. The exit code is that of the last check."""
     options = COMMAND.parse(words)
+    if options.uninstall_list:
+        from launcher.doctor import remains
+
+        left = remains.remains(os.environ)
+        if options.json:
+            print_document(remains.as_document(left))
+        else:
+            print(remains.as_text(left))
+        return ExitCode.OK
     workspace = _workspace()
     facts = collect(os.environ, workspace)
     done: list[str] = []

@@ -60,16 +60,20 @@ def obstacle(folder: str) -> str:
     return ""
 
 
-def _others(env: Mapping[str, str]) -> Iterator[str]:
-    """Folders in private ones of this user: in /tmp, another one could have made them."""
-    uid = os.getuid()
+def places(env: Mapping[str, str]) -> list[Path]:
+    """The private folders of this user in which others may be, in order."""
     parents = [env.get(name, "") for name in ("XDG_STATE_HOME", "TMPDIR", "XDG_RUNTIME_DIR")]
     parents[2:2] = ["/tmp"]
-    for parent in filter(os.path.isabs, [*parents, _SHARED_MEMORY]):
-        place = Path(parent, f"{socket_directory.NAME}-{uid}")
+    name = f"{socket_directory.NAME}-{os.getuid()}"
+    return [Path(one, name) for one in filter(os.path.isabs, [*parents, _SHARED_MEMORY])]
+
+
+def _others(env: Mapping[str, str]) -> Iterator[str]:
+    """Folders in private ones of this user: in /tmp, another one could have made them."""
+    for place in places(env):
         try:
             os.makedirs(place, 0o700, exist_ok=True)
-            if socket_directory.problem_of(place, uid) is None:
+            if socket_directory.problem_of(place, os.getuid()) is None:
                 yield str(place / "log")
         except OSError:
             continue

@@ -24,8 +24,9 @@ from launcher.control.console.completion import WordCompleter
 from launcher.control.console.display import GUTTER, Display
 from launcher.control.console.feed import Feed
 from launcher.control.console.help_view import HelpView
+from launcher.control.console.history_file import history_path
 from launcher.control.console.panel import Panel
-from launcher.control.console.prompt import history_path, make_application, open_history
+from launcher.control.console.prompt import make_application, open_history
 from launcher.control.console.requests import (
     CLEAR,
     answer,

@@ -6,7 +6,7 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from prompt_toolkit.application import Application, get_app
@@ -337,12 +337,6 @@ def search_keys(buffer: Buffer) -> KeyBindings:
     for key in ("escape", "left", "right", "end", "c-e", "tab", "home", "c-a"):
         keys.add(key, filter=is_searching, eager=key == "escape")(accept)
     return keys
-
-
-def history_path(env: Mapping[str, str]) -> Path:
-    """`$XDG_STATE_HOME/ros-launcher/history`, by default below ~/.local/state."""
-    root = env.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
-    return Path(root) / "ros-launcher" / "history"
 
 
 def open_history(path: Path) -> History:

@@ -193,7 +193,9 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
     command = [sys.executable, "-m", "pip", *words, "--no-deps", "--quiet"]
     # Without a second try pip does not tell that it reached nothing.
     command += ["--disable-pip-version-check", "--retries=1", "--timeout=10"]
-    with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as file:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="launcher-", suffix=".txt", encoding="utf-8"
+    ) as file:
         # Markers are those of the host, which have been evaluated.
         file.writelines(f"{_without_marker(pin)}\n" for pin in pins)
         file.flush()

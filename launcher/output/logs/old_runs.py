@@ -13,6 +13,7 @@ from launcher.base.model.run_events import Finished
 from launcher.output.logs.run_directory import EVENTS
 
 KEPT_RUNS = 20
+EVIDENCE = "smoke"  # beside the runs: what `smoke` keeps of those that have failed
 _RUN_NAME = r"\d{4}(-\d\d){5}-\d{6}-.*-\d+$"
 _RECORDINGS = ("snapshots", "bag")  # of the flight recorder
 _TAIL_BYTES = 4096  # the last entry is far shorter
@@ -24,7 +25,7 @@ def prune(path: str, keep: int = KEPT_RUNS) -> Iterator[None]:
     Those that go on or hold evidence stay.
     """
     root, own_name = os.path.split(path)
-    for name in _runs(root)[:-keep]:
+    for name in runs(root)[:-keep]:
         old = os.path.join(root, name)
         if name != own_name and not holds_evidence(old) and not _is_active(old):
             _remove(old)
@@ -33,12 +34,15 @@ def prune(path: str, keep: int = KEPT_RUNS) -> Iterator[None]:
 
 def kept_beyond(root: str, keep: int = KEPT_RUNS) -> list[str]:
     """The folders of runs older than the last `keep` that stay, the oldest first; OSError."""
-    older = (os.path.join(root, name) for name in _runs(root)[:-keep])
+    older = (os.path.join(root, name) for name in runs(root)[:-keep])
     return [run for run in older if holds_evidence(run)]
 
 
-def _runs(root: str) -> list[str]:
-    """Names, the oldest first. `ros2 launch` has its runs there, too, without an events file."""
+def runs(root: str) -> list[str]:
+    """The names of ours, the oldest first; OSError.
+
+    `ros2 launch` has its runs there, too, without an events file.
+    """
     names = sorted(name for name in os.listdir(root) if re.match(_RUN_NAME, name))
     return [name for name in names if os.path.isfile(f"{root}/{name}/{EVENTS}")]
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from launcher.base.document.document_reader import together
 from launcher.base.errors import LauncherError, UsageError
+from launcher.output.logs.old_runs import EVIDENCE
 from launcher.output.logs.run_directory import log_root
 
 KEPT = 20
@@ -41,7 +42,7 @@ def evidence(wanted: Path | None, env: Mapping[str, str] = os.environ) -> Iterat
     if wanted is not None:
         yield Evidence(wanted)
         return
-    root = Path(log_root(env), "smoke")
+    root = Path(log_root(env), EVIDENCE)
     found = Evidence(_new(root))
     with _locked(found.path):
         try:

@@ -14,7 +14,14 @@ from launcher.hosts.ssh import SshConnection, quoted
 from launcher.hosts.ssh_command import run
 
 TIMEOUT_S = 60.0
-_LIST = "installed"  # the names of the units of a system, in its folder
+LIST = "installed"  # the names of the units of a system, in its folder
+
+
+def places(home: str | None) -> tuple[str, str]:
+    """The folders of units and of what they need, of a user with this home or of the machine."""
+    if home is None:
+        return "/etc/systemd/system", "/etc/launcher"
+    return f"{home}/.config/systemd/user", f"{home}/.config/launcher"
 
 
 class Installer:
@@ -66,7 +73,7 @@ class Installer:
             path = f"{self._raw_folder(name)}/{name}.env"
             lines.append(_or_exit(f"(umask 077\n{written(path, secrets)})"))
         content = "".join(f"{one}\n" for one in units).encode()
-        lines.append(_or_exit(written(f"{self._raw_folder(name)}/{_LIST}", content)))
+        lines.append(_or_exit(written(f"{self._raw_folder(name)}/{LIST}", content)))
         ctl = self._systemctl
         start = f"{ctl} start {shlex.quote(f'{name}.target')}"
         enable = f"{ctl} daemon-reload && {ctl} enable --quiet {quoted(enabled)}"
@@ -89,11 +96,11 @@ class Installer:
     def _removal(self, name: str) -> str:
         """Stops and removes what was installed before, which may have had other units."""
         return (
-            f"if [ -f {self._folder(name)}/{_LIST} ]; then while read -r one; do\n"
+            f"if [ -f {self._folder(name)}/{LIST} ]; then while read -r one; do\n"
             f'  {self._systemctl} disable --now --quiet "$one" </dev/null\n'
             f'  {self._systemctl} reset-failed "$one" </dev/null 2>/dev/null\n'
             f'  rm -f {self._units}/"$one"\n'
-            f"done <{self._folder(name)}/{_LIST}; fi"
+            f"done <{self._folder(name)}/{LIST}; fi"
         )
 
     @property
@@ -103,18 +110,19 @@ class Installer:
         return f"XDG_RUNTIME_DIR={shlex.quote(self.facts.runtime)} systemctl --user"
 
     @property
+    def _places(self) -> tuple[str, str]:
+        return places(self.facts.home if self.facts.is_user else None)
+
+    @property
     def _raw_units(self) -> str:
-        if self.facts.is_user:
-            return f"{self.facts.home}/.config/systemd/user"
-        return "/etc/systemd/system"
+        return self._places[0]
 
     @property
     def _units(self) -> str:
         return shlex.quote(self._raw_units)
 
     def _raw_folder(self, name: str) -> str:
-        base = f"{self.facts.home}/.config" if self.facts.is_user else "/etc"
-        return f"{base}/launcher/{name}"
+        return f"{self._places[1]}/{name}"
 
     def _folder(self, name: str) -> str:
         return shlex.quote(self._raw_folder(name))

@@ -249,11 +249,16 @@ def _zig_cache(program: str, environ: Mapping[str, str]) -> str:
     zig knows its own files by inode and time stamp. In one cache those of two environments would
     replace each other, and every change of the environment would compile the C++ library again.
     """
+    status = os.stat(program)
+    return f"{zig_caches(environ)}{status.st_ino:x}-{status.st_mtime_ns:x}"
+
+
+def zig_caches(environ: Mapping[str, str]) -> str:
+    """What the paths of our caches of zig begin with."""
     home = environ.get("HOME") or os.path.expanduser("~")
     base = environ.get("XDG_CACHE_HOME") or os.path.join(home, ".cache")
     folder = environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(base, "zig")
-    status = os.stat(program)
-    return os.path.join(folder, f"launcher-{status.st_ino:x}-{status.st_mtime_ns:x}")
+    return os.path.join(folder, "launcher-")
 
 
 def _python_configuration(folder: str) -> str:

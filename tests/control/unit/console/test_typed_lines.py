@@ -14,7 +14,8 @@ from launcher.base.errors import UsageError
 from launcher.base.program import program
 from launcher.control.client import Reply
 from launcher.control.console.feed import split
-from launcher.control.console.prompt import MAX_LINES, history_path, open_history
+from launcher.control.console.history_file import history_path
+from launcher.control.console.prompt import MAX_LINES, open_history
 from launcher.control.console.requests import (
     SHELL_VERBS,
     answer,
