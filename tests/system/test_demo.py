@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import sys
 import zipfile
 from pathlib import Path
 
@@ -62,6 +64,8 @@ def test_an_sdist_makes_the_same_wheel(sources: Path, environment: Environment, 
     again = wheel_of(tmp_path / name, environment, tmp_path / "again")
 
     files = set(zipfile.ZipFile(direct).namelist())
+    metadata = next(one for one in files if one.endswith(".dist-info/METADATA"))
+    assert b"\n# ros2-launcher\n" in zipfile.ZipFile(direct).read(metadata)
     assert {f"launcher/demo_package/{part}" for part in fleet_files()} <= files
     assert set(zipfile.ZipFile(again).namelist()) == files
 
@@ -80,3 +84,15 @@ def test_a_launcher_that_an_old_pip_has_built_elsewhere_has_no_demo(
     wheel = wheel_of(moved, environment, tmp_path / "wheels")
 
     assert not [name for name in zipfile.ZipFile(wheel).namelist() if "demo_package" in name]
+
+
+def test_the_readme_of_the_wheel_has_a_launch_file_that_runs(world: World, tmp_path: Path):
+    text = (REPOSITORY / "launcher/README.md").read_text(encoding="utf-8")
+    (launch_file,) = re.findall(r"```xml\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "hello.launch.xml").write_text(launch_file)
+    env = {**world.env, "PATH": f"{Path(sys.executable).parent}:{world.env['PATH']}"}
+
+    run = world.terminal("launcher", "hello.launch.xml", cwd=tmp_path, env=env)
+    run.wait_for("data: hello")
+    run.ctrl_c()
+    assert run.exit_code() == 0
