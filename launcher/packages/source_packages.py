@@ -31,6 +31,7 @@ _NO_SOURCES = {"build", "install", "log", "node_modules", "__pycache__", "site-p
 _MAX_DEPTH, _MAX_FOLDERS = 4, 1000
 _LAUNCHER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 _OURS = os.path.dirname(_LAUNCHER)
+_chosen: dict[str, str] = {}  # package -> source folder
 _IN_WHEEL = os.path.join(_LAUNCHER, "demo_package")  # by setup.py of the launcher
 
 
@@ -40,14 +41,22 @@ def find(name: str) -> str | None:
     That in the launcher's wheel is last, and no list has it: it is found only by its name.
     """
     folders = (folder_of(distribution) for distribution in distributions(name))
-    folder = next(filter(None, folders), None) or editable().get(name)
+    folder = next(filter(None, folders), None) or editable().get(name) or _chosen.get(name)
     folder = folder or next((folder for known, folder in around() if known == name), None)
     return folder or (_IN_WHEEL if name == name_in(_IN_WHEEL) else None)
 
 
-def demo_package() -> str | None:
-    """The package that comes with the launcher: beside it in a clone, else in its wheel."""
-    return name_in(_OURS) or name_in(_IN_WHEEL)
+def choose_demo() -> str | None:
+    """The package that comes with the launcher: beside it in a clone, else in its wheel.
+
+    From now on it is found before one of its name around the working directory.
+    """
+    for folder in (_OURS, _IN_WHEEL):
+        name = name_in(folder)
+        if name:
+            _chosen[name] = folder
+            return name
+    return None
 
 
 def distributions(name: str | None = None) -> list[Distribution]:

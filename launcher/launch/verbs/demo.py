@@ -9,7 +9,7 @@ from launcher.base.errors import UsageError
 from launcher.base.option import HELP
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
-from launcher.packages.source_packages import demo_package
+from launcher.packages.source_packages import choose_demo
 
 LAUNCH_FILE = "system.launch.py"
 
@@ -41,7 +41,7 @@ def launch_words(words: Sequence[str]) -> list[str]:
     if words and ".launch." in words[0]:
         hint = f"if it is in a package called demo: {program()} launch demo {words[0]}"
         raise UsageError(f"`demo` takes no launch file: '{words[0]}'", hint=hint)
-    name = demo_package()
+    name = choose_demo()
     if name is None:
         raise UsageError(
             "this installation of the launcher has no demo",

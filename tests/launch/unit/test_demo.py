@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ def in_wheel(tmp_path: Path, monkeypatch) -> Path:
     )
     monkeypatch.setattr(source_packages, "_OURS", str(tmp_path))
     monkeypatch.setattr(source_packages, "_IN_WHEEL", str(package))
+    monkeypatch.setattr(source_packages, "_chosen", {})
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
@@ -46,6 +48,15 @@ def test_an_installed_launcher_has_it_as_a_folder_of_its_own(in_wheel: Path, cap
 def test_the_folder_is_in_no_list_of_packages(in_wheel: Path):
     assert source_packages.find("the_fleet") == str(in_wheel)
     assert "the_fleet" not in dict(source_packages.around())
+
+
+def test_a_package_of_its_name_below_the_working_directory_is_not_taken(in_wheel: Path, capsys):
+    other = Path("somewhere/the_fleet")
+    shutil.copytree(in_wheel, other)
+    assert source_packages.find("the_fleet") == str(other.absolute())
+    assert main(["demo", "--print"]) == 0
+    assert capsys.readouterr().out.startswith(f"{in_wheel}/launch/")
+    assert source_packages.find("the_fleet") == str(in_wheel)
 
 
 def test_without_it_the_repair_is_named(in_wheel: Path, capsys):
