@@ -226,12 +226,14 @@ def _layout(
     files = (os.path.join(source, file) for file in reversed(SETUP_FILES))
     links.setdefault(f"{MARKERS}/{name}", next(filter(os.path.isfile, files), os.devnull))
     programs: dict[str, str] = {}
+    has_programs = not contents.scripts.keys() <= scripts.keys()
+    folders = _code_folders(name, source, contents) if has_programs else []  # searches the disk
     for script, target in contents.scripts.items():
         place = f"lib/{name}/{script}"
         if script in scripts:
             links[place] = scripts[script]
         else:
-            programs[place] = _program(target, _code_folders(name, source, contents))
+            programs[place] = _program(target, folders)
     return links, programs
 
 
