@@ -20,6 +20,7 @@ Collecting mcap==1.6.0 (from -r requirements/run.txt (line 6))
   Downloading mcap-1.6.0-py3-none-any.whl (22 kB)
 Requirement already satisfied: pip in /usr/lib
 Using cached https://files.example/a1/ros_sensor_msgs-5.5.1-cp311-cp311-linux.whl (1.5 MB)
+  Using cached lark_parser-0.12.0-py2.py3-none-any.whl
 Downloading empy-3.3.4.tar.gz (62 kB)
 Installing collected packages: mcap, empy
 Successfully installed empy-3.3.4 mcap-1.6.0
@@ -48,6 +49,18 @@ def test_pip_shows_one_line_on_a_terminal_and_keeps_its_exit_code(pip: list[str]
         "  1 MB  empy-3.3.4 (62 kB)",
         "  installing",
     ]
+
+
+def test_a_line_is_shown_when_pip_prints_it_and_not_at_the_end(tmp_path: Path):
+    program = tmp_path / "pip"
+    program.write_text("#!/bin/sh\necho 'Downloading mcap-1.6.0-py3.whl (2.0 MB)'\nread answer\n")
+    program.chmod(0o755)
+    with Terminal(
+        [str(REPOSITORY / "tools/pip_install"), str(program)], env=os.environ
+    ) as terminal:
+        terminal.wait_for("  2 MB  mcap-1.6.0 (2.0 MB)")
+        terminal.type("\n")
+        assert terminal.exit_code() == 0
 
 
 def test_pip_is_quiet_without_a_terminal(pip: list[str]):
