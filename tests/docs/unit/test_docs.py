@@ -73,6 +73,7 @@ OF_OTHERS = {
     "--depth",
     "--fast",
     "--filter",
+    "--init",
     "--ipc",
     "--launch-artifacts",
     "--ros-args",

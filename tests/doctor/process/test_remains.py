@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import json
 import os
 import re
 import shlex
@@ -31,6 +30,7 @@ from launcher.packages.source_packages import OVERLAY_FOLDER
 from launcher.posix import log_folder, socket_directory
 from launcher.posix.domain_lease import leased_domain
 from launcher.workspace.building.toolchain.compiler import zig_caches
+from tests.support.json_forms import fit
 from tests.support.repository import REPOSITORY
 
 
@@ -188,7 +188,7 @@ def test_it_is_printed_as_text_and_as_json_and_nothing_is_removed(home: Path, ca
     assert main(["doctor", "--uninstall-list"]) == 0
     text = capsys.readouterr().out
     assert main(["doctor", "--uninstall-list", "--json"]) == 0
-    answer = json.loads(capsys.readouterr().out)
+    (answer,) = fit("doctor --uninstall-list", capsys.readouterr().out)
     entry = next(one for one in answer["remains"] if one["path"] == f"{home}/.ros/log/smoke")
     assert entry["command"] == f"rm -r {home}/.ros/log/smoke"
     assert f"  {entry['path']}: {entry['what']}\n{'':12}-> {entry['command']}\n" in text
