@@ -62,13 +62,13 @@ def test_w_prints_the_link_of_the_page_which_ends_with_the_run(bench: Bench):
     terminal = bench.screen_terminal(TICKS)
     terminal.wait_for_prompt()
     terminal.enter("w")
-    terminal.wait_for("page: http://127.0.0.1:")
+    terminal.wait_for("[launch]: page: http://127.0.0.1:")
     terminal.wait_for("| http://127.0.0.1:")  # the answer to the verb
     terminal.enter("web")
     terminal.wait_until(
         lambda: sum("| http://127.0.0.1:" in row for row in terminal.scrolled) == 2, "it again"
     )
-    assert sum("page: http://" in row for row in terminal.scrolled) == 1
+    assert sum("[launch]: page: http://" in row for row in terminal.scrolled) == 1
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
 
