@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 
 from launcher.base.command_help import explanation, sentence
 from launcher.base.command_line import Command
-from launcher.base.option import Option
+from launcher.base.option import DEBUG, HELP, WORKSPACE, Option
 from launcher.base.verb_table import VERBS, module_of
 from launcher.control import verb as control
 from launcher.control import verbs
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference" / "command-line.md"
-PIPE = "\\|"
 HEAD = """\
 # Command line
 
@@ -25,11 +25,15 @@ Every verb with its options, as `--help` prints them. This page is generated:
 `python -m tools.command_reference`.
 
 Options may stand anywhere; after `--` every word is an argument. A value follows in the next word
-or after `=`. Every verb also takes `--workspace DIR`, in front of it or behind it: the colcon
-[workspace](launch-files.md#workspaces), instead of that around the working directory. The ROS verbs
-also accept what ros2 accepts: the beginning of an option (`--on` for `--once`), short options
-together (`-tv`), and a negative number as an argument.
+or after `=`. The ROS verbs also accept what ros2 accepts: the beginning of an option (`--on` for
+`--once`), short options together (`-tv`), and a negative number as an argument.
+
+An option that several verbs take is explained with the first of them, and only named with the
+others. Every verb takes the following, `completion` without `--debug`:
+
 """
+OF_ALL = (WORKSPACE, DEBUG, HELP)
+Row = tuple[str, str]  # how an option is spelled, and what it does
 
 
 def commands() -> Iterator[Command]:
@@ -44,39 +48,49 @@ def commands() -> Iterator[Command]:
 
 def page() -> str:
     """The whole page."""
-    seen: dict[str, str] = {}
-    return "\n".join([HEAD, *("\n".join(section(command, seen)) for command in commands())])
+    places: dict[object, str] = {row(one): "" for one in OF_ALL}
+    head = HEAD + "".join(map(item, OF_ALL))
+    return "\n".join([head, *("\n".join(section(command, places)) for command in commands())])
 
 
-def section(command: Command, seen: dict[str, str]) -> Iterator[str]:
-    """One command; a group of options that stands further up is only referred to."""
+def section(command: Command, places: dict[object, str]) -> Iterator[str]:
+    """One command; options that have a place further up are only named, with a link to it."""
     yield f"## {command.name}\n"
     if command.commands:
         yield f"{sentence(command.help)}\n"
         return
     yield f"`{command.usage.partition('launcher ')[2]}`\n"
     yield f"{sentence(command.help)}\n"
-    groups = [("", command.options), *command.groups]
-    for title, options in groups:
-        if not options:
+    anchor = f"#{command.name.replace(' ', '-')}"
+    named: list[tuple[str, str]] = []  # (what is explained at the place, the place)
+    for title, options in [("", command.options), *command.groups]:
+        group = (title, tuple(map(row, options)))
+        if title and group in places:
+            named.append((title, places[group]))
             continue
-        if title in seen:
-            yield f"Also the {seen[title]}.\n"
-            continue
-        if title:
-            seen[title] = f"{title}, see [{command.name}](#{command.name.replace(' ', '-')})"
-            yield f"{sentence(title)[:-1]}:\n"
-        yield from table(options)
+        places[group] = anchor
+        known = [(f"`{one.flags[-1]}`", places.get(row(one))) for one in options]
+        named += [(flag, place) for flag, place in known if place]
+        new = [one for one in options if row(one) not in places]
+        if new:
+            if title:
+                yield f"{sentence(title)[:-1]}:\n"
+            yield "".join(map(item, new))
+        places.update((row(one), anchor) for one in new)
+    also = [
+        f"[{', '.join(text for text, _ in texts)}]({place})"
+        for place, texts in groupby(named, lambda one: one[1])
+    ]
+    if also:
+        yield f"Also {', '.join(also)}.\n"
 
 
-def table(options: tuple[Option, ...]) -> Iterator[str]:
-    """The options as a table."""
-    yield "| option | meaning |"
-    yield "|---|---|"
-    for option in options:
-        text = explanation(option).replace("|", PIPE)
-        yield f"| `{option.spelling.replace('|', PIPE)}` | {text} |"
-    yield ""
+def row(option: Option) -> Row:
+    return option.spelling, explanation(option)
+
+
+def item(option: Option) -> str:
+    return f"- `{option.spelling}`: {explanation(option)}\n"
 
 
 if __name__ == "__main__":

@@ -1,101 +1,144 @@
-"""The table of verbs: the name of each, its module and its line of help.
+"""The table of verbs: the name of each, its task, its module and its line of help.
 
 `main(words)` of the module runs the verb and returns the exit code; `COMMAND` has its options.
 """
 
+# What `--help` is arranged by: each task with the title of its verbs.
+TASKS = {
+    "Run": "Run",
+    "Control": "Control a running launch, from any shell",
+    "Look": "Look at a running launch, and at ROS",
+    "Record": "Record",
+    "Build": "Build",
+    "Test": "Test",
+    "Other machines": "Other machines",
+    "Tools": "Tools",
+}
+RUN, CONTROL, LOOK, RECORD, BUILD, TEST, MACHINES, TOOLS = TASKS
+INTERNAL = "Internals"  # verbs that only `help --all` lists
+
 _TABLE = (
-    ("launch", "launcher.launch.verbs.launch", "run a launch file; `launch` may be left out"),
-    ("plan", "launcher.launch.verbs.plan", "show what a launch file would start, and why"),
-    ("args", "launcher.launch.verbs.args", "list the arguments of a launch file"),
-    ("run", "launcher.launch.verbs.run", "run one executable of a package in this terminal"),
-    ("demo", "launcher.launch.verbs.demo", "run the robot fleet that comes with the launcher"),
+    ("launch", RUN, "launcher.launch.verbs.launch", "run a launch file; `launch` may be left out"),
+    ("plan", RUN, "launcher.launch.verbs.plan", "show what a launch file would start, and why"),
+    ("args", RUN, "launcher.launch.verbs.args", "list the arguments of a launch file"),
+    ("run", RUN, "launcher.launch.verbs.run", "run one executable of a package in this terminal"),
+    ("demo", RUN, "launcher.launch.verbs.demo", "run the robot fleet that comes with the launcher"),
     (
         "build",
+        BUILD,
         "launcher.workspace.verbs.build",
         "build the packages of a workspace, message types included",
     ),
     (
         "wheel",
+        BUILD,
         "launcher.workspace.verbs.wheel",
         "make wheels of built packages, to install them without a compiler",
     ),
-    ("topic", "launcher.ros.verbs.topic", "list, inspect, print, measure and publish topics"),
-    ("node", "launcher.ros.verbs.node", "list and inspect nodes"),
-    ("param", "launcher.ros.verbs.param", "list, get and set parameters of nodes"),
-    ("service", "launcher.ros.verbs.service", "list and call services, and print their events"),
-    ("action", "launcher.ros.verbs.action", "list actions, and send goals"),
-    ("lifecycle", "launcher.ros.verbs.lifecycle", "show and change the states of lifecycle nodes"),
+    ("topic", LOOK, "launcher.ros.verbs.topic", "list, inspect, print, measure and publish topics"),
+    ("node", LOOK, "launcher.ros.verbs.node", "list and inspect nodes"),
+    ("param", LOOK, "launcher.ros.verbs.param", "list, get and set parameters of nodes"),
+    (
+        "service",
+        LOOK,
+        "launcher.ros.verbs.service",
+        "list and call services, and print their events",
+    ),
+    ("action", LOOK, "launcher.ros.verbs.action", "list actions, and send goals"),
+    (
+        "lifecycle",
+        LOOK,
+        "launcher.ros.verbs.lifecycle",
+        "show and change the states of lifecycle nodes",
+    ),
     (
         "interface",
+        LOOK,
         "launcher.ros.verbs.interface",
         "show the installed types of messages, services and actions",
     ),
-    ("bag", "launcher.bag.verbs", "record topics, play and compare recordings"),
+    ("bag", RECORD, "launcher.bag.verbs", "record topics, play and compare recordings"),
     (
         "pkg",
+        BUILD,
         "launcher.workspace.verbs.pkg",
         "make packages of nodes and of interfaces, and look at installed ones",
     ),
     (
         "env",
+        BUILD,
         "launcher.workspace.verbs.env",
         "print the environment of a workspace, for shells and editors",
     ),
     (
         "test",
+        TEST,
         "launcher.workspace.verbs.test",
         "run the tests of packages; to test a launch file: smoke",
     ),
-    ("doctor", "launcher.doctor.verb", "find what is wrong on this machine, and repair it"),
+    ("doctor", TOOLS, "launcher.doctor.verb", "find what is wrong on this machine, and repair it"),
     (
         "hosts",
+        MACHINES,
         "launcher.hosts.verbs",
         "try other hosts, and bring the launcher and packages to them",
     ),
     (
         "attach",
+        MACHINES,
         "launcher.hosts.verbs.attach",
         "return to a run whose processes were left on other hosts",
     ),
-    ("analyze", "launcher.launch.analyze", "show where the time of a start-up went"),
-    ("smoke", "launcher.smoke.verb", "test a launch file against expectations"),
+    ("analyze", TOOLS, "launcher.launch.analyze", "show where the time of a start-up went"),
+    ("smoke", TEST, "launcher.smoke.verb", "test a launch file against expectations"),
     (
         "export",
+        MACHINES,
         "launcher.export.verbs.export",
         "write a launch file as units of systemd, Kubernetes, Compose or Podman",
     ),
-    ("graph", "launcher.ros.verbs.graph", "show the ROS graph as a tree, a drawing or data"),
+    ("graph", LOOK, "launcher.ros.verbs.graph", "show the ROS graph as a tree, a drawing or data"),
     (
         "web",
+        LOOK,
         "launcher.web.verb",
         "serve a page in the browser that shows and controls a running launch",
     ),
-    ("foxglove", "launcher.foxglove.verb", "show the ROS graph to Foxglove and to Lichtblick"),
+    (
+        "foxglove",
+        LOOK,
+        "launcher.foxglove.verb",
+        "show the ROS graph to Foxglove and to Lichtblick",
+    ),
     (
         "multicast",
+        INTERNAL,
         "launcher.ros.verbs.multicast",
         "send or receive one packet by multicast, to try a network",
     ),
     (
         "daemon",
+        INTERNAL,
         "launcher.ros.verbs.daemon",
         "say that no daemon is needed, for scripts that use ros2",
     ),
     (
         "agent",
+        INTERNAL,
         "launcher.hosts.verbs.agent",
         "run processes for a launcher on another machine, which starts this by ssh",
     ),
     (
         "completion",
+        INTERNAL,
         "launcher.cli.completion",
         "print the script that completes words in bash, zsh or fish",
     ),
 )
 
 # Each verb with its line of help.
-VERBS = {name: help for name, _, help in _TABLE}
-_MODULES = {name: module for name, module, _ in _TABLE}
+VERBS = {name: help for name, _, _, help in _TABLE}
+_MODULES = {name: module for name, _, module, _ in _TABLE}
 
 # Verbs about a ROS graph.
 _OF_ROS = ("launcher.ros.", "launcher.bag.", "launcher.foxglove.")
@@ -115,38 +158,40 @@ def module_of(verb: str) -> str:
     return "launcher.control.verb" if verb == "control" else _MODULES[verb]
 
 
-# Verbs about a running launch. Their table is in launcher.control.verbs, which is not imported on
-# the way to the first process of a run; their module is launcher.control.verb.
-CONTROL_VERBS = (
-    "ps",
-    "top",
-    "kill",
-    "stop",
-    "start",
-    "restart",
-    "pause",
-    "resume",
-    "mute",
-    "unmute",
-    "solo",
-    "level",
-    "grep",
-    "show",
-    "format",
-    "logs",
-    "info",
-    "send",
-    "events",
-    "detach",
-    "reload",
-    "watch",
-    "stack",
-    "debug",
-    "loglevel",
-    "snapshot",
-    "quit",
-    "runs",
-)
+# Verbs about a running launch, each with its task. Their table is in launcher.control.verbs, which
+# is not imported on the way to the first process of a run; their module is launcher.control.verb.
+CONTROL_VERBS = {
+    "ps": LOOK,
+    "top": LOOK,
+    "kill": CONTROL,
+    "stop": CONTROL,
+    "start": CONTROL,
+    "restart": CONTROL,
+    "pause": CONTROL,
+    "resume": CONTROL,
+    "mute": CONTROL,
+    "unmute": CONTROL,
+    "solo": CONTROL,
+    "level": CONTROL,
+    "grep": CONTROL,
+    "show": CONTROL,
+    "format": CONTROL,
+    "logs": LOOK,
+    "info": LOOK,
+    "send": CONTROL,
+    "events": LOOK,
+    "detach": MACHINES,
+    "reload": CONTROL,
+    "watch": CONTROL,
+    "stack": LOOK,
+    "debug": CONTROL,
+    "loglevel": CONTROL,
+    "snapshot": RECORD,
+    "quit": CONTROL,
+    "runs": LOOK,
+}
+# The task of each verb, a key of TASKS, or INTERNAL.
+TASK_OF = {**{name: task for name, task, _, _ in _TABLE}, **CONTROL_VERBS}
 
 # Verbs of the console that a shell does not have, with an alternative.
 CONSOLE_VERBS = {"pick": "PROGRAM ps lists the processes; F2 opens the list in the console"}

@@ -8,6 +8,7 @@ Doors:
 
 * `dispatch.main(words)`: enters the workspace, finds the verb, runs it, and prints errors with
   their exit codes. `launcher.__main__` is before it: standard files, Ctrl-C, closed pipes.
+* `overview`: what the program prints without words, and with `--help`.
 * `workspace_option`: `--workspace DIR`, in front of a verb or behind it.
 * `lookup`: the table of options that a command line is parsed with, for those that look at a
   command line without running it.

@@ -14,7 +14,6 @@ from launcher.base.errors import (
     LauncherError,
     PackageNotFoundError,
     UsageError,
-    exit_code_table,
 )
 from launcher.base.option import HELP
 from launcher.base.text import did_you_mean, suggest
@@ -98,7 +97,9 @@ def _dispatch(words: list[str]) -> int:
     if words[:1] == ["help"]:  # as in the console
         words = _help_words(words[1:])
     if not words or words[0] in HELP.flags:
-        print(overview())
+        from launcher.cli.overview import first_steps, overview
+
+        print(overview(is_whole="--all" in words) if words else first_steps())
         return ExitCode.OK if words else ExitCode.USAGE
     verb, *rest = words
     verb = ALIASES.get(verb, verb)
@@ -180,7 +181,7 @@ def _run(module: str, words: list[str]) -> int:
 def _help_words(words: list[str]) -> list[str]:
     """The words that print the help requested by `help WORDS`; UsageError."""
     if not words or words[0] == "help" or words[0].startswith("-"):
-        return ["--help"]
+        return ["--help", *words]
     name = ALIASES.get(words[0], words[0])
     names = (*VERBS, *CONTROL_VERBS)
     if name not in (*names, *ABSENT_VERBS, *CONSOLE_VERBS):
@@ -212,34 +213,3 @@ def _program() -> str:
     from launcher.base.program import program  # only help and hints need it
 
     return program()
-
-
-def overview() -> str:
-    """What `--help` prints: the verbs and the exit codes."""
-    name = _program()
-    lines = [
-        f"usage: {name} TARGET [name:=value ...] [options]",
-        f"       {name} VERB ...",
-        f"       {name} help [VERB] | -h, --help | -V, --version",
-        f"       {name} --workspace DIR TARGET|VERB ...",
-        "",
-        "TARGET is a launch file, the name of one (`system` for launch/system.launch.py), or",
-        f"PACKAGE FILE as with `ros2 launch`. {name} VERB --help lists the options of a verb.",
-        "",
-        "verbs:",
-        *(f"  {verb:9} {text}" for verb, text in VERBS.items()),
-        "",
-        "verbs about a running launch, from any shell:",
-        *(f"  {name:9} {text}" for name, text in control_verbs()),
-        "",
-        *exit_code_table(),
-    ]
-    return "\n".join(lines)
-
-
-def control_verbs() -> list[tuple[str, str]]:
-    """(name, one line of help) of the verbs about a running launch."""
-    from launcher.control.verbs import VERBS as CONTROL
-
-    table = [(verb.name, verb.help) for verb in CONTROL if verb.shell]
-    return [*table, ("runs", "list the running launches")]

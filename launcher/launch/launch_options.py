@@ -12,7 +12,8 @@ from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import UNLIMITED
 from launcher.base.option import Option, option
-from launcher.run.parts import PART_OPTIONS, check_options
+from launcher.run.part import DEVELOPMENT, OPTION_GROUPS, OUTPUT, RESOURCES, RESTARTS
+from launcher.run.parts import check_options, part_options
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -59,52 +60,55 @@ NO_SUPERVISE = option(
     name="settings_beside",
     value=False,
 )
+# Those that belong to no part, in the groups of help.
+_OWN = {
+    RESTARTS: (
+        option(
+            "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
+            "restart processes: never, on-failure or always; NAME may be a pattern",
+            lazy(f"{_PARSERS}:parse_restart"),
+        ),
+        option(
+            "--stop NAME=SIGNAL:S,...",
+            "stop processes by these signals, with the seconds to wait after each, as in "
+            "int:2,term:1; SIGKILL comes last",
+            lazy(f"{_PARSERS}:parse_stop"),
+        ),
+        option("--required NAME", "end the run when this process ends"),
+        option("--exit-when-any-dies", "end the run when a process fails and is not restarted"),
+        SUPERVISE,
+        NO_SUPERVISE,
+    ),
+    OUTPUT: (
+        option(
+            "--format FORMAT",
+            "lines on the screen: default, compact, or a template with {message}, {severity}, "
+            "{name}, {time}, {clock}, {process} and more",
+            lazy("launcher.output.line_format:check"),
+        ),
+        LOG_LEVEL,
+        option("--no-log-files", "write no log files", name="log_files", value=False),
+    ),
+    RESOURCES: (
+        option("--nice NAME=N", "niceness", lazy(f"{_PARSERS}:parse_nice"), name="limits"),
+        option(
+            "--cpus NAME=0-1",
+            "processors to run on: numbers and ranges, separated by commas",
+            lazy(f"{_PARSERS}:parse_cpus", is_here=False),
+            name="limits",
+        ),
+        option(
+            "--limit NAME:nofile=256,as=1G,core=0",
+            "resource limits, with the names of `ulimit`",
+            lazy(f"{_PARSERS}:parse_limit", most_granted=_unlimited),
+            name="limits",
+        ),
+    ),
+    DEVELOPMENT: (PREFIX,),
+}
 # The names are fields of RunOptions; `settings` sets several of them.
-RUN_OPTIONS = (
-    option(
-        "--restart NAME=MODE[,max=N][,window=S][,delay=S][,backoff=A..B][,quiet=S]",
-        "restart processes: never, on-failure or always; NAME may be a pattern",
-        lazy(f"{_PARSERS}:parse_restart"),
-    ),
-    option(
-        "--stop NAME=SIGNAL:S,...",
-        "stop processes by these signals, with the seconds to wait after each, as in int:2,term:1; "
-        "SIGKILL comes last",
-        lazy(f"{_PARSERS}:parse_stop"),
-    ),
-    option(
-        "--nice NAME=N",
-        "niceness",
-        lazy(f"{_PARSERS}:parse_nice"),
-        name="limits",
-    ),
-    option(
-        "--cpus NAME=0-1",
-        "processors to run on: numbers and ranges, separated by commas",
-        lazy(f"{_PARSERS}:parse_cpus", is_here=False),
-        name="limits",
-    ),
-    option(
-        "--limit NAME:nofile=256,as=1G,core=0",
-        "resource limits, with the names of `ulimit`",
-        lazy(f"{_PARSERS}:parse_limit", most_granted=_unlimited),
-        name="limits",
-    ),
-    PREFIX,
-    LOG_LEVEL,
-    option("--required NAME", "end the run when this process ends"),
-    option("--exit-when-any-dies", "end the run when a process fails and is not restarted"),
-    SUPERVISE,
-    NO_SUPERVISE,
-    option(
-        "--format FORMAT",
-        "lines on the screen: default, compact, or a template with {message}, {severity}, {name}, "
-        "{time}, {clock}, {process} and more",
-        lazy("launcher.output.line_format:check"),
-    ),
-    option("--no-log-files", "write no log files", name="log_files", value=False),
-    *PART_OPTIONS,
-)
+RUN_GROUPS = tuple((title, (*_OWN.get(title, ()), *part_options(title))) for title in OPTION_GROUPS)
+RUN_OPTIONS = tuple(option for _, options in RUN_GROUPS for option in options)
 
 
 def given_options(parsed: Parsed) -> RunOptions:

@@ -191,12 +191,26 @@ class When(enum.Enum):
     ASKED = enum.auto()  # by `RunParts.need` only, which makes the others ahead of their time, too
 
 
+# Titles of options of a run in its help, in this order.
+OPTION_GROUPS = (
+    STARTS := "options about starts",
+    RESTARTS := "options about restarts and the end of the run",
+    OUTPUT := "options about output",
+    LOOKING := "options to look and record",
+    CONTROL := "options about control",
+    RESOURCES := "options about resources",
+    HOSTS := "options about other hosts",
+    DEVELOPMENT := "options for development and debugging",
+)
+
+
 class PartRow(Record):
     """A part, as `module:Class`.
 
     `wanted(run)`: whether the part is made at `when`, plus `delay_s`. The modules in `imports` are
     imported before, one in each idle moment, so that output of a process waits for one at most.
-    `options` are those of a command line; if one of them is given, `check` is called with all.
+    `options` are those of a command line, shown in the `group` of OPTION_GROUPS; if one of them is
+    given, `check` is called with all.
     """
 
     part: str
@@ -204,6 +218,7 @@ class PartRow(Record):
     wanted: Callable[[Run], object] = lambda run: True
     delay_s: float = 0.0
     imports: tuple[str, ...] = ()
+    group: str = ""
     options: tuple[Option, ...] = ()
     check: str = ""
     verbs: tuple[Verb, ...] = ()

@@ -8,7 +8,17 @@ from launcher.base.by_name import lazy, load
 from launcher.base.model.run_options import RunOptions
 from launcher.base.option import Option, count, option, positive_seconds, seconds
 from launcher.base.run_verb import Verb
-from launcher.run.part import PartRow, When
+from launcher.run.part import (
+    CONTROL,
+    DEVELOPMENT,
+    HOSTS,
+    LOOKING,
+    RESOURCES,
+    RESTARTS,
+    STARTS,
+    PartRow,
+    When,
+)
 
 # Doors of wings for the evaluation of a launch file, and the program of composed nodes.
 prepared_hosts = lazy("launcher.hosts.launching.hosts_preparation:HostsPreparation")
@@ -106,6 +116,7 @@ ROWS = (
         "launcher.hosts.engine.fleet:Fleet",
         When.FIRST,
         lambda run: run.launched.hosts is not None,
+        group=HOSTS,
         options=(
             option(
                 "--hosts FILE", "run processes on other hosts, as this file says", repeat="once"
@@ -125,6 +136,7 @@ ROWS = (
         "launcher.run.private_domain:PrivateDomain",
         When.FIRST,
         lambda run: run.options.private,
+        group=STARTS,
         options=(PRIVATE,),
         check="launcher.run.private_domain:check",
     ),
@@ -132,6 +144,7 @@ ROWS = (
         "launcher.run.compose.composed_members:ComposedMembers",
         When.FIRST,
         lambda run: run.options.compose,
+        group=RESOURCES,
         options=(COMPOSE,),
     ),
     PartRow("launcher.run.ready.gate:ReadyGate", When.FIRST, lambda run: run.options.start_rules),
@@ -139,6 +152,7 @@ ROWS = (
         "launcher.run.starts.pacing:StartPacing",
         When.FIRST,
         lambda run: run.options.stagger_s > 0 or run.options.max_starting is not None,
+        group=STARTS,
         options=(
             option(
                 "--stagger S", "start processes at least S seconds apart", seconds, name="stagger_s"
@@ -154,6 +168,7 @@ ROWS = (
         "launcher.run.starts.warm_starts:WarmStarts",
         When.FIRST,
         lambda run: run.options.warm is not False,
+        group=STARTS,
         options=(
             option(
                 "--warm",
@@ -168,6 +183,7 @@ ROWS = (
         "launcher.run.time_limits:RunTimeout",
         When.FIRST,
         lambda run: run.options.timeout_s is not None,
+        group=RESTARTS,
         options=(
             option(
                 "--timeout S", "end the run after S seconds", positive_seconds, name="timeout_s"
@@ -178,6 +194,7 @@ ROWS = (
         "launcher.run.time_limits:QuietLimit",
         When.FIRST,
         lambda run: run.options.stop_after_quiet_s is not None,
+        group=RESTARTS,
         options=(
             option(
                 "--stop-after-quiet SECONDS",
@@ -191,6 +208,7 @@ ROWS = (
         "launcher.run.monitor.enforcement:BudgetEnforcement",
         When.FIRST,
         lambda run: run.options.has_budgets,
+        group=RESOURCES,
         options=(
             option(
                 "--budget NAME:cpu=80%,memory=200M,threads=N,fds=N,for=S,"
@@ -209,6 +227,7 @@ ROWS = (
     PartRow(
         "launcher.run.helpers.parameter_checks:ParameterChecks",
         wanted=lambda run: run.options.check_parameters,
+        group=DEVELOPMENT,
         options=(
             option(
                 "--no-parameter-check",
@@ -222,6 +241,7 @@ ROWS = (
         "launcher.run.helpers.namesake_checks:NamesakeChecks",
         wanted=lambda run: run.options.check_domain and not run.options.private,
         delay_s=0.3,  # leaves the processor to processes that are starting
+        group=DEVELOPMENT,
         options=(
             option(
                 "--no-domain-check",
@@ -248,6 +268,7 @@ ROWS = (
         "launcher.run.watch.watching:Watching",
         wanted=lambda run: run.options.watch,
         delay_s=0.05,
+        group=DEVELOPMENT,
         options=(
             option(
                 "--watch",
@@ -270,6 +291,7 @@ ROWS = (
         "launcher.run.monitor.responsiveness:Responsiveness",
         wanted=lambda run: run.options.responsive,
         delay_s=2.0,  # nodes are starting before, and cannot be late
+        group=LOOKING,
         options=(
             option(
                 "--responsive",
@@ -331,6 +353,7 @@ ROWS = (
         "launcher.web.web_page:WebPage",
         When.SERVED,
         lambda run: run.options.web,
+        group=LOOKING,
         options=(
             option(
                 "--web",
@@ -353,6 +376,7 @@ ROWS = (
         wanted=lambda run: run.options.control,
         delay_s=0.05,
         imports=("socket", "launcher.control.verbs", "launcher.control.control_service"),
+        group=CONTROL,
         options=(
             option(
                 "--no-control",
@@ -366,6 +390,7 @@ ROWS = (
         "launcher.bag.flight.flight_recorder:FlightRecorderProcess",
         When.SERVED,
         lambda run: run.options.record is not None,
+        group=LOOKING,
         options=RECORDING,
         check="launcher.bag.flight.recording:check",
         verbs=(
@@ -381,6 +406,7 @@ ROWS = (
         "launcher.ros.bridge_process:RosBridge",
         When.SERVED,
         lambda run: run.options.ros,
+        group=CONTROL,
         options=(
             option(
                 "--ros",
@@ -395,6 +421,7 @@ ROWS = (
         When.SERVED,
         lambda run: run.options.console and run.screen.is_tty and os.isatty(0),
         delay_s=0.3,  # leaves the processor to processes that are starting
+        group=CONTROL,
         options=(
             option(
                 "--no-console", "disable the prompt and the status bar", name="console", value=False
@@ -402,7 +429,11 @@ ROWS = (
         ),
     ),
 )
-PART_OPTIONS = tuple(option for row in ROWS for option in row.options)
+
+
+def part_options(group: str) -> tuple[Option, ...]:
+    """The options that are shown in this group."""
+    return tuple(option for row in ROWS if row.group == group for option in row.options)
 
 
 def check_options(options: RunOptions) -> None:

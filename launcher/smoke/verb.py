@@ -17,7 +17,7 @@ from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, wants_github
 from launcher.base.option import Option, count, option
 from launcher.base.verb_table import VERBS
-from launcher.launch.launch_options import RUN_OPTIONS, run_options
+from launcher.launch.launch_options import RUN_GROUPS, RUN_OPTIONS, run_options
 from launcher.launch.target import (
     ABOUT_TARGET,
     READING_OPTIONS,
@@ -102,8 +102,10 @@ OPTIONS = (
     option("--force", "with --record: replace FILE if it exists"),
     option("--schema", "print the JSON Schema of files of expectations"),
 )
-_ALL_RUN_OPTIONS = tuple(one for one in RUN_OPTIONS if one is not PRIVATE)  # it always is
-_RUN_OPTIONS = tuple(one for one in _ALL_RUN_OPTIONS if one not in RECORDING)  # --bag is theirs
+_RUN_GROUPS = tuple(  # --bag is theirs; a private domain, always
+    (title, tuple(one for one in group if one not in (*RECORDING, PRIVATE)))
+    for title, group in RUN_GROUPS
+)
 COMMAND = Command(
     "smoke",
     VERBS["smoke"],
@@ -118,7 +120,7 @@ what is left behind. Expectations are described in docs/reference/smoke.md.
     groups=(
         ("expectations", EXPECTATIONS),
         ("options about the launch file", READING_OPTIONS),
-        ("options about the run", _RUN_OPTIONS),
+        *_RUN_GROUPS,
     ),
     exclusive=(GITHUB_EXCLUSIVE,),
     epilog="""\
@@ -131,7 +133,8 @@ _NOT_RECORDED = (
     *("--bag", "--baseline FILE", "--update-baseline", "--chaos TEXT", "--seed N"),
 )
 # The words for the launcher, from the command line and from a file.
-LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *_ALL_RUN_OPTIONS))
+_WORDS_OF_RUNS = tuple(one for one in RUN_OPTIONS if one is not PRIVATE)
+LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *_WORDS_OF_RUNS))
 
 
 def main(words: Sequence[str]) -> int:

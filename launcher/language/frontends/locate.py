@@ -238,6 +238,12 @@ def _only(name: str, found: list[Path]) -> Path:
     return found[0]
 
 
+def names_here() -> list[str]:
+    """Those of the project that the working directory is in, sorted."""
+    files = (file for folder in _source_folders() for file in _launch_files(folder))
+    return sorted({_stem(file) for file in files if file.name.endswith(SUFFIXES)})
+
+
 def _stem(file: Path) -> str:
     return file.name.partition(".launch.")[0]
 

@@ -16,7 +16,7 @@ from launcher.base.option import option
 from launcher.base.verb_table import ENABLE, VERBS
 from launcher.launch.launch_core import LaunchCore, launched, supervising
 from launcher.launch.launch_options import (
-    RUN_OPTIONS,
+    RUN_GROUPS,
     SettingsSource,
     run_options,
     with_settings_beside,
@@ -29,6 +29,7 @@ from launcher.launch.target import (
     LaunchRequest,
 )
 from launcher.launch.time_limit import limited
+from launcher.run.part import HOSTS, OUTPUT
 from launcher.run.parts import prepared_hosts, private_domain
 
 TYPE_CHECKING = False
@@ -59,6 +60,23 @@ if TYPE_CHECKING:
 
 FEW_NODES = 20  # find each other in any case
 
+_OWN = {
+    OUTPUT: (
+        option(
+            "-a, --show-all-subprocesses-output",
+            "send the output of every process to the screen and to the log",
+            name="show_all",
+        ),
+    ),
+    HOSTS: (
+        option(
+            "--enable",
+            "install the processes of other hosts there as units of systemd that start at boot, "
+            "and start them; nothing is started here",
+        ),
+        option("--disable", "stop and remove what --enable has installed"),
+    ),
+}
 COMMAND = Command(
     "launch",
     VERBS["launch"],
@@ -80,21 +98,10 @@ again to skip a wait.""",
             "show what would be started, as `plan` does",
             name="print_plan",
         ),
-        option(
-            "-a, --show-all-subprocesses-output",
-            "send the output of every process to the screen and to the log",
-            name="show_all",
-        ),
-        option(
-            "--enable",
-            "install the processes of other hosts there as units of systemd that start at boot, "
-            "and start them; nothing is started here",
-        ),
-        option("--disable", "stop and remove what --enable has installed"),
         *READING_OPTIONS,
     ),
     exclusive=(("enable", "disable"), ("enable", "private"), ("warm",)),
-    groups=(("options about the run", RUN_OPTIONS),),
+    groups=tuple((title, (*_OWN.get(title, ()), *options)) for title, options in RUN_GROUPS),
     epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
 )
 

@@ -7,7 +7,12 @@ from collections.abc import Callable
 import pytest
 
 import launcher
-from launcher.cli.dispatch import CONTROL_VERBS, VERBS, main, overview
+from launcher.base.verb_table import CONTROL_VERBS, INTERNAL, TASK_OF, TASKS, VERBS
+from launcher.cli.dispatch import main
+from launcher.cli.overview import overview
+from launcher.launch.launch_options import RUN_GROUPS
+from launcher.run.part import OPTION_GROUPS
+from launcher.run.parts import ROWS
 
 Said = tuple[str, str, object]  # on stdout, on stderr, exit code
 
@@ -27,6 +32,55 @@ def run(capsys) -> Callable[..., Said]:
 @pytest.mark.parametrize("words", [["help"], ["help", "help"], ["help", "-h"], ["--help"], ["-h"]])
 def test_help_alone_is_the_overview(run, words):
     assert run(*words) == (overview() + "\n", "", 0)
+
+
+@pytest.mark.parametrize("words", [["help", "--all"], ["--help", "--all"], ["-h", "--all"]])
+def test_help_of_all_has_the_internal_verbs_as_well(run, words):
+    assert run(*words) == (overview(is_whole=True) + "\n", "", 0)
+
+
+def rows_of(text: str) -> dict[str, list[str]]:
+    """The first words of the rows below each title."""
+    blocks = (block.split("\n") for block in text.split("\n\n"))
+    return {title: [row.split()[0] for row in rows if row] for title, *rows in blocks}
+
+
+@pytest.mark.parametrize("is_whole", [False, True])
+def test_the_overview_has_every_verb_once_below_its_task(is_whole):
+    found = rows_of(overview(is_whole=is_whole))
+    titles = {**TASKS, INTERNAL: INTERNAL} if is_whole else TASKS
+    for task, title in titles.items():
+        verbs = found.pop(f"{title}:")
+        assert sorted(verbs) == sorted(verb for verb, one in TASK_OF.items() if one == task)
+    assert f"{INTERNAL}:" not in found
+
+
+def test_without_words_the_first_steps_are_shown(run):
+    out, err, code = run()
+    lines = out.splitlines()
+    assert (err, code) == ("", 2)
+    assert len(lines) <= 12
+    assert lines[0].startswith("usage: python -m launcher TARGET ")
+    assert lines[-1] == "next: python -m launcher system, then type help"
+    assert all(task in out for task in TASKS)
+
+
+def test_the_first_steps_name_a_launch_file_only_where_there_is_one(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run()[0].splitlines()[-1] == "next: python -m launcher TARGET, then type help"
+    (tmp_path / "launch").mkdir()
+    (tmp_path / "launch" / "mine.launch.xml").touch()
+    assert run()[0].splitlines()[-1] == "next: python -m launcher mine, then type help"
+
+
+def test_every_option_of_a_run_is_in_one_group_of_the_help(run):
+    for row in ROWS:
+        assert (row.group in OPTION_GROUPS) == bool(row.options), row.part
+    found = rows_of(run("launch", "--help")[0])
+    for title, options in RUN_GROUPS:
+        assert {one.flags[0].rstrip(",") for one in options} <= {
+            word.rstrip(",").partition("[")[0] for word in found[f"{title}:"]
+        }
 
 
 @pytest.mark.parametrize("name", [*VERBS, *CONTROL_VERBS])

@@ -11,7 +11,8 @@ import pytest
 from launcher.base.command_help import help_text
 from launcher.base.command_line import Command
 from launcher.base.errors import ExitCode
-from launcher.cli.dispatch import CONTROL_VERBS, VERBS, control_verbs, overview
+from launcher.base.verb_table import CONTROL_VERBS, INTERNAL, TASK_OF, TASKS, VERBS
+from launcher.cli.overview import control_verbs, overview
 from launcher.launch.plan import plan_json
 from launcher.launch.plan.planner import make_plan
 from launcher.launch.verbs.launch import COMMAND
@@ -37,15 +38,42 @@ def test_the_document_and_the_help_have_the_same_table_of_exit_codes():
 
 def test_every_verb_has_help_and_is_documented():
     for verb, text in VERBS.items():
-        assert text in overview()
+        assert (text in overview()) == (TASK_OF[verb] != INTERNAL)
+        assert text in overview(is_whole=True)
         assert verb == "launch" or f"python -m launcher {verb} " in VERBS_PAGE
 
 
 def test_the_control_verbs_are_those_of_their_table_and_documented():
-    assert tuple(name for name, _ in control_verbs()) == CONTROL_VERBS
+    assert [name for name, _ in control_verbs()] == list(CONTROL_VERBS)
     for name, text in control_verbs():
         assert text in overview()
         assert f"python -m launcher {name} " in VERBS_PAGE
+
+
+def test_every_verb_has_one_task():
+    assert {*TASK_OF} == {*VERBS, *CONTROL_VERBS}
+    assert {*TASK_OF.values()} == {*TASKS, INTERNAL}
+
+
+def test_the_page_of_all_options_explains_each_option_once():
+    items = re.findall(r"^- `.*$", command_reference.page(), re.M)
+    assert len(items) == len(set(items))
+    rows = {
+        command_reference.item(option).strip()
+        for command in command_reference.commands()
+        for option in command.all_options
+    }
+    assert {*items} == rows
+
+
+def test_the_page_of_all_options_names_those_of_every_verb():
+    sections = dict(re.findall(r"^## (.+)\n((?:(?!## ).*\n?)*)", command_reference.page(), re.M))
+    for command in command_reference.commands():
+        groups = [title for title, _ in command.groups]
+        named = sections[command.name]
+        for option in () if command.commands else command.options:
+            is_there = option.flags[-1] in named or option.flags == ("--debug",)
+            assert is_there, (command.name, option.flags, groups)
 
 
 def test_the_page_of_all_options_is_generated_from_the_tables():
