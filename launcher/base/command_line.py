@@ -31,10 +31,10 @@ class Command(Record):
     """A command with what it takes: arguments and options, or `commands` of its own.
 
     `groups` are further options below a title of their own; of each tuple of names in `exclusive`
-    one may be given. `shorthand` maps an unknown option to the option and the value that it
-    stands for. With `abbreviations`, as in argparse and so in ros2cli, `--js` is `--json`, `-tn5`
-    is `-t -n 5`, and a negative number or a word with a space is no option. `run` is for
-    the caller.
+    one may be given. `elsewhere` has options of other programs, with a hint each. `shorthand` maps
+    an unknown option to the option and the value that it stands for. With `abbreviations`, as in
+    argparse and so in ros2cli, `--js` is `--json`, `-tn5` is `-t -n 5`, and a negative number or a
+    word with a space is no option. `run` is for the caller.
     """
 
     name: str
@@ -47,6 +47,7 @@ class Command(Record):
     about: str = ""
     epilog: str = ""
     exclusive: tuple[tuple[str, ...], ...] = ()
+    elsewhere: tuple[tuple[tuple[str, ...], str], ...] = ()
     shorthand: Callable[[str], tuple[Option, Any] | None] | None = None
     abbreviations: bool = False
     in_shell: bool = True
@@ -92,8 +93,10 @@ class Command(Record):
         if words[0].startswith("-"):
             hint = f"usage: {self.usage}"
             raise UsageError(f"unknown option '{words[0]}' in front of the verb", hint=hint)
+        from launcher.base.synonyms import meant_below  # only mistakes need it
+
         names = [command.name.rpartition(" ")[2] for command in self.commands]
-        hint = did_you_mean(words[0], names) or f"known: {', '.join(names)}"
+        hint = meant_below(words[0], names) or f"known: {', '.join(names)}"
         raise UsageError(f"unknown verb '{self.name} {words[0]}'", hint=hint)
 
     def take_front(self, words: Sequence[str]) -> tuple[list[list[str]], list[str]]:
@@ -123,6 +126,14 @@ class Parsed(SimpleNamespace):
     command: Command
     given: list[tuple[Option | None, list[str], Any]]
     problem: LauncherError | None
+
+
+class UnknownOptionError(UsageError):
+    """No option of the command is spelled like this word."""
+
+    def __init__(self, word: str, hint: str) -> None:
+        super().__init__(f"unknown option '{word}'", hint=hint)
+        self.word = word
 
 
 class HelpRequested(Exception):
@@ -262,10 +273,13 @@ class _WordReader:
             else:
                 self._queue.extendleft([f"-{word[2:]}", word[:2]])
             return
-        hint = did_you_mean(word.partition("=")[0], self._spellings) or self._usage()
+        from launcher.base.synonyms import meant_option  # only mistakes need it
+
+        flag = word.partition("=")[0]
+        hint = meant_option(flag, self._spellings, command.elsewhere) or self._usage()
         if not word.startswith("--") and len(word) > 2 and command.arguments:
             hint += "; an argument that begins with '-' goes behind --"
-        raise UsageError(f"unknown option '{word}'", hint=hint)
+        raise UnknownOptionError(word, hint)
 
     def _value_after(self, flag: str, option: Option) -> str:
         if not self._queue or self._queue[0] == "--" or self._is_known(self._queue[0]):

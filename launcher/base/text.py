@@ -13,15 +13,18 @@ if TYPE_CHECKING:
 _CUTOFF, _CUTOFF_SHORT, _SHORT = 0.6, 0.7, 6
 
 
-def suggest(word: str, known: Iterable[str]) -> str | None:
-    """The most similar known word; None if none is similar, or several equally."""
+def suggest(word: str, known: Iterable[str], likeness: float | None = None) -> str | None:
+    """The most similar known word; None if none is similar, or several equally.
+
+    Of several the one with the same letters is preferred: `plan` for `plna`, and not `play`.
+    """
     import difflib  # only mistakes need it
 
     words = list(dict.fromkeys(known))
-    cutoff = _CUTOFF_SHORT if len(word) < _SHORT else _CUTOFF
+    cutoff = likeness or (_CUTOFF_SHORT if len(word) < _SHORT else _CUTOFF)
     similar = difflib.get_close_matches(word, words, n=2, cutoff=cutoff)
     if len({difflib.SequenceMatcher(None, one, word).ratio() for one in similar}) < len(similar):
-        return None
+        similar = []
     if similar:
         return similar[0]
     anagrams = [one for one in words if sorted(one) == sorted(word)]  # `cta` for `cat`

@@ -158,7 +158,9 @@ def known(name: str) -> Verb:
     verb = find(name)
     if verb is None:
         names = [one.name for one in VERBS]
-        hint = did_you_mean(name, names) or f"known: {', '.join(names)}"
+        from launcher.base.synonyms import meant_verb  # only mistakes need it
+
+        hint = meant_verb(name, names) or f"known: {', '.join(names)}"
         raise BadCallError("unknown-verb", f"unknown verb '{name}'", hint)
     return verb
 
@@ -199,15 +201,16 @@ def check(name: str, names: Sequence[str], options: Mapping[str, Any]) -> Call:
 
 
 def _check_names(verb: Verb, names: Sequence[str]) -> None:
-    problem = None
+    problem, more = None, ""
     if verb.names == "none" and names:
         problem = f"{verb.name} takes no names"
     elif verb.names in ("one", "some") and not names:
         problem = f"{verb.name} needs the name of a process"
+        more = "; '*' stands for all processes" if verb.names == "some" else ""
     elif verb.names == "one" and len(names) > 1:
         problem = f"{verb.name} takes one name"
     if problem is not None:
-        raise BadCallError("bad-request", problem, f"usage: {verb.usage}")
+        raise BadCallError("bad-request", problem, f"usage: {verb.usage}{more}")
 
 
 def _checked(verb: Verb, option: Option, value: Any) -> Any:

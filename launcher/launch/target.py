@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 
-from launcher.base.command_line import Parsed
+from launcher.base.command_line import Command, Parsed, UnknownOptionError
 from launcher.base.errors import UsageError
 from launcher.base.model.record import Record
 from launcher.base.option import option, seconds
@@ -87,6 +87,25 @@ class LaunchRequest(Record):
             noninteractive=given.get("noninteractive", False),
             time_limit=parsed.time_limit,
         )
+
+
+def parse_words(command: Command, words: Sequence[str]) -> Parsed:
+    """The parsed words of a command about a launch file; UsageError, HelpRequested."""
+    parsed = read_words(command, words)
+    if parsed.problem is not None:
+        raise parsed.problem
+    return parsed
+
+
+def read_words(command: Command, words: Sequence[str]) -> Parsed:
+    """As `parse_words`, but the first mistake is the `problem` of what is returned."""
+    parsed = command.read(words)
+    if isinstance(parsed.problem, UnknownOptionError):
+        from launcher.launch.declared_arguments import explain_option
+
+        flags = [flag for option in command.all_options for flag in option.flags]
+        explain_option(parsed.problem, parsed.words, words, flags)
+    return parsed
 
 
 def _launch_file(words: Sequence[str]) -> str:

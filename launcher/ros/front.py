@@ -9,7 +9,6 @@ from launcher.base.command_front import take_front
 from launcher.base.errors import UsageError
 from launcher.base.option import WORKSPACE
 from launcher.base.program import program
-from launcher.base.text import did_you_mean
 from launcher.base.verb_table import ABSENT_VERBS, CONTROL_VERBS, ROS_VERBS, VERBS
 from launcher.ros.verb import DOMAIN_OPTIONS
 
@@ -64,5 +63,7 @@ def _require_ros_verb(flag: str, rest: Sequence[str]) -> None:
         return
     if rest[0] in _VERBS:
         raise UsageError(f"{flag} is not an option of '{rest[0]}'", hint=verbs)
-    hint = did_you_mean(rest[0], _VERBS) or verbs
+    from launcher.base.synonyms import meant_verb  # only mistakes need it
+
+    hint = meant_verb(rest[0], _VERBS) or verbs
     raise UsageError(f"unknown verb '{rest[0]}' behind {flag}", hint=hint)

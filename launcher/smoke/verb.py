@@ -24,6 +24,7 @@ from launcher.launch.target import (
     SYNOPSIS,
     TARGET,
     LaunchRequest,
+    read_words,
 )
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
@@ -138,7 +139,7 @@ LAUNCH = Command("smoke", VERBS["smoke"], (TARGET,), (*READING_OPTIONS, *_WORDS_
 
 
 def main(words: Sequence[str]) -> int:
-    parsed = COMMAND.read(words)
+    parsed = read_words(COMMAND, words)
     if parsed.schema:
         return _print_schema()
     provide_log_root(os.environ)

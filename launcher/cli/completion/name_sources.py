@@ -14,8 +14,6 @@ from launcher.base.verb_table import module_of
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 _INDEX = "share/ament_index/resource_index/packages"
-_SWITCH = ("true", "false")
-READ_S = 5.0  # for a launch file, whose arguments are wanted
 
 Candidates = Iterable[tuple[str, str]]
 
@@ -109,23 +107,13 @@ def _files_of(package: str) -> list[tuple[str, str]]:
 
 
 def _arguments(words: Sequence[str], given: set[str], current: str) -> Iterator[tuple[str, str]]:
-    from launcher.language import frontends
-    from launcher.language.compat import vocabulary
     from launcher.language.frontends.locate import locate
-    from launcher.language.substitution import describe_substitutions
-    from launcher.launch.time_limit import TimeLimit, limited
-    from launcher.posix.stdio import stdout_to_stderr
+    from launcher.launch.declared_arguments import SWITCH, declared_arguments, default_of
 
-    path = str(locate(words, os.environ))
-    limit = TimeLimit(wall_s=READ_S, cpu_s=READ_S)
-    with stdout_to_stderr(), limited(limit, path), vocabulary([path]):
-        declared = frontends.load(path).get_launch_arguments()
     name, has_value, value = current.partition(":=")
-    for argument in declared:
+    for argument in declared_arguments(str(locate(words, os.environ))):
         if has_value and argument.name == name:
-            default = argument.default_value
-            usual = "" if default is None else describe_substitutions(default).strip("'")
-            known = argument.choices or (_SWITCH if usual.lower() in _SWITCH else ())
+            known = argument.choices or (SWITCH if default_of(argument).lower() in SWITCH else ())
             values = known or [path for path, _ in files(value)]
             yield from ((f"{name}:={one}", "") for one in values)
         elif not has_value and argument.name not in given:

@@ -10,7 +10,7 @@ from rich.text import Text
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.program import browse, program
 from launcher.base.run_verb import Call
-from launcher.base.text import did_you_mean
+from launcher.base.synonyms import meant_verb
 from launcher.base.verb_table import VERBS as COMMAND_VERBS
 from launcher.control.active_runs import ListedRun
 from launcher.control.answer_lines import event_line, notes, without_colour
@@ -63,7 +63,7 @@ def read_call(line: str) -> Call:
     if verb is None:
         _refuse_shell_verb(name, line)
         known = [*(verb.name for verb in VERBS), *filter(runs_here, SHELL_VERBS), CLEAR]
-        hint = did_you_mean(name, known) or "`help all` lists all verbs"
+        hint = meant_verb(name, known) or "`help all` lists all verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
 

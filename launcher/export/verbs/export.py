@@ -21,6 +21,7 @@ from launcher.launch.target import (
     LENIENT,
     SYNOPSIS,
     LaunchRequest,
+    parse_words,
 )
 from launcher.launch.verbs import plan
 
@@ -88,7 +89,7 @@ def main(words: Sequence[str]) -> int:
     from launcher.export.export_settings import ExportSettings, export
     from launcher.export.folder import Folder
 
-    parsed = COMMAND.parse(words)
+    parsed = parse_words(COMMAND, words)
     _check_prefix(parsed.prefix)
     request = LaunchRequest.of(parsed)
     options = with_settings_beside(run_options(parsed), request.path)

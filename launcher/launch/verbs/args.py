@@ -15,6 +15,7 @@ from launcher.launch.target import (
     EVALUATION_TIMEOUT,
     TARGET,
     LaunchRequest,
+    parse_words,
 )
 from launcher.launch.time_limit import limited
 from launcher.posix.stdio import print_text, stdout_to_stderr
@@ -35,7 +36,7 @@ COMMAND = Command(
 
 def main(words: Sequence[str]) -> int:
     """List the arguments of the launch file that `words` name; the exit code."""
-    return show(LaunchRequest.of(COMMAND.parse(words)))
+    return show(LaunchRequest.of(parse_words(COMMAND, words)))
 
 
 def show(request: LaunchRequest) -> int:

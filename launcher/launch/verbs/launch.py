@@ -27,6 +27,7 @@ from launcher.launch.target import (
     SYNOPSIS,
     TARGET,
     LaunchRequest,
+    parse_words,
 )
 from launcher.launch.time_limit import limited
 from launcher.run.part import HOSTS, OUTPUT
@@ -77,6 +78,30 @@ _OWN = {
         option("--disable", "stop and remove what --enable has installed"),
     ),
 }
+_ELSEWHERE = (
+    (("--dry-run", "--check"), "`PROGRAM plan TARGET` shows what would be started"),
+    (("--json",), "`PROGRAM plan TARGET --json` prints what would be started"),
+    (
+        ("--verbose", "-v", "-vv"),
+        "--log-level '*=debug' makes nodes log more; --debug shows the traceback of an error",
+    ),
+    (
+        ("--quiet", "--silent", "-q"),
+        "--log-level '*=warn' makes nodes log less; `level WARN`, at the prompt or as "
+        "`PROGRAM level WARN`, shows less",
+    ),
+    (
+        ("--background", "--detach", "--daemon"),
+        "`PROGRAM TARGET --no-console &` in a shell; `PROGRAM quit` ends it",
+    ),
+    (("--domain", "--domain-id"), "ROS_DOMAIN_ID=N in front of the command"),
+    (("--log-dir", "--log-path"), "ROS_LOG_DIR=DIR in front of the command"),
+    (("--no-logs",), "did you mean '--no-log-files'?"),
+    (("--hosts-file",), "did you mean '--hosts'?"),
+    (("--respawn",), "did you mean --restart NAME=always?"),
+    (("--gdb",), "did you mean --prefix 'NAME=gdb -ex run --args'?"),
+    (("--ros-args",), "it is for one node: PROGRAM run PACKAGE EXECUTABLE --ros-args ..."),
+)
 COMMAND = Command(
     "launch",
     VERBS["launch"],
@@ -101,6 +126,7 @@ again to skip a wait.""",
         *READING_OPTIONS,
     ),
     exclusive=(("enable", "disable"), ("enable", "private"), ("warm",)),
+    elsewhere=_ELSEWHERE,
     groups=tuple((title, (*_OWN.get(title, ()), *options)) for title, options in RUN_GROUPS),
     epilog="\n".join(exit_code_table(code for code in ExitCode if code not in OF_SMOKE)),
 )
@@ -108,7 +134,7 @@ again to skip a wait.""",
 
 def main(words: Sequence[str]) -> int:
     """Run the launch file that `words` name; the exit code."""
-    parsed = COMMAND.parse(words)
+    parsed = parse_words(COMMAND, words)
     options = run_options(parsed)
     request = LaunchRequest.of(parsed)
     if parsed.show_args:

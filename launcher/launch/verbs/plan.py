@@ -29,6 +29,7 @@ from launcher.launch.target import (
     SYNOPSIS,
     TARGET,
     LaunchRequest,
+    parse_words,
 )
 from launcher.launch.time_limit import limited
 from launcher.posix.stdio import print_text, stdout_to_stderr
@@ -85,7 +86,7 @@ launch has done so far.
 
 def main(words: Sequence[str]) -> int:
     """Plan the launch file that `words` name; the exit code."""
-    parsed = COMMAND.parse(words)
+    parsed = parse_words(COMMAND, words)
     if parsed.supervise_schema:
         return _show_schema()
     if parsed.diff:

@@ -15,6 +15,7 @@ from launcher.base.document.fields import FieldError, FieldType, near
 from launcher.base.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.base.document.source_location import Origin
 from launcher.base.model.parameter_text import read
+from launcher.base.synonyms import meant_verb
 from launcher.smoke.expect.expectation import COMMAND_LINE, START
 
 
@@ -97,7 +98,8 @@ def _parse_command(value: object) -> StepCommand:
         raise FieldError(f"invalid command {value!r}: expected one such as 'kill robot_2'")
     verb, _, rest = value.strip().partition(" ")
     if verb not in _VERBS:
-        raise FieldError(f"unknown command '{verb}'", hint=near(verb, _VERBS))
+        hint = meant_verb(verb, _VERBS) or f"known: {', '.join(_VERBS)}"
+        raise FieldError(f"unknown command '{verb}'", hint=hint)
     pattern, example = _VERBS[verb]
     match = re.fullmatch(pattern, rest.strip())
     if match is None:

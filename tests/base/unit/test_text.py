@@ -22,6 +22,7 @@ VERBS = ["kill", "logs", "restart", "cat", "act", "robot_1", "robot_1", "robot_2
         ("robot_9", None),
         ("robot_11", "robot_1"),
         ("tca", None),  # as near to cat as to act
+        ("robto_1", "robot_1"),
     ],
 )
 def test_only_a_similar_word_is_suggested(word: str, expected: str | None):

@@ -169,3 +169,19 @@ def test_the_history_is_bounded_and_for_its_user_alone(tmp_path: Path):
 def test_the_history_is_in_the_state_directory():
     assert history_path({"XDG_STATE_HOME": "/s"}) == Path("/s/ros-launcher/history")
     assert history_path({}).parts[-4:] == (".local", "state", "ros-launcher", "history")
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        ("status", "ps"),
+        ("list", "ps"),
+        ("shutdown", "quit"),
+        ("topics", "topic list"),
+        ("kil", "kill"),
+    ],
+)
+def test_words_of_other_programs_are_answered_by_what_is_meant(line: str, meant: str):
+    with pytest.raises(UsageError, match=f"unknown verb '{line}'") as raised:
+        read_call(line)
+    assert raised.value.hint == f"did you mean '{meant}'?"
