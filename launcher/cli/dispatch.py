@@ -16,7 +16,6 @@ from launcher.base.errors import (
     UsageError,
 )
 from launcher.base.option import HELP
-from launcher.base.text import did_you_mean, suggest
 from launcher.base.verb_table import (
     ABSENT_VERBS,
     ALIASES,
@@ -116,11 +115,29 @@ def _dispatch(words: list[str]) -> int:
         return _run(verb, rest)
     if verb in ABSENT_VERBS or verb in CONSOLE_VERBS:
         importlib.import_module("launcher.cli.absent_verbs").refuse(words)
+    return _launch(words)
+
+
+def _launch(words: list[str]) -> int:
+    """Run the launch file that the words name; LauncherError, also for what is no verb."""
     try:
+        if any(word in HELP.flags for word in words):
+            _refuse_unknown(words)
         return _run("launch", words)
     except (UsageError, PackageNotFoundError) as error:
-        _suggest_verb(verb, error)
+        if words == ["version"]:  # as with git and go; a launch file of this name would have run
+            return _dispatch(["--version"])
+        _refuse_unknown(words, error)
         raise
+
+
+def _refuse_unknown(words: list[str], error: LauncherError | None = None) -> None:
+    """Raise the error about a first word that is no verb, no launch file and no package."""
+    from launcher.cli.absent_verbs import explained
+
+    better = explained(words, error)
+    if better is not None and better is not error:
+        raise better from None
 
 
 # Verbs that need nothing of a workspace, or make it.
@@ -185,7 +202,9 @@ def _help_words(words: list[str]) -> list[str]:
     name = ALIASES.get(words[0], words[0])
     names = (*VERBS, *CONTROL_VERBS)
     if name not in (*names, *ABSENT_VERBS, *CONSOLE_VERBS):
-        hint = did_you_mean(name, names) or f"{_program()} help lists the verbs"
+        from launcher.base.synonyms import meant_verb
+
+        hint = meant_verb(name, names) or f"{_program()} help lists the verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     below = words[1:2] if name in _WITH_VERBS and not words[-1].startswith("-") else []
     return [name, *below, "--help"]
@@ -193,20 +212,6 @@ def _help_words(words: list[str]) -> list[str]:
 
 # Those that have verbs of their own.
 _WITH_VERBS = (*(verb for verb in ROS_VERBS if verb not in ("graph", "foxglove")), "pkg", "hosts")
-
-
-def _suggest_verb(word: str, error: LauncherError) -> None:
-    """Add a hint to an error about the target, or an option, if it looks like a misspelt verb."""
-    if os.sep in word or "." in word:
-        return  # a path
-    verb = suggest(word, (*VERBS, *CONTROL_VERBS))
-    # With a verb in front, a package and its file are too many words for a target.
-    is_about_target = f"'{word}'" in error.message or error.message.startswith("malformed launch")
-    meant = f"did you mean `{_program()} {verb}`?"
-    if verb in CONTROL_VERBS and error.message.startswith("unknown option"):  # such as --run
-        error.hint = meant
-    elif verb is not None and is_about_target:
-        error.hint = f"{meant} ({error.hint})" if error.hint else meant
 
 
 def _program() -> str:

@@ -12,6 +12,7 @@ from launcher.base.command_help import sentence
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, JSON, JSON_LINES, option
+from launcher.base.program import program
 from launcher.base.run_verb import Call, Verb
 from launcher.control import verbs
 from launcher.control.active_runs import (
@@ -24,6 +25,7 @@ from launcher.control.active_runs import (
 )
 from launcher.control.answer_lines import event_line, log_line, without_colour
 from launcher.control.client import Connection
+from launcher.language.frontends.locate import launch_names
 from launcher.posix.json_output import print_document, print_line
 
 WIDE = 1000  # columns of a table that goes into a pipe
@@ -72,7 +74,9 @@ def _find_run(which: str | None, call: Call) -> ListedRun:
         return find_run(which, _warn, read_only=name in verbs.READ_ONLY)
     except NoActiveRunError as error:
         files = files_of_last_run(name, call.names)
-        if files:
+        if name in ("start", "restart") and call.names[0] in launch_names(os.environ):
+            error.hint = f"did you mean `{program()} {call.names[0]}`?"
+        elif files:
             error.hint = "\n".join(["files of the last run:", *(f"  {file}" for file in files)])
         raise
 

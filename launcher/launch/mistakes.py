@@ -18,6 +18,7 @@ from launcher.base.errors import (
 )
 from launcher.base.program import program
 from launcher.base.text import did_you_mean, suggest
+from launcher.base.verb_table import CONTROL_VERBS, VERBS
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.diagnostics.truth_values import near_choice
 from launcher.language.frontends.locate import WordAfterFileError
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 Arguments = Sequence[tuple[str, str]]
 MAX_MISTAKES = 20  # reported at once
+_OF_LAUNCH_FILES = ("launch", "plan", "args", "smoke")  # verbs that take one
 _KNOWN_BEFOREHAND = (TextSubstitution, LaunchConfiguration)
 
 
@@ -94,6 +96,10 @@ def explain_word(error: WordAfterFileError) -> UsageError:
             f"{node.executable}` runs it alone, `{program()} restart {word}` restarts it in a "
             "running launch"
         )
+        return error
+    if word in (*VERBS, *CONTROL_VERBS) and word not in arguments:
+        target = f" {file.partition('.launch.')[0]}" if word in _OF_LAUNCH_FILES else ""
+        error.hint = f"did you mean `{program()} {word}{target}`?"
         return error
     near = word if word in arguments else suggest(word, [*arguments, *nodes])
     if near in arguments:

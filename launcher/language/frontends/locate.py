@@ -29,8 +29,8 @@ class WordAfterFileError(UsageError):
 
     def __init__(self, path: Path, word: str) -> None:
         super().__init__(
-            f"malformed launch argument '{_shown(word)}', expected format '<name>:=<value>'",
-            hint=f"did you mean {_shown(word)}:=VALUE?",
+            f"malformed launch argument '{shown_word(word)}', expected format '<name>:=<value>'",
+            hint=f"did you mean {shown_word(word)}:=VALUE?",
         )
         self.path = path
         self.word = word
@@ -59,9 +59,9 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
         return path.absolute()
     if os.path.lexists(path):
         what = "is a directory" if path.is_dir() else "is not a file that can be read"
-        raise UsageError(f"'{_shown(target)}' {what}")
+        raise UsageError(f"'{shown_word(target)}' {what}")
     if path.suffix or os.sep in target:
-        raise UsageError(f"launch file '{_shown(target)}' not found", hint=_near_file(path))
+        raise UsageError(f"launch file '{shown_word(target)}' not found", hint=_near_file(path))
     found = _by_name(target, env)
     if not found:
         here = [path for suffix in SUFFIXES if _is_file(path := Path(f"{target}{suffix}"))]
@@ -77,8 +77,13 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
                 "packages; or give a path"
             )
         )
-        raise UsageError(f"launch file '{_shown(target)}' not found", hint=hint)
+        raise UsageError(f"launch file '{shown_word(target)}' not found", hint=hint)
     return _only(target, found)
+
+
+def is_launch_file(word: str, env: Mapping[str, str]) -> bool:
+    """Whether `locate` finds a launch file, or several, by this word alone."""
+    return _is_file(Path(word)) or bool(word and os.sep not in word and _by_name(word, env))
 
 
 def _near_file(path: Path) -> str | None:
@@ -109,10 +114,15 @@ def _own_packages() -> list[str]:
     return sorted({*editable(), *(name for name, _ in around())})
 
 
-def _executable_hint(word: str, env: Mapping[str, str]) -> str | None:
-    """How to run the executable of one's own package that has this name."""
+def executable_command(word: str, env: Mapping[str, str]) -> str | None:
+    """`run PACKAGE WORD` if one's own package has an executable of this name."""
     found = [package for package in _own_packages() if word in executables(package, env)]
-    return f"did you mean `{program()} run {found[0]} {word}`?" if found else None
+    return f"run {found[0]} {word}" if found else None
+
+
+def _executable_hint(word: str, env: Mapping[str, str]) -> str | None:
+    command = executable_command(word, env)
+    return command and f"did you mean `{program()} {command}`?"
 
 
 def _is_file(path: Path) -> bool:
@@ -122,7 +132,7 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _shown(target: str) -> str:
+def shown_word(target: str) -> str:
     """The word for a message: shortened, and encodable."""
     text = shown_path(target).encode(errors="surrogateescape").decode(errors="replace")
     return text if len(text) <= 80 else f"{text[:60]}...{text[-15:]}"
@@ -175,7 +185,7 @@ def _in_package(package: str, file: str, env: Mapping[str, str]) -> Path:
     name, _, value = file.partition("=" if "=" in file else ":")
     if value:
         raise UsageError(
-            f"malformed launch argument '{_shown(file)}', expected format '<name>:=<value>'",
+            f"malformed launch argument '{shown_word(file)}', expected format '<name>:=<value>'",
             hint=f"did you mean {name}:={value}?",
         )
     try:

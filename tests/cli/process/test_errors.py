@@ -322,7 +322,7 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
         (["levle", "WARN", "--jsn"], "hint: did you mean `python -m launcher level`?\n"),
         (["./plan"], "error: launch file 'plan' not found\n"),
         (["plan.py"], "error: launch file 'plan.py' not found\n"),
-        (["zzz"], "hint: available: system, warehouse\n"),
+        (["zzz"], "hint: launch files: system, warehouse; python -m launcher --help lists the "),
     ],
 )
 def test_a_misspelt_verb_or_a_name_outside_of_a_project_gets_a_suggestion(
