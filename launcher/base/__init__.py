@@ -10,8 +10,9 @@ Doors:
   `command_help` what `--help` prints; docs/reference/command-line.md is made from the same tables.
 * `verb_table`: the module of each verb, imported when the verb is used. With `launcher.run.parts`
   and `launcher.run.helpers.helper_programs`, the only place where the core names the wings.
-* `text`: suggestions for misspelt words, counts, escaped control characters. `program`: the name
-  in usages, `launcher` or `python -m launcher`.
+* `text`: suggestions for misspelt words, counts, escaped control characters. `synonyms`: what
+  verbs and options of other programs mean here; only mistakes need it. `program`: the name in
+  usages, `launcher` or `python -m launcher`.
 * `strict_json`: JSON is written and read nowhere else. `text_file`: files of users, of bounded
   size, and pointers of Git LFS in their place. `xml_tree`: XML with the place of each tag.
   `yaml_bounds`: YAML of others, within bounds; `yaml_dumper`: the writer of YAML.

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 _NAME, _NAMES = "[NAME]", "[NAME ...]"
+FOR_ALL = "'*' stands for all processes"
 TEXT = option("TEXT", "a line for its standard input")
 # A shell's options may stand between the words of a text.
 _TEXT_IN_SHELL = option(
@@ -94,6 +95,7 @@ class Verb(Record):
             groups=(("options of all verbs about a run", common),) if common else (),
             synopsis=usage.removeprefix(self.name).strip(),
             about=about,
+            elsewhere=((("--all", "-a"), FOR_ALL),) if self.names == "some" else (),
             shorthand=self.shorthand,
             in_shell=in_shell,
         )

@@ -49,6 +49,11 @@ SYNONYMS = {
     "signal": ("kill -s SIGNAL",),
     **dict.fromkeys(("reboot", "bounce"), ("restart",)),
     "refresh": ("reload",),
+    **{
+        engine: (f"export {engine} {TARGET}",)
+        for engine in ("systemd", "kubernetes", "compose", "podman")
+    },
+    "docker": (f"export compose {TARGET}",),
     **dict.fromkeys(("dashboard", "gui", "ui", "browser"), ("web",)),
     **dict.fromkeys(("tree", "rqt", "rqt_graph"), ("graph",)),
     **dict.fromkeys(("profile", "timing"), ("analyze",)),
@@ -86,6 +91,15 @@ _OPTIONS = (
         "FORCE_COLOR=1 in front of the command colours output into a pipe, NO_COLOR=1 none",
     ),
 )
+# The same option of a command by another name.
+_OTHER_NAMES = {
+    "--tail": "--lines",
+    "--interval": "--period",
+    "--duration": "--for",
+    "--level": "--log-level",
+    "--jobs": "--parallel-workers",
+    "--repair": "--fix",
+}
 _LEAST = 5  # letters of a word that may be misspelt; too much is near a shorter one
 _LIKENESS = 0.8  # of options, without their dashes
 
@@ -128,7 +142,9 @@ def meant_option(
             from launcher.base.program import program
 
             return text.replace("PROGRAM", program())
-    near = _near_option(flag, flags)
+    flags = tuple(flags)
+    other = _OTHER_NAMES.get(flag)
+    near = other if other in flags else _near_option(flag, flags)
     return near and f"did you mean '{near}'?"
 
 

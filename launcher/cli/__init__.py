@@ -12,8 +12,8 @@ Doors:
 * `workspace_option`: `--workspace DIR`, in front of a verb or behind it.
 * `lookup`: the table of options that a command line is parsed with, for those that look at a
   command line without running it.
-* `absent_verbs`, `absent_modules`: errors for verbs of ros2cli that do not exist here, and for
-  Python packages that are not installed.
+* `absent_verbs`, `absent_modules`: errors for words that are no verbs here, such as those of
+  ros2cli, and for Python packages that are not installed.
 
 Folder: `completion/` is the verb `completion`, with the scripts for shells and what Tab asks for:
 `candidates` finds the place in the tables of options, `name_sources` has the names there.

@@ -58,11 +58,11 @@ def explained(words: Sequence[str], error: LauncherError | None = None) -> Launc
     if share is not None:
         return _without_file(word, share)
     beside = [f"{word}{suffix}" for suffix in SUFFIXES]
-    if os.path.lexists(word) or any(map(os.path.isfile, beside)):
-        return error
+    lines = meant_lines(word, (*VERBS, *CONTROL_VERBS))
+    if any(map(os.path.isfile, beside)) or (os.path.lexists(word) and not lines):
+        return error  # a folder such as log/ does not hide what a word means
     behind = [one for one in words[1:] if not one.startswith("-")]
     if error is not None and behind[:1] and behind[0].endswith(SUFFIXES):
-        lines = meant_lines(word, (*VERBS, *CONTROL_VERBS))
         meant = f"did you mean `{program()} {lines[0]}`?" if lines else None
         error.hint = f"{meant} ({error.hint})" if meant and error.hint else meant or error.hint
         return error
@@ -103,12 +103,17 @@ def _choices(words: Sequence[str], behind: Sequence[str], names: Sequence[str]) 
         yield executable
         if word not in SYNONYMS:
             return
+    if word in ("list", "ls") and behind and behind[0] in SYNONYMS:
+        yield from SYNONYMS[behind[0]]  # `list nodes`
+        return
+    targets = (one for one in behind if one in names or one.endswith(SUFFIXES))
+    target = next(targets, TARGET)
     for line in meant_lines(word, (*VERBS, *CONTROL_VERBS)):
         if line == REST:
             yield from [" ".join(words[1:])] if words[1:] else []
         else:
-            yield line.replace(TARGET, next(iter(behind), TARGET))
-    name = suggest(word, names)
+            yield line.replace(TARGET, target)
+    name = None if word in SYNONYMS else suggest(word, names)
     if name is not None:
         yield name
 

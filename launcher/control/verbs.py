@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from launcher.base.command_line import Command, HelpRequested, Parsed
 from launcher.base.errors import UsageError
 from launcher.base.option import Option, count, option, positive_seconds
-from launcher.base.run_verb import TEXT, BadCallError, Call, Verb
+from launcher.base.run_verb import FOR_ALL, TEXT, BadCallError, Call, Verb
 from launcher.base.text import did_you_mean
 from launcher.run.parts import ROWS
 
@@ -206,7 +206,7 @@ def _check_names(verb: Verb, names: Sequence[str]) -> None:
         problem = f"{verb.name} takes no names"
     elif verb.names in ("one", "some") and not names:
         problem = f"{verb.name} needs the name of a process"
-        more = "; '*' stands for all processes" if verb.names == "some" else ""
+        more = f"; {FOR_ALL}" if verb.names == "some" else ""
     elif verb.names == "one" and len(names) > 1:
         problem = f"{verb.name} takes one name"
     if problem is not None:

@@ -7,8 +7,9 @@ Doors:
 * `verbs/`: `launch`, `run`, `plan` and `args`. `launch_service_run`: a LaunchService in a script,
   run by the engine. `outline`, `run_forecast`: what other processes ask for by `python -m` or at
   start.
-* `target`: the launch file that a command line names, and its arguments. `launch_options` and
-  `process_options`: the tables of options of a run, and what is made of them.
+* `target`: the launch file that a command line names, and its arguments; `declared_arguments`:
+  those that a launch file declares. `launch_options` and `process_options`: the tables of options
+  of a run, and what is made of them.
 * `launch_core`: the interpreter as the engine sees it; a supervisor.
 * `launch_checks`, `mistakes`, `known_names`, `program_warnings`, `participant_limits`: what is
   judged between the evaluation of a launch file and its first process, on the effects of the one

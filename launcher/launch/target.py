@@ -152,6 +152,8 @@ def _expect_target(word: str, targets: Sequence[str], arguments: Sequence[tuple[
     if not arguments and len(targets) < 2:
         return
     name, _, value = word.partition("=" if "=" in word else ":")
+    if not value and len(targets) == 2 and targets[-1].isidentifier():
+        name, value = targets[-1], word
     hint = f"did you mean {name}:={value}?" if value else None
     raise UsageError(
         f"malformed launch argument '{word}', expected format '<name>:=<value>'", hint=hint

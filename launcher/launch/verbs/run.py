@@ -8,8 +8,9 @@ import sys
 from collections.abc import Sequence
 
 from launcher.base.command_line import Command
-from launcher.base.errors import UsageError
+from launcher.base.errors import LauncherError, PackageNotFoundError, UsageError
 from launcher.base.option import DEBUG, option
+from launcher.base.program import program
 from launcher.base.verb_table import VERBS
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.packages.finder import executables, find_executable
@@ -58,8 +59,7 @@ def main(words: Sequence[str]) -> int:
         if word is not None and (not word or word[0] == os.sep or ".." in word.split(os.sep)):
             raise UsageError(f"'{word}' is not the name of {what}", hint=f"usage: {COMMAND.usage}")
     if executable is None:
-        names = ", ".join(executables(package, os.environ)) or "none"
-        raise UsageError("the executable is missing", hint=f"executables of {package}: {names}")
+        raise _without_executable(package)
     found = str(find_executable(package, executable, os.environ))
     argv = [*(parsed.prefix or []), found, *parsed.words]
     provide_log_root(os.environ)
@@ -70,6 +70,20 @@ def main(words: Sequence[str]) -> int:
             raise
         hint = "it is the command in front of the executable"
         raise UsageError(f"--prefix: {argv[0]}: {error.strerror}", hint=hint) from None
+
+
+def _without_executable(package: str) -> LauncherError:
+    """The error for one word, which may name an executable or a launch file as well."""
+    try:
+        names = ", ".join(executables(package, os.environ)) or "none"
+    except PackageNotFoundError as error:
+        from launcher.language.frontends.locate import executable_command, launch_names
+
+        is_launch_file = package in launch_names(os.environ)
+        meant = package if is_launch_file else executable_command(package, os.environ)
+        error.hint = f"did you mean `{program()} {meant}`?" if meant else error.hint
+        return error
+    return UsageError("the executable is missing", hint=f"executables of {package}: {names}")
 
 
 def _become(argv: list[str]) -> NoReturn:

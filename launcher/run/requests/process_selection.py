@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 
 from launcher.base.model.record import Record
 from launcher.base.model.spec import ProcessSpec
-from launcher.base.run_verb import BadCallError
+from launcher.base.run_verb import FOR_ALL, BadCallError
 from launcher.base.text import one_of, suggest
 
 _PATTERN = "*?["
@@ -111,7 +111,9 @@ def _is_below(group: str, one: ProcessNames) -> bool:
 
 def _unknown(word: str, processes: Sequence[ProcessNames]) -> list[int]:
     similar = suggest(word, [spelling for one in processes for spelling in one.all])
-    if word and sum(one.name.startswith(word) for one in processes) > 1:
+    if word == "all":
+        hint = f"{FOR_ALL}; "
+    elif word and sum(one.name.startswith(word) for one in processes) > 1:
         hint = f"did you mean '{word}*'? "
     else:
         meant = [one.name for one in processes if similar in one.all]

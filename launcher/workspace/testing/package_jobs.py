@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from launcher.base.errors import LauncherError, SeveralErrors, UsageError
+from launcher.base.program import program
 from launcher.base.text import did_you_mean
+from launcher.language.frontends.locate import launch_names
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.workspace.building import sources
 from launcher.workspace.building.build_place import Place
@@ -159,13 +161,16 @@ def select(place: Place, names: Sequence[str], env: Mapping[str, str]) -> list[P
     """
     found = sources.find([place.base], env)
     known = {package.name: package for package in found.packages}
+    unknown = [name for name in names if name not in known]
+    launched = launch_names(env) if unknown else []
     errors: list[LauncherError] = [
         UsageError(
             f"no package '{name}' in {place.base}",
-            hint=did_you_mean(name, known) or f"packages: {', '.join(known) or 'none'}",
+            hint=f"to test a launch file: {program()} smoke {name}"
+            if name in launched
+            else did_you_mean(name, known) or f"packages: {', '.join(known) or 'none'}",
         )
-        for name in names
-        if name not in known
+        for name in unknown
     ]
     if errors or (found.errors and not names):
         raise SeveralErrors([*errors, *found.errors])

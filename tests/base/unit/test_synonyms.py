@@ -14,6 +14,7 @@ from launcher.base.verb_table import (
     TASK_OF,
     VERBS,
 )
+from launcher.export.verbs.export import ENGINES
 from launcher.launch.verbs.launch import COMMAND as LAUNCH
 from launcher.smoke.expect.steps import CHAOS_EXAMPLE
 from tools.command_reference import commands
@@ -31,6 +32,7 @@ def test_no_word_of_another_program_is_a_verb():
 
 def test_every_meaning_is_a_command():
     known = {command.name for command in commands()}
+    known |= {f"export {engine}" for engine in ENGINES}
     for line in {line for lines in SYNONYMS.values() for line in lines}:
         words = [word for word in line.split() if word.islower() and word[0] != "-"]
         assert not words or " ".join(words) in known, line

@@ -53,9 +53,12 @@ def refused(*words: str) -> tuple[str, str]:
         ("up mine", "mine"),
         ("up", "TARGET"),
         ("up --wait", "TARGET"),
+        ("docker up", "export compose TARGET"),
+        ("systemd mine", "export systemd mine"),
         ("log robot_1", "logs"),
         ("topics", "topic list"),
         ("ros2 topic list", "topic list"),
+        ("list nodes", "node list"),
         ("stauts", "ps"),
         ("sttus --run x", "ps"),
         ("tpoic list", "topic"),
@@ -105,6 +108,13 @@ def test_a_launch_file_beside_is_not_called_a_verb(project: Path):
     assert refused("here") == ("launch file 'here' not found", "did you mean 'here.launch.py'?")
 
 
+def test_a_folder_does_not_hide_what_a_word_means(project: Path):
+    (project / "log").mkdir()
+    (project / "stuff").mkdir()
+    assert refused("log", "robot_1")[1].startswith(f"did you mean `{PROGRAM} logs`?")
+    assert refused("stuff")[0] == "'stuff' is a directory"
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -130,6 +140,20 @@ def test_a_package_alone_is_answered_by_its_launch_files():
 
 def test_an_executable_is_answered_by_run():
     assert refused("robot_1")[1] == f"did you mean `{PROGRAM} run group_gp1 robot_1`?"
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("run robot_1", f"did you mean `{PROGRAM} run group_gp1 robot_1`?"),
+        ("run mine", f"did you mean `{PROGRAM} mine`?"),
+        ("run zzzz", "searched: "),
+    ],
+)
+def test_one_word_behind_run(line: str, hint: str):
+    message, given = refused(*line.split())
+    assert message == f"package '{line.split()[1]}' not found"
+    assert given.startswith(hint)
 
 
 def test_version_is_a_verb_where_no_launch_file_is(project: Path):
@@ -182,6 +206,10 @@ def test_a_launch_file_with_a_mistake_does_not_hide_that_of_the_option(project: 
     assert refused("broken", "--enable-debug")[0] == "unknown option '--enable-debug'"
 
 
+def test_a_name_and_its_value_in_two_words():
+    assert refused("mine", "robot_count", "5")[1] == "did you mean robot_count:=5?"
+
+
 @pytest.mark.parametrize(
     ("line", "meant"),
     [("mine ps", "ps"), ("mine plan", "plan mine"), ("mine topic", "topic")],
@@ -201,3 +229,25 @@ def test_to_start_a_launch_file_is_to_launch_it():
 def test_a_verb_that_needs_names_says_what_stands_for_all():
     hint = "usage: stop NAME ...; '*' stands for all processes"
     assert refused("stop") == ("stop needs the name of a process", hint)
+    assert refused("restart", "--all")[1] == "'*' stands for all processes"
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"), [("logs --tail 5", "--lines"), ("top --interval 1", "--period")]
+)
+def test_an_option_by_another_name(line: str, meant: str):
+    assert refused(*line.split())[1] == f"did you mean '{meant}'?"
+
+
+def test_to_test_a_launch_file_is_smoke(project: Path):
+    package = project / "src" / "one"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text(
+        "<package format='3'><name>one</name><version>0.0.1</version><description>x</description>"
+        "<maintainer email='a@example.com'>a</maintainer><license>MIT</license></package>",
+        encoding="utf-8",
+    )
+    (project / "package.xml").unlink()
+    message, hint = refused("test", "mine")
+    assert message == f"no package 'mine' in {project}/src"
+    assert hint == f"to test a launch file: {PROGRAM} smoke mine"

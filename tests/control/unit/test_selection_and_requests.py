@@ -71,6 +71,12 @@ def test_an_unknown_or_ambiguous_name_is_an_error(word: str, code: str, told: st
     assert told in error.value.message
 
 
+def test_all_is_no_name_but_has_a_pattern():
+    with pytest.raises(BadCallError) as error:
+        resolve(["all"], FLEET)
+    assert error.value.hint.startswith("'*' stands for all processes; known: ")
+
+
 def test_the_beginning_of_several_names_is_offered_as_a_pattern():
     fleet = (ProcessNames("robot_1-1", "robot_1"), ProcessNames("robot_2-2", "robot_2"))
     with pytest.raises(BadCallError) as error:
