@@ -111,6 +111,8 @@ def meant_lines(word: str, verbs: Collection[str]) -> tuple[str, ...]:
     """
     near = [one for one in SYNONYMS if len(one) >= _LEAST and SYNONYMS[one] != (REST,)]
     known = word if word in SYNONYMS else suggest(word, [*verbs, *near])
+    if known is None:  # as near to both: a verb, unless the other word asks something
+        known = suggest(word, [*verbs, *(one for one in near if SYNONYMS[one] == ("ps",))])
     if known is None or known in verbs:
         return () if known is None else (known,)
     return tuple(

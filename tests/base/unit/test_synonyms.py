@@ -50,6 +50,8 @@ def test_every_meaning_is_a_command():
         ("plna", ("plan",)),  # as near to `play`
         ("strat", ("start",)),
         ("lunch", ("launch",)),
+        ("docter", ("doctor",)),  # as near to `docker`
+        ("statt", ()),  # as near to `state` as to `start`
         ("launce", ("launch",)),
         ("tpoic", ("topic",)),
         ("bogus", ()),
