@@ -34,7 +34,7 @@ def help_text(command: Command) -> str:
 
 
 def sentence(text: str) -> str:
-    """A line of help as a sentence of its own."""
+    """A line of help, as a complete sentence."""
     return f"{text[0].upper()}{text[1:]}."
 
 

@@ -28,9 +28,9 @@ def split_at_dashes(words: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 class Command(Record):
-    """A command with what it takes: arguments and options, or `commands` of its own.
+    """A command with what it takes: arguments and options, or nested `commands`.
 
-    `groups` are further options below a title of their own; of each tuple of names in `exclusive`
+    `groups` are further options, each with a title; of each tuple of names in `exclusive`
     one may be given. `elsewhere` has options of other programs, with a hint each. `shorthand` maps
     an unknown option to the option and the value that it stands for. With `abbreviations`, as in
     argparse and so in ros2cli, `--js` is `--json`, `-tn5` is `-t -n 5`, and a negative number or a

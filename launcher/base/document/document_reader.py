@@ -114,7 +114,7 @@ class DocumentReader:
         return document
 
     def _refuse_controls(self) -> None:
-        """Characters of which YAML's reader does not tell the line."""
+        """Characters that YAML's reader reports without their line."""
         found = _UNPRINTABLE.search(self.text)
         if found is None:
             return

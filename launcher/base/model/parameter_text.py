@@ -38,8 +38,8 @@ _IGNORED = tuple(f"tag:yaml.org,2002:{name}" for name in ("bool", "int", "float"
 class ExponentText(str):
     """A text of a launch file, without a type, in which rcl sees a number: `1e-3`, `2E6`.
 
-    PyYAML wants a point in front of the exponent. As in ROS 2, it stays a text in the launch file,
-    and the node gets a number.
+    PyYAML requires a point in front of the exponent. As in ROS 2, it stays a text in the launch
+    file, and the node gets a number.
     """
 
     __slots__ = ()

@@ -325,8 +325,8 @@ class Reloaded(RunEvent):
     @property
     def text(self) -> str:
         changes = {"new": self.new, "gone": self.gone, "changed": self.changed}
-        told = [f"; {what}: {listed(names)}" for what, names in changes.items() if names]
-        return f"launch file reloaded{''.join(told)}"
+        texts = [f"; {what}: {listed(names)}" for what, names in changes.items() if names]
+        return f"launch file reloaded{''.join(texts)}"
 
 
 class SnapshotWritten(RunEvent):
