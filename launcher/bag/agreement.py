@@ -76,9 +76,9 @@ class Agreement:
         )
 
 
-def contradiction(told: Topic, topic: Topic) -> str | None:
-    """What the metadata of a bag say of the type of a topic that its file has in another way."""
-    said = normalized(replace(told, serialization=topic.serialization)).type
+def contradiction(listed: Topic, topic: Topic) -> str | None:
+    """How the type of a topic in the metadata of a bag differs from that in its file."""
+    said = normalized(replace(listed, serialization=topic.serialization)).type
     found = normalized(topic).type
     if not said or not found or said == found:
         return None

@@ -8,7 +8,7 @@ from launcher.bag.bag_model import Topic
 
 EVENTS = "/_service_event"
 # What a service event begins with: the kind of event, the stamp, the client, the number of its
-# call; they follow four bytes that tell the encoding.
+# call; they follow four bytes with the encoding.
 _CALL = "4xB3x8x16s4xq"
 _LITTLE, _BIG = struct.Struct(f"<{_CALL}"), struct.Struct(f">{_CALL}")
 _REQUESTS, _RESPONSES = (0, 1), (2, 3)  # sent or received, of service_msgs/ServiceEventInfo
@@ -28,7 +28,7 @@ def type_of(topic: Topic) -> str:
 
 
 class CallCounter:
-    """Counts calls; client and server may both tell of one."""
+    """Counts calls; events of client and server may be of the same call."""
 
     def __init__(self) -> None:
         self._requests: set[tuple[bytes, int]] = set()

@@ -128,30 +128,30 @@ def _agreed(parts: list[ChannelTopic], agreement: Agreement) -> tuple[list[Topic
 
 def _check_metadata(folder: str, files: list[FileReport]) -> Iterator[str]:
     try:
-        told = metadata.read(folder)
+        listed = metadata.read(folder)
     except BagError as error:
         yield error.message
         return
-    if told is None:
+    if listed is None:
         yield f"{metadata.FILE} is missing: the recorder did not finish the bag"
         return
     there = {file.name for file in files}
-    listed = {os.path.basename(file.path) for file in told.files}
-    for name in sorted(listed - there):
+    names = {os.path.basename(file.path) for file in listed.files}
+    for name in sorted(names - there):
         yield f"{metadata.FILE} lists {name}, which is missing"
-    for name in sorted(there - listed):
+    for name in sorted(there - names):
         yield f"{metadata.FILE} does not list {name}"
     counted = summed(file.extent for file in files).total
-    if listed == there and told.extent.total != counted:
-        yield f"{metadata.FILE} counts {told.extent.total} messages, the files have {counted}"
+    if names == there and listed.extent.total != counted:
+        yield f"{metadata.FILE} counts {listed.extent.total} messages, the files have {counted}"
     for file in files:
-        yield from _check_topics(told, file)
+        yield from _check_topics(listed, file)
 
 
-def _check_topics(told: Metadata, file: FileReport) -> Iterator[str]:
+def _check_topics(listed: Metadata, file: FileReport) -> Iterator[str]:
     """Types and QoS: the library `rosbags` reads only what has the same QoS in both."""
     for name, count in file.extent.counts.items():
-        known = [one for one in told.topics if one.name == name]
+        known = [one for one in listed.topics if one.name == name]
         own = [one for one in file.topics if one.name == name]
         if not known or not own or not count:
             continue

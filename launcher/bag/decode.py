@@ -19,7 +19,7 @@ _PRINTED = re.compile("Error processing '(.*)' of '")
 # The library takes `char` for signed, and both times for unsigned if their definitions are missing.
 _CHAR = re.compile(r"^(\s*)char\b", re.MULTILINE)
 _NAME = "DecodedByLauncher"  # since the library refuses names such as AddTwoInts_Event
-# Their definitions are empty texts, which files cannot tell from none.
+# Their definitions are empty texts, which files do not distinguish from none.
 _EMPTY = frozenset(
     {"std_msgs/msg/Empty", "std_srvs/srv/Empty_Request", "std_srvs/srv/Empty_Response"}
 )

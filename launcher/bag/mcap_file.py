@@ -75,15 +75,15 @@ class McapFile:
             return False
         if summary is None or summary.statistics is None:
             return False
-        told = summary.statistics
-        if told.message_count and not summary.chunk_indexes:
+        statistics = summary.statistics
+        if statistics.message_count and not summary.chunk_indexes:
             return False
         self._channels, self._schemas = summary.channels, summary.schemas
-        self._chunks, self._counts = summary.chunk_indexes, told.channel_message_counts
+        self._chunks, self._counts = summary.chunk_indexes, statistics.channel_message_counts
         self.extent = Extent(
-            _by_topic(told.channel_message_counts, self._channels),
-            told.message_start_time,
-            told.message_end_time,
+            _by_topic(statistics.channel_message_counts, self._channels),
+            statistics.message_start_time,
+            statistics.message_end_time,
         )
         return True
 
@@ -131,9 +131,9 @@ class McapFile:
         except (Damage, MemoryError, OverflowError) as error:
             raise self._damaged(str(error) or type(error).__name__) from None
         counts = self.extent.counts
-        told = sum(count for topic, count in counts.items() if topics is None or topic in topics)
-        if span == Span() and number < told and not stopped():
-            raise self._damaged(f"its summary counts {told} messages, {number} could be read")
+        total = sum(count for topic, count in counts.items() if topics is None or topic in topics)
+        if span == Span() and number < total and not stopped():
+            raise self._damaged(f"its summary counts {total} messages, {number} could be read")
 
     def _damaged(self, reason: str) -> BagError:
         return BagError(

@@ -350,13 +350,14 @@ def _starts(stream: IO[bytes], summary: Summary | None) -> Iterator[int]:
 
 def _compare(found: McapScan, summary: Summary) -> None:
     """Damage if a summary says something else than the data."""
-    told = summary.statistics
-    if told is not None:
-        if told.message_count != found.extent.total:
-            text = f"its summary counts {told.message_count} messages, it has {found.extent.total}"
-            raise Damage(text)
-        counts = {one: count for one, count in told.channel_message_counts.items() if count}
-        times = (told.message_start_time, told.message_end_time)
+    statistics = summary.statistics
+    if statistics is not None:
+        if statistics.message_count != found.extent.total:
+            counted = f"its summary counts {statistics.message_count} messages"
+            raise Damage(f"{counted}, it has {found.extent.total}")
+        by_channel = statistics.channel_message_counts
+        counts = {one: count for one, count in by_channel.items() if count}
+        times = (statistics.message_start_time, statistics.message_end_time)
         own_times = (found.extent.start_ns, found.extent.end_ns)
         if counts != found.counts or (found.extent.total and times != own_times):
             raise Damage("its summary does not fit its messages")

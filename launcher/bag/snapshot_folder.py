@@ -181,11 +181,11 @@ def _index(
 
 
 def _span(contents: SnapshotContents) -> str:
-    told = f"the last {contents.keep_s:g} s"
+    span = f"the last {contents.keep_s:g} s"
     if contents.dropped_ns is not None and contents.dropped_ns > contents.start_ns:
         reached_s = (contents.end_ns - contents.dropped_ns) / 1e9
-        told += f"; messages of the last {reached_s:.1f} s, since memory was full"
-    return told
+        span += f"; messages of the last {reached_s:.1f} s, since memory was full"
+    return span
 
 
 def _date(ns: int) -> str:

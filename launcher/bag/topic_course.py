@@ -22,7 +22,7 @@ class MessageGap(NamedTuple):
 
 
 def mean_hz(times_ns: Sequence[int]) -> float | None:
-    """The rate between the first and the last message; None if it cannot be told."""
+    """The rate between the first and the last message; None if it cannot be determined."""
     if len(times_ns) < 2 or times_ns[-1] == times_ns[0]:
         return None
     return (len(times_ns) - 1) * NS / (times_ns[-1] - times_ns[0])

@@ -80,10 +80,10 @@ def convert(bags: Sequence[Bag], output: Output, complete: Complete, notes: Note
         for message in merged.messages(span):
             write(message)
             number, last_ns = number + 1, message.log_ns
-    told = f"{count(number, 'message')} of {count(len(merged.topics), 'topic')}"
+    contents = f"{count(number, 'message')} of {count(len(merged.topics), 'topic')}"
     if last_ns is None:
-        told += " (there is none in the selected time)" if any(span) else ""
-    return f"wrote {output.path}: {told}{_size(output.path)}"
+        contents += " (there is none in the selected time)" if any(span) else ""
+    return f"wrote {output.path}: {contents}{_size(output.path)}"
 
 
 def _size(path: str) -> str:

@@ -20,7 +20,7 @@ _S = 10**9
 
 
 def offered_by(info: EndpointInfo) -> Qos:
-    """What a publisher offers; DDS does not tell its history."""
+    """What a publisher offers; DDS does not report its history."""
     return {
         "history": "unknown",
         "depth": 0,

@@ -111,7 +111,7 @@ class _RecordRun:
                 if self._recorder.poll():
                     self._files.wake()
                 self._rates.update(self._recorder)
-                self._tell_missing()
+                self._report_missing()
                 self._status.draw()
                 time.sleep(PERIOD_S)
         self._status.clear()
@@ -126,7 +126,7 @@ class _RecordRun:
         if self._ring is not None:
             self._status.print(f"in memory only: {_SNAPSHOT_HINT}")
 
-    def _tell_missing(self) -> None:
+    def _report_missing(self) -> None:
         """Once, which of the topics that were named are not there after a while."""
         if not self._named or time.monotonic() - self._started_s < _MISSING_S:
             return

@@ -15,7 +15,7 @@ FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
 
 
 class FileSink:
-    """Writes by a thread of its own, so that a slow disk does not hold up the taking.
+    """Writes in a separate thread, so that a slow disk does not hold up the taking.
 
     At most `max_bytes` wait to be written. `error` is what ended the writing: a full disk.
     """

@@ -40,13 +40,13 @@ def _check(options: Parsed) -> int:
 def _lines(reports: list[BagReport]) -> Iterator[str]:
     for report in reports:
         for file in report.files:
-            told = count(file.extent.total, "message")
+            counted = count(file.extent.total, "message")
             if file.is_whole:
-                yield f"{file.name}: whole, {told}"
+                yield f"{file.name}: whole, {counted}"
             for note in (*file.notes, *file.conflicts):
                 yield f"{file.name}: {note}"
             for fault in file.faults:
-                yield f"{file.name}: {fault.text} (readable: {told})"
+                yield f"{file.name}: {fault.text} (readable: {counted})"
         yield from report.problems
 
 
