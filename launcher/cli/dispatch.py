@@ -210,7 +210,7 @@ def _help_words(words: list[str]) -> list[str]:
     return [name, *below, "--help"]
 
 
-# Those that have verbs of their own.
+# Those with subcommands.
 _WITH_VERBS = (*(verb for verb in ROS_VERBS if verb not in ("graph", "foxglove")), "pkg", "hosts")
 
 
