@@ -71,7 +71,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def notes(result: Mapping[str, Any]) -> list[str]:
-    """What `ps` tells below its table."""
+    """What `ps` shows below its table."""
     period_s, unknown = result["sampled_every_s"], result.get("unknown_response")
     found = []
     if period_s > 1:

@@ -44,7 +44,7 @@ class WordCompleter(Completer):
     async def get_completions_async(
         self, document: Document, complete_event: CompleteEvent
     ) -> AsyncGenerator[Completion, None]:
-        """Those of a verb of shells are asked for in a process of its own, as shells do."""
+        """Those of a verb of shells are computed by a separate process, as shells do."""
         *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
         if before and runs_here(before[0]):
             for candidate, meta in await self._ask([*before, word]):

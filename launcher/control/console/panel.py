@@ -32,7 +32,7 @@ Processes = Callable[[], Sequence[Mapping[str, Any]]]
 
 
 class ProcessView:
-    """The text of one process, read in a thread of its own; `changed` is called on the loop.
+    """The text of one process, read in a separate thread; `changed` is called on the loop.
 
     The thread waits while PENDING_LINES have not been taken. Then the run drops lines, and says so.
     """

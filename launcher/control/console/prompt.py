@@ -266,8 +266,8 @@ def _keys(host: ConsoleSession, buffer: Buffer) -> KeyBindings:
 class Keyboard(Vt100Input):
     """The terminal on standard input; bytes that cannot be decoded become U+FFFD.
 
-    Where `single_keys` is true, letters are commands. A key of which prompt_toolkit knows nothing
-    arrives as Esc and letters in one read, and is ignored then.
+    Where `single_keys` is true, letters are commands. A key that prompt_toolkit does not
+    recognize arrives as Esc and letters in one read, and is ignored then.
     """
 
     def __init__(self, single_keys: Callable[[], bool]) -> None:

@@ -19,8 +19,8 @@ from launcher.control.console.process_tables import details, manual, process_tab
 from launcher.control.verbs import EVERYTHING, VERBS, explained, find, parse
 from launcher.posix.socket_directory import ControlError
 
-# Verbs of the command line that are none of a run. The console runs them as processes of their
-# own, except a few that have no use there or need the terminal.
+# Verbs of the command line that are none of a run. The console runs each as a process,
+# except a few that have no use there or need the terminal.
 SHELL_VERBS = (*(name for name in COMMAND_VERBS if find(name) is None), "runs")
 NEEDING_A_SHELL = ("launch", "attach", "agent", "completion")
 SHELL_HELP = "runs as in a shell, until Ctrl-C"

@@ -1,4 +1,4 @@
-"""Verbs of the command line in the console: processes of their own, one at a time."""
+"""Verbs of the command line in the console: each is a process, one at a time."""
 
 from __future__ import annotations
 

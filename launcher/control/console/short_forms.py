@@ -86,7 +86,7 @@ def is_in_trouble(process: Mapping[str, Any]) -> bool:
 
 
 def killed_text(processes: Sequence[Mapping[str, Any]]) -> str:
-    """What becomes of the processes of a launcher that was killed."""
+    """Whether the processes of a launcher that was killed run on or are stopped."""
     elsewhere = [one for one in processes if one.get("host", "local") != "local" and one["pid"]]
     running = _hosts(one for one in elsewhere if one["stop_after_s"] is None)
     stopping = _hosts(one for one in elsewhere if one["stop_after_s"] is not None)

@@ -46,7 +46,7 @@ class StreamView:
         )
 
     def run(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Read the stream, in a thread of its own; items are shown on that of `loop`."""
+        """Read the stream, in a separate thread; items are shown on that of `loop`."""
         try:
             with self._run.connect() as self._connection:
                 if self.is_closed:  # by a key before it was connected
