@@ -39,7 +39,7 @@ LOST_LOCK = re.compile(rf"{shared_memory.FOLDER}/fast(rtps|dds)_\w+_[es]l \(dele
 COMMAND_CHARACTERS = 60
 PROBE_TIMEOUT_S = 60.0
 
-# In a process of its own: rclpy brings threads and signal handlers, and may crash. The name of the
+# In a separate process: rclpy brings threads and signal handlers, and may crash. The name of the
 # middleware is requested because that loads it.
 PROBE = """
 import importlib, json, sys
@@ -99,7 +99,7 @@ def leftovers() -> tuple[Leftover, ...]:
 def unreachable() -> tuple[Unreachable, ...]:
     """Processes that hold a lock file of Fast DDS that was removed.
 
-    A participant of Fast DDS keeps the lock files of its own segment and ports open, and those of
+    A participant of Fast DDS keeps the lock files of its segment and ports open, and those of
     other participants only for a moment.
     """
     return tuple(Unreachable(pid, _command(pid)) for pid in sorted(proc.pids()) if _lost_lock(pid))
@@ -145,7 +145,7 @@ def prefixes(
 ) -> tuple[Prefix, ...]:
     """Entries of AMENT_PREFIX_PATH; only those before the wheels' prefix can hide packages.
 
-    What the workspace replaces is a finding of its own.
+    What the workspace replaces is a separate finding.
     """
     ours = _packages(Path(wheels_prefix))
     found = []

@@ -77,7 +77,7 @@ def _loopback(facts: NetworkFacts) -> Finding:
 
 
 def _multicast(facts: NetworkFacts) -> Finding:
-    """Between hosts only `hosts check` can tell."""
+    """Only on this machine; `hosts check` tests it between hosts."""
     name, settings = "multicast", facts.settings
     if not facts.addresses:
         return Finding(name, Level.OK, "there is no network besides this machine")

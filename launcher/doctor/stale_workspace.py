@@ -159,7 +159,7 @@ def _was_here(place: Place, name: str) -> bool:
 def _newer_source(place: Place, package: Package) -> str | None:
     """A file that is newer than the build by plain colcon; those that are only linked do not count.
 
-    None also if it cannot be told, since the build folder is gone.
+    None also if it cannot be determined, since the build folder is gone.
     """
     build = os.path.join(place.build, package.name)
     try:

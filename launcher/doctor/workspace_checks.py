@@ -44,7 +44,7 @@ def _builds(facts: WorkspaceFacts) -> list[Finding]:
     if facts.moved_from is not None:
         return []  # all packages have to be built
     found = []
-    # What has a finding of its own is built by the repair of that.
+    # Packages with a separate finding are built by its repair.
     others = {*facts.broken, *facts.other_python, *facts.no_interpreter}
     changed = {name: why for name, why in facts.changed.items() if name not in others}
     if changed:
@@ -130,7 +130,7 @@ def _forget(facts: WorkspaceFacts, names: Mapping[str, str]) -> str:
 def _remove(facts: WorkspaceFacts, names: Mapping[str, str]) -> str:
     """The command that removes what was built and installed of some packages.
 
-    In a prefix that they share, it cannot be told what belongs to which.
+    All of them if they share a prefix, where the files of each cannot be determined.
     """
     root = shlex.quote(facts.root)
     if facts.is_merged:
