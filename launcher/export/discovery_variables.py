@@ -44,7 +44,7 @@ def gaps(processes: Sequence[ExportedProcess], discovery: Discovery) -> Iterator
     """What the variables cannot do."""
     where = discovery.where.rpartition("/")[2] or "--discovery"
     if discovery.mode is DiscoveryMode.SERVER:
-        text = "no discovery server is started, and no node is told of one"
+        text = "no discovery server is started, and no node is configured to use one"
         yield Unsupported(what=f"{_WHAT} server", place=where, text=text)
     if discovery.mode is DiscoveryMode.PEERS:
         names = tuple(one.unit for one in processes if one.host is None)

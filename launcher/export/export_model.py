@@ -22,7 +22,7 @@ class FileOf(Record):
 
 
 class Scratch(Record):
-    """A folder of its own to which the process may write."""
+    """A separate folder to which the process may write."""
 
 
 Part = str | LauncherPython | FileOf | Scratch
@@ -112,7 +112,7 @@ class ExportedSystem(Record):
         return any(process.host is not None for process in self.processes)
 
     def path_of(self, host: str, name: str) -> str:
-        """A file of a host: in a folder of its own, unless there is no host."""
+        """A file of a host: in the folder of the host, unless there is no host."""
         return f"{host}/{name}" if self.has_hosts else name
 
 

@@ -26,13 +26,14 @@ _ORDER = ".order.json"
 
 
 class _NotSentError(Exception):
-    """Only the host knows the path."""
+    """The path can only be found on the host."""
 
 
 class ExportedCommand:
     """The words of an order, and the files that they need beside the exported ones.
 
-    What only the host can know makes it a file of its own: `hosts.run_order` finds it out there.
+    An order with paths that can only be found on the host is written to a file, which
+    `hosts.run_order` reads there.
     `left_out` is the program of a `prefix` that nobody would see, None without one.
     """
 

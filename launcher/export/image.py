@@ -163,7 +163,7 @@ RUN pip install --no-cache-dir --find-links /tmp/wheels \\
  && rm -rf /tmp/wheels
 
 RUN useradd --create-home --uid 10001 launcher
-# By number, so that Kubernetes can tell that it is not root.
+# By number, so that Kubernetes can verify that it is not root.
 USER 10001
 WORKDIR /home/launcher
 # ROS nodes end by SIGINT in order.

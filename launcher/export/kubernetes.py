@@ -186,7 +186,7 @@ def secret_of(process: ExportedProcess) -> str:
 
 
 def container_variables(process: ExportedProcess, shared_memory: bool) -> dict[str, str]:
-    """Variables of a container: with a /dev/shm of its own, its node must not use shared memory."""
+    """Variables of a container: a node with a separate /dev/shm must not use shared memory."""
     return {**({} if shared_memory else UDP_ONLY), **process.environment}
 
 

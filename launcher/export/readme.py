@@ -44,23 +44,23 @@ to all processes of a unit, and SIGKILL when its time is over; stopping the targ
 its units have stopped.
 """,
     "kubernetes": """\
-Containers have the network of their node, since DDS needs it. They have a /dev/shm of their own and
-must not use shared memory: a node with the same address and another /dev/shm loses all messages.
+Containers have the network of their node, since DDS needs it. Each has a separate /dev/shm and must
+not use shared memory: a node with the same address and another /dev/shm loses all messages.
 Until the ROS graph shows its node a pod is not ready; later a process counts as healthy as long as
 it runs. The image's STOPSIGNAL must be SIGINT.
 """,
     "compose": """\
 `podman-compose` takes the same words as `docker compose`.
 
-All services have the network of their machine, since DDS needs it. They have a /dev/shm of their
-own and must not use shared memory: a node with the same address and another /dev/shm loses all
+All services have the network of their machine, since DDS needs it. Each has a separate /dev/shm
+and must not use shared memory: a node with the same address and another /dev/shm loses all
 messages.
 """,
     "podman": """\
 Podman 4.4 or newer makes services of the `.container` files; an older one runs what
 `export kubernetes` writes, with `podman kube play`. Containers have the network of their machine,
-since DDS needs it. They have a /dev/shm of their own and must not use shared memory: a node with
-the same address and another /dev/shm loses all messages.
+since DDS needs it. Each has a separate /dev/shm and must not use shared memory: a node with the
+same address and another /dev/shm loses all messages.
 """,
 }
 

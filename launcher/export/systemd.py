@@ -27,8 +27,8 @@ _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 class Systemd:
     """Writes the units of a system.
 
-    `user` and `python` are those of processes whose host is not in the hosts file, or does not
-    tell; without a user they are root's. `home`: the units are for the service manager of the user
+    `user` and `python` are those of processes whose host is not in the hosts file, or has no such
+    entry; without a user they are root's. `home`: the units are for the service manager of the user
     whose home that is.
     """
 
@@ -178,7 +178,7 @@ class Systemd:
 def policy_gaps(process: ExportedProcess) -> Iterator[tuple[str, str, bool]]:
     """What systemd does otherwise when it restarts and stops the process.
 
-    That ROS 2's SIGTERM is left out is told in general, not for each.
+    Not that ROS 2's SIGTERM is left out: the README describes that in general.
     """
     for text in unit.unmet(process.restart, StopPolicy(), unit.OLDEST):
         if "is left out" not in text:

@@ -43,7 +43,7 @@ def is_prefix(text: str) -> bool:
 
 def names_of(specs: Sequence[ProcessSpec], prefix: str = "") -> list[Name]:
     """A name for each process, with the namespace or a number where several share it."""
-    texts = _told_apart(specs)
+    texts = _distinct(specs)
     units = _unique([_free(unit_name(prefix + text)) for text in texts])
     labels = _unique([dns_label(prefix + text) for text in texts])
     return [Name(unit=unit, label=label) for unit, label in zip(units, labels, strict=True)]
@@ -73,7 +73,7 @@ def file_name(text: str) -> str:
 
 
 def _short(name: str, text: str) -> str:
-    """At most _MAX characters; a digest of the whole text tells apart what was cut."""
+    """At most _MAX characters; a digest of the whole text makes cut names distinct."""
     if len(name) <= _MAX:
         return name
     digest = hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:_DIGEST]
@@ -85,7 +85,7 @@ def _free(name: str) -> str:
     return f"{name}-node" if is_taken else name
 
 
-def _told_apart(specs: Sequence[ProcessSpec]) -> list[str]:
+def _distinct(specs: Sequence[ProcessSpec]) -> list[str]:
     """The name of each node, with its namespace if another one has it; the label of others."""
     short = [_parts(spec)[1] for spec in specs]
     seen = Counter(short)

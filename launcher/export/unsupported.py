@@ -56,10 +56,10 @@ def gaps_of(plan: Plan, places: Places, names: Mapping[int, str]) -> Iterator[Un
 
     `names` are those of exported processes, by their number in the plan.
     """
-    told: set[int] = set()
+    seen: set[int] = set()
     for visit in _visits(plan):
-        if id(visit.entity) not in told:
-            told.add(id(visit.entity))
+        if id(visit.entity) not in seen:
+            seen.add(id(visit.entity))
             yield from _of_visit(plan, visit, places, names)
     yield from _components(plan, places)
     yield from _transitions(plan, places)
@@ -67,7 +67,7 @@ def gaps_of(plan: Plan, places: Places, names: Mapping[int, str]) -> Iterator[Un
 
 
 def _visits(plan: Plan) -> Iterator[Visit]:
-    """All visits, except below actions that are told as a whole."""
+    """All visits, except below actions that are reported as a whole."""
     waiting = list(reversed(plan.visits))
     while waiting:
         visit = waiting.pop()

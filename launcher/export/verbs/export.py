@@ -44,8 +44,9 @@ COMMAND = Command(
     about=f"""\
 Write what a launch file starts as files for another supervisor; nothing is started. ENGINE is
 systemd (units), kubernetes (manifests, also for `podman kube play`), compose (compose.yaml), or
-podman (Quadlet files). What the engine cannot do is told, and listed in README.md beside the files.
-The same launch file gives the same files. Functions and commands of the launch file are executed.
+podman (Quadlet files). What the engine cannot do is printed, and listed in README.md beside the
+files. The same launch file gives the same files. Functions and commands of the launch file are
+executed.
 
 {ABOUT_TARGET}""",
     options=(
