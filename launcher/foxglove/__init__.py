@@ -1,6 +1,6 @@
 """A server that shows a ROS graph to Foxglove and to Lichtblick: the verb `foxglove`.
 
-It speaks the WebSocket protocol of Foxglove itself. The WebSocket server of foxglove-sdk for
+It implements the WebSocket protocol of Foxglove itself. The WebSocket server of foxglove-sdk for
 Python deadlocks if a topic or the connection graph changes while a client subscribes: it waits for
 its locks with the GIL held, and calls Python with its locks held.
 
@@ -13,7 +13,7 @@ It is an asyncio loop with a thread for messages and one for answers of services
   slowly.
 * `foxglove_bridge` brings clients and the graph together: `graph_view` is the graph at one moment,
   `catalogue` the channels and services on offer, under numbers that are never reused.
-* `feeds` are subscriptions, which exist while clients want them and fit the publishers; `receiver`
+* `feeds` are subscriptions, which exist while clients need them and fit the publishers; `receiver`
   is the thread that takes their messages without decoding them. `publishing`: topics of clients.
 * `service_calls`: services, whose answers rclpy's executor takes in a thread. `parameter_services`:
   those of all nodes as `/node.parameter`, and their changes.

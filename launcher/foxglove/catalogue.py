@@ -21,7 +21,8 @@ class CatalogueChange:
 
 
 class Catalogue:
-    """`schema_of` gives the text of a type, or raises VerbError; `warn` is told once of each.
+    """`schema_of` gives the text of a type, or raises VerbError; `warn` is called once for
+    each text.
 
     A topic has one channel: clients refuse a second one. Of several types it is the first one
     whose definition is installed.

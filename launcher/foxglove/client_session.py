@@ -121,14 +121,14 @@ class ClientSession:
         return channel
 
     async def _handle(self, message: str | bytes) -> None:
-        with self._errors_told():
+        with self._errors_reported():
             if isinstance(message, str):
                 await self._handle_text(protocol.parse_text(message))
             else:
                 self._handle_data(protocol.parse_data(message))
 
     @contextlib.contextmanager
-    def _errors_told(self) -> Iterator[None]:
+    def _errors_reported(self) -> Iterator[None]:
         try:
             yield
         except ProtocolError as error:
@@ -215,7 +215,7 @@ class ClientSession:
         task.add_done_callback(self._tasks.discard)
 
     async def _finish(self, work: Coroutine[Any, Any, None]) -> None:
-        with self._errors_told():
+        with self._errors_reported():
             await work
 
 

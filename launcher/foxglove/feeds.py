@@ -1,4 +1,4 @@
-"""Subscriptions to topics: they exist while clients want them, and fit the publishers."""
+"""Subscriptions to topics: they exist while clients need them, and fit the publishers."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class FoxgloveBridge:
         self._feeds = TopicFeeds(observer, self._receiver)
         self._calls = ServiceCalls(observer, self._worker)
         self._parameters = Parameters(self._calls)
-        self._events = ParameterEvents(self._feeds, self._tell_parameters)
+        self._events = ParameterEvents(self._feeds, self._send_parameters)
         self._catalogue = Catalogue(schema_text, warn)
         self._connections = Connections()
         self._sessions: set[ClientSession] = set()
@@ -140,17 +140,17 @@ class FoxgloveBridge:
                 if channel.id in gone:
                     self.unsubscribe(session, number)
             session.tick()
-        self._tell("unadvertise", "channelIds", [one.id for one in change.gone_channels])
-        self._tell("advertise", "channels", [one.to_json() for one in change.channels])
+        self._announce("unadvertise", "channelIds", [one.id for one in change.gone_channels])
+        self._announce("advertise", "channels", [one.to_json() for one in change.channels])
         if not self._is_read_only:
             ids = [one.id for one in change.gone_services]
-            self._tell("unadvertiseServices", "serviceIds", ids)
+            self._announce("unadvertiseServices", "serviceIds", ids)
             offered = [one.to_json() for one in change.services]
-            self._tell("advertiseServices", "services", offered)
+            self._announce("advertiseServices", "services", offered)
         if found.connections is not None:
-            self._tell_connections(found.connections)
+            self._send_connections(found.connections)
 
-    def _tell(self, op: str, field: str, items: list[Any]) -> None:
+    def _announce(self, op: str, field: str, items: list[Any]) -> None:
         if items:
             message = protocol.text(op, **{field: items})
             for session in self._sessions:
@@ -184,7 +184,7 @@ class FoxgloveBridge:
             self._worker.submit(self._feeds.unsubscribe, channel.topic, session)
 
     def _submit(self, session: ClientSession, topic: str, function: Callable[[], None]) -> None:
-        """Run it in the other thread; tell the client what went wrong."""
+        """Run it in the other thread; send errors to the client."""
         loop = asyncio.get_running_loop()
 
         def run() -> None:
@@ -279,11 +279,11 @@ class FoxgloveBridge:
             session.send(protocol.text("parameterValues", parameters=values, id=request))
 
     def follow_parameters(self) -> None:
-        """Subscribe to changes of parameters while a client wants them."""
+        """Subscribe to changes of parameters while a client has requested them."""
         wanted = any(session.parameters != set() for session in self._sessions)
         self._worker.submit(self._events.follow, wanted)
 
-    def _tell_parameters(self, values: list[dict[str, Any]]) -> None:
+    def _send_parameters(self, values: list[dict[str, Any]]) -> None:
         for session in self._sessions:
             names = session.parameters
             mine = [one for one in values if names is None or one["name"] in names]
@@ -302,7 +302,7 @@ class FoxgloveBridge:
             session.send(protocol.text("connectionGraphUpdate", **update))
         self._soon.set()
 
-    def _tell_connections(self, found: Connections) -> None:
+    def _send_connections(self, found: Connections) -> None:
         update = found.update_from(self._connections)
         self._connections = found
         if update is not None:

@@ -74,7 +74,7 @@ def _changed(now: Names, before: Names, removed: Iterable[str], ids: str) -> lis
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """Topics and services with their types, and the connections if somebody wants them."""
+    """Topics and services with their types, and the connections if a client requests them."""
 
     topics: Mapping[str, tuple[str, ...]]
     services: Mapping[str, str]

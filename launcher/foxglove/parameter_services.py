@@ -148,7 +148,7 @@ def to_json(name: str, value: Any) -> dict[str, Any]:
 
 
 def to_parameter(name: str, item: Mapping[str, Any], declared: int) -> Any:
-    """What a client wants a parameter to be; VerbError if it cannot be that."""
+    """The value that a client requests for a parameter; VerbError if it cannot have it."""
     value, kind = item.get("value"), item.get("type")
     if value is None:
         return Parameter(name=name, value=ParameterValue())
@@ -179,14 +179,14 @@ def _by_node(names: Iterable[str]) -> dict[str, list[str] | None]:
 
 
 class ParameterEvents:
-    """Follows /parameter_events while somebody wants to know of changes.
+    """Follows /parameter_events while a client subscribes to changes.
 
-    `tell` is called in the event loop with what has changed, as clients get it.
+    `notify` is called in the event loop with what has changed, as clients get it.
     """
 
-    def __init__(self, feeds: TopicFeeds, tell: Callable[[list[dict[str, Any]]], None]) -> None:
+    def __init__(self, feeds: TopicFeeds, notify: Callable[[list[dict[str, Any]]], None]) -> None:
         self._feeds = feeds
-        self._tell = tell
+        self._notify = notify
         self._loop = asyncio.get_running_loop()
 
     def follow(self, wanted: bool) -> None:
@@ -199,4 +199,4 @@ class ParameterEvents:
     def _deliver(self, time_ns: int, payload: bytes) -> None:
         changed = changed_by(deserialize_message(payload, ParameterEvent))
         if changed and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._tell, changed)
+            self._loop.call_soon_threadsafe(self._notify, changed)

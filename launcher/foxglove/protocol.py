@@ -79,7 +79,7 @@ class AdvertisedService:
 
 @dataclass(frozen=True, slots=True)
 class ClientData:
-    """A message that a client publishes, on one of its own channels."""
+    """A message that a client publishes, on a channel that it has advertised."""
 
     channel: int
     payload: bytes

@@ -132,7 +132,7 @@ class ServiceCalls:
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[Any] = loop.create_future()
         future = client.call_async(request)
-        future.add_done_callback(lambda done: _tell(loop, answer, done))
+        future.add_done_callback(lambda done: _pass_on(loop, answer, done))
 
         def abandon() -> None:
             answer.cancel()
@@ -154,7 +154,7 @@ def _vanished(name: str) -> VerbError:
     return VerbError(f"service '{name}' has vanished before it answered")
 
 
-def _tell(loop: asyncio.AbstractEventLoop, answer: asyncio.Future[Any], done: Any) -> None:
+def _pass_on(loop: asyncio.AbstractEventLoop, answer: asyncio.Future[Any], done: Any) -> None:
     """In the thread of the executor."""
 
     def settle() -> None:
