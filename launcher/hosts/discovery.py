@@ -26,8 +26,7 @@ PEERS = "ROS_STATIC_PEERS"
 SERVERS = "ROS_DISCOVERY_SERVER"
 _LOOPBACK = "127.0.0.1"
 _PORTS = 100  # that are tried
-# A server that starts again sooner is not told of all nodes that knew the last one: they forget
-# it after 20 s.
+# A server that starts again sooner may miss nodes of the last one, which drop that after 20 s.
 RESTART_DELAY_S = 21.0
 MAX_WITH_PEERS = 32  # participants of a host that those of other hosts find
 # Lets more than 101 processes of a domain on one machine have ports.

@@ -1,6 +1,6 @@
 """`python -m launcher.hosts.discovery_server INDEX LISTEN PORT`: become Fast DDS's server.
 
-A program of its own in front of it, since it runs on other hosts, too: the server is in the
+A separate program that starts it, since it runs on other hosts, too: the server is in the
 environment of the interpreter or in that of a ROS installation, and it does not find its libraries
 by itself.
 """

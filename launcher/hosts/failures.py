@@ -11,7 +11,7 @@ from launcher.base.errors import LauncherError
 from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.hosts.ssh import host_python, in_home, quoted
 
-SSH_FAILED = 255  # the exit code of ssh for errors of its own
+SSH_FAILED = 255  # the exit code of ssh for its errors
 NOT_FOUND = 127  # that of a shell for a program that is not there
 
 

@@ -75,7 +75,7 @@ class SshConnection:
         return self._ssh(["ControlMaster=auto"], [posix_shell(command)])
 
     def alone(self, command: str) -> list[str]:
-        """As `session`, but on a connection of its own: a shared one may be lost."""
+        """As `session`, but on a separate connection: a shared one may be lost."""
         return self._ssh(["ControlMaster=no"], [posix_shell(command)], shared=False)
 
     def _ssh(

@@ -67,7 +67,7 @@ def stem_of(path: str) -> str:
 def slice_name(*parts: str) -> str:
     """`launcher_PART.slice`; a dash within a part is escaped.
 
-    It is in no slice of ours: nobody could tell when to stop that, as another run may just start.
+    It is in no slice of ours: that could never be stopped safely, as another run may just start.
     """
     stem = "_".join(["launcher", *(_escaped(part, dash=False) for part in parts)])
     return _shortened(stem, "slice")
@@ -166,7 +166,7 @@ def _amount(amount: int) -> str:
 def output_settings() -> Iterator[UnitSetting]:
     """Every line goes to the journal as it is, however many there are.
 
-    The journal is not told of an interval of 0 by systemd (252 at least), so the limit is one that
+    Systemd (252 at least) does not pass an interval of 0 to the journal, so the limit is one that
     nothing reaches. For units of a user's manager it has no effect.
     """
     yield UnitSetting("StandardOutput", "journal")
@@ -187,7 +187,7 @@ def seconds(amount_s: float) -> str:
 def supported(
     settings: Iterable[UnitSetting], version: int
 ) -> tuple[tuple[UnitSetting, ...], tuple[UnitSetting, ...]]:
-    """(the settings that this version of systemd knows, those that it does not)."""
+    """(the settings that this version of systemd supports, those that it does not)."""
     every = tuple(settings)
     known = tuple(one for one in every if one.since <= version)
     return known, tuple(one for one in every if one.since > version)

@@ -2,8 +2,8 @@
 
 It is our engine with watchdog, control group and sweep: `workload` has the processes, by the parts
 of `launcher.run`; all are started cold. `forwarder` sends output in blocks, and the log of
-`workload` what the launcher would print. `host_agent` has the connection, and what becomes of the
-processes without it.
+`workload` what the launcher would print. `host_agent` has the connection, and decides whether
+the processes run on without it.
 
 * The end of the input is a lost link, not an order. `stop-after` counts from the last frame of the
   launcher. Without processes and launcher the agent ends after 30 s, or 10 minutes if it keeps; at

@@ -18,7 +18,7 @@ class Forwarder(OutputReader):
     """An OutputReader without lines: `send(process id, number of the stream, block)`.
 
     An empty block says that the process is silent after a line or traceback that is not finished.
-    Only this side can tell: on a slow link, blocks come late.
+    Only this side can detect it: on a slow link, blocks come late.
     """
 
     def __init__(
@@ -85,9 +85,9 @@ class Forwarder(OutputReader):
         if stream in self._unfinished or not chunk.endswith(b"\n") or has_begin(chunk):
             self._unfinished[stream] = self.read_at_s
             if self._silence is None:
-                self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._tell_silence)
+                self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._report_silence)
 
-    def _tell_silence(self) -> None:
+    def _report_silence(self) -> None:
         self._silence = None
         for (process, fd), read_at_s in list(self._unfinished.items()):
             # The timer may be late: a stream with something to read is not silent.
@@ -96,4 +96,4 @@ class Forwarder(OutputReader):
             if self._unfinished.pop((process, fd), None) is not None:  # it was not closed
                 self._send(process.process_id, self._numbers[process.process_id][fd], b"")
         if self._unfinished and self._silence is None:
-            self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._tell_silence)
+            self._silence = self._reactor.call_later(PARTIAL_LINE_S, self._report_silence)

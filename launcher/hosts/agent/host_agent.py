@@ -38,7 +38,7 @@ WINDOW = 4 * 1024 * 1024  # unacknowledged bytes, above which processes must wai
 BACKLOG = 32 * 1024 * 1024  # kept while the operator cannot be reached
 UNREACHABLE_S = 3.0
 WATCH_S = 0.25
-# Without processes and without an operator, who may come back to hear what has become of them.
+# Without processes and without an operator, who may come back to see how they have ended.
 LINGER_S = 30.0
 LINGER_KEEPING_S = 600.0  # if they were to be kept
 GOODBYE_S = 5.0  # for the last frames
@@ -59,7 +59,7 @@ _COMMANDS = frozenset(
 
 
 class Agent:
-    """Serves until it is told to finish, or until its leash ends."""
+    """Serves until a request to finish, or until the operator has been away for too long."""
 
     def __init__(self, reactor: Reactor) -> None:
         self._reactor = reactor
@@ -106,7 +106,7 @@ class Agent:
 
     def _greet(self) -> None:
         self._channel.raw(PREAMBLE)
-        self._channel.tell(
+        self._channel.send_now(
             FrameKind.HELLO, pack({**_about_us(), "received": self._channel.received})
         )
 
@@ -185,7 +185,7 @@ class Agent:
         self._end(f"the agent was stopped by {signal.Signals(signum).name}")
 
     def _end(self, reason: str, code: ExitCode = ExitCode.OK) -> None:
-        """Stop everything, tell why, and exit."""
+        """Stop everything, send the reason, and exit."""
         is_again = bool(self._end_reason)
         self._end_reason = self._end_reason or reason
         self._exit_code = code
@@ -196,7 +196,7 @@ class Agent:
 
     def _leave(self) -> None:
         if self._end_reason:
-            self._channel.tell(FrameKind.REFUSAL, pack({"reason": self._end_reason}))
+            self._channel.send_now(FrameKind.REFUSAL, pack({"reason": self._end_reason}))
         self._is_finished = True
         self._reactor.call_later(GOODBYE_S, self._reactor.stop)
         self.relieved()
@@ -216,7 +216,7 @@ class Agent:
             self._is_lost = self._has_stopped = False
         if frame.kind == FrameKind.BEAT:
             self._beats += 1
-            self._channel.tell(
+            self._channel.send_now(
                 FrameKind.ECHO, ECHO.pack(frame.time_s, self._channel.outbox.sequence)
             )
             return
@@ -233,7 +233,7 @@ class Agent:
             self._refuse(f"a request of kind {frame.kind} is malformed ({type(error).__name__})")
 
     def malformed(self, reason: str) -> None:
-        """The other side does not speak our protocol."""
+        """The other side does not use our protocol."""
         self._refuse(reason)
 
     def _refuse(self, reason: str) -> None:
@@ -243,7 +243,7 @@ class Agent:
     def _open(self, frame: Frame) -> None:
         content = frame.content()
         if content["protocol"] != PROTOCOL:
-            self._end(f"this agent speaks protocol {PROTOCOL}", ExitCode.PROCESS_FAILED)
+            self._end(f"this agent uses protocol {PROTOCOL}", ExitCode.PROCESS_FAILED)
             return
         key, stop_after_s = str(content["key"]), content["stop_after_s"]
         self._stop_after_s = None if stop_after_s is None else float(stop_after_s)
@@ -319,7 +319,7 @@ class Agent:
         self._channel.send(FrameKind.WARNING, pack({"text": text}))
 
     def samples(self, samples: Mapping[int, Mapping[str, Any]]) -> None:
-        self._channel.tell(
+        self._channel.send_now(
             FrameKind.SAMPLES, pack({str(key): dict(one) for key, one in samples.items()})
         )
 

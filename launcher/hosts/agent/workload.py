@@ -72,7 +72,7 @@ class Workload:
     def __init__(self, reactor: Reactor, reporter: Reporter, folder: str) -> None:
         self.reactor = reactor
         self._reporter = reporter
-        # With our pid, as that of each run on this machine: `doctor` knows whether we are alive.
+        # With our pid, as that of each run on this machine: `doctor` checks whether we are alive.
         self.run_id = f"{os.getpid()}-{os.urandom(6).hex()}"
         self._processes: dict[int, Process] = {}
         self._orders: dict[int, Order] = {}

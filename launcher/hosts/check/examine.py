@@ -132,7 +132,7 @@ def _question(file: HostsFile, wiring: Wiring, domain: int) -> ProbeQuestion:
 
 
 def _wired(wiring: Wiring, name: str) -> Mapping[str, str]:
-    """Nothing where the addresses are not known, which is told."""
+    """Nothing where the addresses are not known, which is reported."""
     is_known = name in wiring.addresses or (name == LOCAL and bool(wiring.addresses))
     return wiring.environment_of(name) if is_known or wiring.mode not in _WITH_ADDRESSES else {}
 

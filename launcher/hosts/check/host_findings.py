@@ -42,7 +42,7 @@ class Needs(Record):
 
 
 class CheckedHost(Record):
-    """A host, or this machine (`host` None), and what it has told.
+    """A host, or this machine (`host` None), and its answers.
 
     `reached_s` is how long the login took. `facts` are those of `probe.facts`; none with an
     `error`.

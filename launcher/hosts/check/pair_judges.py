@@ -49,7 +49,7 @@ def distro_of(member: CheckedHost) -> str | None:
 
 
 def _versions(survey: Survey) -> Iterator[HostFinding]:
-    """The agent must speak the protocol of the launcher here."""
+    """The agent must use the protocol of the launcher here."""
     ours = survey.members[LOCAL].facts
     for member in survey.reached:
         facts = member.facts
@@ -62,7 +62,7 @@ def _versions(survey: Survey) -> Iterator[HostFinding]:
         text = f"launcher {facts['version']} is installed, and {ours.get('version')} runs here"
         level = Level.NOTE
         if facts["protocol"] != ours.get("protocol"):
-            text += ": they speak different protocols"
+            text += ": they use different protocols"
             level = Level.PROBLEM
         advice = f"{sync_command(member)} brings the same"
         yield _finding("launcher", [member.name], text, advice, level)
@@ -182,7 +182,7 @@ def _unreached(survey: Survey, mode: DiscoveryMode | None) -> Iterator[HostFindi
 def _without_multicast(
     survey: Survey, mode: DiscoveryMode | None, no_unicast: Sequence[tuple[str, str]]
 ) -> Iterator[HostFinding]:
-    """What unicast does not reach is told once."""
+    """Pairs that unicast does not reach either are left out: they have a finding."""
     lost = [pair for pair in survey.lost("multicast") if pair not in no_unicast]
     needs = [pair for pair in lost if not all(_has_substitute(survey, name) for name in pair)]
     if not needs or mode in (DiscoveryMode.PEERS, DiscoveryMode.SERVER):

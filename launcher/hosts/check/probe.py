@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 GROUP = "239.255.0.1"  # of the announcements of DDS
 MARK = "launcher-check"  # the first word of a datagram
 PERIOD_S = 0.1  # between datagrams to one address
-PARTICIPANTS = 120  # of a domain that have ports of their own
+PARTICIPANTS = 120  # of a domain that have separate ports
 # Variables that decide who discovers whom, and what is compared between hosts. None is secret.
 SETTINGS = (
     "ROS_DOMAIN_ID",

@@ -37,7 +37,7 @@ def program() -> bytes:
 
 
 def remote_command(host: Host) -> list[str]:
-    """Log in, tell the user's name, and start the probe if there is a Python."""
+    """Log in, print the user's name, and start the probe if there is a Python."""
     script = f'echo "{_SHELL}$(id -un)"; {setup_script(host)}{set_python(host)}'
     return SshConnection(host, None).session(f'{script}exec "$python" -c {quoted([_BOOT])}')
 

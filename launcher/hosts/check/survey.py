@@ -22,7 +22,7 @@ SETTLE_S = 1.0  # after which a datagram that was sent ten times is lost
 
 
 class ProbeQuestion(Record):
-    """What every probe is told; `environments` are by name, as is `server_ports`."""
+    """What every probe is given; `environments` are by name, as is `server_ports`."""
 
     domain: int
     environments: Mapping[str, Mapping[str, str]]
@@ -129,7 +129,7 @@ class _Surveyor:
         if session.error is not None:
             self._selector.unregister(session.fd)
 
-    # ---- who hears whom
+    # ---- who receives from whom
 
     def _introduce(self, new: ProbeSession) -> None:
         for other in self._ready:

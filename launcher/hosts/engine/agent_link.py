@@ -49,7 +49,7 @@ def key_of(run_id: str, host: str) -> str:
 
 
 class AgentLink:
-    """A Link. The host is told its policy with each connection."""
+    """A Link. The policy is sent to the host with each connection."""
 
     def __init__(self, context: LinkContext, transport: SshTransport) -> None:
         self._host = context.host
@@ -151,7 +151,7 @@ class AgentLink:
             self._failed(self._transport.absence(error).cause, may_pass=False)
             return
         self._channel.attach(process.stdout, process.stdin, skips_noise=True)
-        self._channel.tell(FrameKind.OPEN, pack(self._opening()))
+        self._channel.send_now(FrameKind.OPEN, pack(self._opening()))
 
     def _opening(self) -> dict[str, Any]:
         return {
@@ -223,7 +223,7 @@ class AgentLink:
     # ---- the heartbeat
 
     def _beat(self) -> None:
-        self._channel.tell(FrameKind.BEAT)
+        self._channel.send_now(FrameKind.BEAT)
         silent_s = self.silent_s
         if silent_s > UNREACHABLE_S and self._state is LinkState.READY:
             self._change(LinkState.UNREACHABLE, f"silent for {silent_s:.0f} s")
@@ -241,7 +241,7 @@ class AgentLink:
         if self._state is LinkState.CONNECTING:
             self._round_trips.append((now - sent_s, frame.time_s - (now + sent_s) / 2))
             if len(self._round_trips) < CLOCK_SAMPLES:
-                self._channel.tell(FrameKind.BEAT)
+                self._channel.send_now(FrameKind.BEAT)
                 return
             self._offset_s = min(self._round_trips)[1]
             self._timers.cancel("connect")
@@ -318,7 +318,7 @@ class AgentLink:
             return
         self._has_greeted = True
         self._channel.resume(int(content["received"]))
-        self._channel.tell(FrameKind.BEAT)
+        self._channel.send_now(FrameKind.BEAT)
 
     def _refused(self, reason: str) -> None:
         """The agent has ended, or cannot serve."""
@@ -337,8 +337,8 @@ class AgentLink:
         self._timers.after("farewell", 0, self._leave)
 
     def _leave(self) -> None:
-        """Nothing more will come: let the agent know that we have all, and end the connection."""
-        self._channel.tell(FrameKind.ACK)
+        """Nothing more will come: acknowledge everything, and end the connection."""
+        self._channel.send_now(FrameKind.ACK)
         self._channel.detach()
 
     # ---- the channel
@@ -360,8 +360,9 @@ class AgentLink:
             return
         # What it reports is not known any more, so what it runs has to end.
         self._channel.send(FrameKind.FINISH, pack({"at_once": False}))
-        is_told = self._channel.is_flushed
-        fate = "it was told to stop its processes" if is_told else "its processes may live on there"
+        is_sent = self._channel.is_flushed
+        stops = "a stop of its processes was requested"
+        fate = stops if is_sent else "its processes may live on there"
         self._refused(f"its agent was not understood: {reason}; {fate}")
         self._timers.after("farewell", LEAVE_S, self._leave)
 
@@ -386,7 +387,7 @@ class SshTransport:
         return self._connection.alone(script) if is_again else self._connection.session(script)
 
     def failure(self, stderr: str, returncode: int | None) -> HostError:
-        """What a process has died of, before the agent has said anything."""
+        """Why the process has ended before the first frame of the agent."""
         return failure(self._host, stderr, returncode)
 
     def absence(self, error: OSError) -> HostError:

@@ -115,7 +115,7 @@ class HostsDriver(ProcessDriver):
     def _refuse(
         self, process: Process, replica: Replica, command: MachineCommand, refusal: tuple[int, str]
     ) -> None:
-        """A start fails here: the host will never hear of it."""
+        """A start fails here: it is not sent to the host."""
         now = self._reactor.now()
         replica.handle(command, now)
         self._reports.refused(process, *refusal)
@@ -233,9 +233,9 @@ class HostsDriver(ProcessDriver):
         """The run goes on: begin with so many of its last lines on these hosts."""
         self._backlog = HostsBacklog(lines, hosts, self._reactor, self._show)
 
-    def past_told(self, host: str) -> None:
+    def past_complete(self, host: str) -> None:
         if self._backlog is not None:
-            self._backlog.told(host)
+            self._backlog.complete(host)
 
     def show_past(self) -> None:
         """Show all that is held back: nothing more comes."""
@@ -247,7 +247,7 @@ class HostsDriver(ProcessDriver):
 
     def link_changed(self, host: str, state: LinkState, reason: str) -> None:
         if state is LinkState.GONE and self._backlog is not None:
-            self._backlog.told(host)
+            self._backlog.complete(host)
             self._backlog.flush()
         self._fleet.link_changed(self._fleet.named(host), state, escape(reason, keep=""))
 

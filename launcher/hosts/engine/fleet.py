@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from launcher.run.processes.process import Process
     from launcher.run.run import Run
 
-CONNECT_S = 60.0  # a link that has not told its outcome by then
+CONNECT_S = 60.0  # for a link to report its outcome
 LEAVE_S = 3.0  # after the last process, for a host that cannot be reached
 _AWAITED = (LinkState.CONNECTING, LinkState.UNREACHABLE)
 
@@ -187,7 +187,7 @@ class Fleet(Part):
         return self._hosts[host.name]
 
     def order(self, spec: ProcessSpec, host: RemoteHost, *, merge: bool) -> Order:
-        """What the host is told to run; LaunchFileError."""
+        """What the host is to run; LaunchFileError."""
         if spec.name in self._plan.orders:
             return self._plan.orders[spec.name]
         defaults = {k: v for k, v in self._defaults.items() if k not in spec.env}
@@ -295,7 +295,7 @@ class Fleet(Part):
                 self._await_return(host)
 
     def skip_grace(self) -> None:
-        """Wait no longer: give up hosts that cannot be reached."""
+        """Do not wait for hosts that cannot be reached any longer."""
         self._has_skipped = True
         for host in self.hosts:
             if host.state in _AWAITED:
@@ -366,7 +366,7 @@ class Fleet(Part):
             self._reactor.call_later(0, done)
 
     def conclude(self, *, is_orderly: bool) -> None:
-        """Release everything; after an exception the hosts are told to stop all at once."""
+        """Release everything; after an exception the hosts are requested to stop all at once."""
         self._driver.show_past()
         self._timers.close()
         for host in self.hosts:

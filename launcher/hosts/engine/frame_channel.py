@@ -124,7 +124,7 @@ class FrameChannel:
         if not self._is_writing:
             self._write()
 
-    def tell(self, kind: FrameKind, payload: bytes = b"") -> None:
+    def send_now(self, kind: FrameKind, payload: bytes = b"") -> None:
         """A frame without a number: now, or never. It acknowledges what was received."""
         if self._read_fd < 0:
             return
@@ -215,7 +215,7 @@ class FrameChannel:
             return False
         self._unacknowledged += len(block)
         if self._unacknowledged >= ACK_BYTES:
-            self.tell(FrameKind.ACK)
+            self.send_now(FrameKind.ACK)
         return True
 
     def _accept(self, frame: Frame) -> None:
@@ -234,7 +234,7 @@ class FrameChannel:
         """Pass on the output that is held."""
         self.holds_output = False
         self._deliver()
-        self.tell(FrameKind.ACK)
+        self.send_now(FrameKind.ACK)
 
     def _deliver(self) -> None:
         while self._held:

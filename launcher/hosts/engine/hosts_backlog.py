@@ -10,14 +10,14 @@ from launcher.posix.reactor import Reactor, Timer
 Output = tuple[int, str, bytes, float]
 
 
-WAIT_S = 3.0  # for hosts that are slow to tell theirs
+WAIT_S = 3.0  # for slow hosts
 
 
 class HostsBacklog:
-    """Holds what is past until all hosts have told theirs; then `show` gets the last `lines` of the
+    """Holds past output until that of all hosts has come; then `show` gets the last `lines` of the
     run, in order of time, and all that is new.
 
-    A host that is slow is not waited for: its own last lines follow when it has told them.
+    A host that is slow is not waited for: its last lines follow when they have come.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class HostsBacklog:
         self._reactor = reactor
         self._show = show
         self._awaited: dict[str, list[Output]] = {host: [] for host in hosts}
-        self._past: list[Output] = []  # of those that have told theirs
+        self._past: list[Output] = []  # of hosts whose past output is complete
         self._new: list[Output] = []
         self._waits = bool(self._awaited)
         self._timer: Timer | None = None
@@ -47,14 +47,14 @@ class HostsBacklog:
         if self._waits and self._timer is None:
             self._timer = self._reactor.call_later(WAIT_S, self.flush)
 
-    def told(self, host: str) -> None:
+    def complete(self, host: str) -> None:
         """What comes from there now is new, or nothing comes any more; idempotent."""
         self._past += self._awaited.pop(host, ())
         if not (self._waits and self._awaited):
             self.flush()
 
     def flush(self) -> None:
-        """Wait for no other host: show what is held of those that have told their past."""
+        """Wait for no other host: show the past output of those whose output is complete."""
         self._waits = False
         if self._timer is not None:
             self._timer.cancel()

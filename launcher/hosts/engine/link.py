@@ -44,14 +44,14 @@ class Link(Protocol):
 
     The host decides: it feeds the state machine of a process with events and carries out its
     actions. The link reports each of these events to `LinkListener.event`, in order and once, and
-    the operator feeds them to a state machine of its own, a replica, for messages and states.
+    the operator feeds them to a replica of the machine, for messages and states.
     Requests are queued while the host cannot be reached, except those of `finish(at_once=True)`.
     """
 
     @property
     def state(self) -> LinkState: ...
 
-    # Seconds since the host was heard of last.
+    # Seconds since anything came from the host.
     @property
     def silent_s(self) -> float: ...
 
@@ -76,7 +76,7 @@ class Link(Protocol):
     def pause(self, paused: bool) -> None: ...
 
     # The run has ended: stop what is left there, then report `finished`. `at_once` skips grace
-    # periods, and gives up on a host that cannot be reached; it may follow the other one.
+    # periods, and does not wait for a host that cannot be reached; it may follow the other one.
     def finish(self, *, at_once: bool) -> None: ...
 
     # Let everything there run on; the run ends without `finish`. OSError says why it cannot. It
@@ -123,7 +123,7 @@ class LinkListener(Protocol):
     ) -> None: ...
 
     # A run that is attached to: its last lines have come, and what comes now is new.
-    def past_told(self, host: str) -> None: ...
+    def past_complete(self, host: str) -> None: ...
 
     # An operator ends the run there; it may have been this one.
     def run_ended(self, host: str, operator: str) -> None: ...

@@ -74,7 +74,7 @@ class RemoteHost:
         self.samples = {}
 
     def policy(self) -> str:
-        """What becomes of its processes without the link: `its processes run on`."""
+        """Whether its processes are stopped without the link: `its processes run on`."""
         stop_after_s = self.link.stop_after_s
         if stop_after_s is None:
             return "its processes run on"

@@ -53,7 +53,7 @@ class Replica(ProcessMachine):
         self._is_handling = False
         self._wanted_starts = 0
         self.refusal: tuple[int, str] | None = None
-        super().__init__(restart, stop, chance=lambda: 0.0)  # the host tells the delay
+        super().__init__(restart, stop, chance=lambda: 0.0)  # the host reports the delay
 
     @property
     def state(self) -> ProcessState:

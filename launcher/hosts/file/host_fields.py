@@ -64,12 +64,12 @@ def _split_port(text: str) -> tuple[str, str, str]:
 
 
 def _too_much(message: str, name: str, user: str, port: str) -> FieldError:
-    """The mistake of an address with entries that have keys of their own."""
+    """The mistake of an address that contains entries with separate keys."""
     user = user.partition(":")[0]  # without a password
     entries = [f"'address: {name or '...'}'"]
     entries += [f"'user: {user}'"] if user else []
     entries += [f"'ssh: {{Port: {port}}}'"] if port.isdecimal() else []
-    known = "" if user or port else "; `user` and `ssh: {Port: ...}` are keys of their own"
+    known = "" if user or port else "; `user` and `ssh: {Port: ...}` are separate keys"
     hint = f"write {', '.join(entries[:-1])}{' and ' if entries[1:] else ''}{entries[-1]}{known}"
     return FieldError(message, hint=hint)
 

@@ -170,7 +170,7 @@ class _HostsReader(DocumentReader):
 
     def _check_python(self, values: dict[str, Any], path: tuple[object, ...]) -> None:
         if all(key in values for key in _KINDS_OF_PYTHON):
-            hint = "a virtual environment has a Python of its own"
+            hint = "a virtual environment contains a Python interpreter"
             self.wrong((*path, "venv"), "'python' and 'venv' exclude each other", hint)
 
     def _made(self, name: str, values: dict[str, Any], path: tuple[object, ...]) -> Host:

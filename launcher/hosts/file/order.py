@@ -1,4 +1,4 @@
-"""What a host is told to run: the specification of a process, independent of the machine.
+"""What a host is to run: the specification of a process, independent of the machine.
 
 A launch file is evaluated on the operator's machine, and its command lines have paths of this
 machine. In an order they are references that the host resolves (`resolution`): the executable of a
@@ -26,7 +26,7 @@ from launcher.hosts.file.references import Word as Word
 from launcher.packages.overlay import without_overlays
 
 MAX_FILE_BYTES = 1024 * 1024  # of a file that is sent with an order
-# Variables that tell where software is on the operator's machine, or belong to its session.
+# Variables that say where software is on the operator's machine, or belong to its session.
 _NAMES = """
 AMENT_CURRENT_PREFIX AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH
 DBUS_SESSION_BUS_ADDRESS DISPLAY HOME HOSTNAME LD_LIBRARY_PATH LOGNAME MAIL OLDPWD PATH
@@ -36,7 +36,7 @@ SSH_CONNECTION SSH_TTY TERM TMPDIR USER VIRTUAL_ENV WAYLAND_DISPLAY XAUTHORITY X
 XDG_SESSION_ID _
 """
 _OF_THIS_MACHINE = frozenset(_NAMES.split())
-# Variables of the operator's own environment that nodes elsewhere need, too.
+# Variables of the operator's environment that nodes elsewhere need, too.
 _PASSED_ON = ("ROS_", "RMW_", "RCUTILS_", "RCL_", "FASTDDS_", "FASTRTPS_", "CYCLONEDDS_", "ZENOH_")
 _SEARCH_PATHS = frozenset(["PATH", "LD_LIBRARY_PATH", "PYTHONPATH", "AMENT_PREFIX_PATH"])
 
@@ -44,7 +44,7 @@ Warn = Callable[[str], None]
 
 
 def _ignore(text: str) -> None:
-    """Nobody is told."""
+    """Discard a warning."""
 
 
 class Order(Record):
@@ -109,7 +109,7 @@ def order_for(
     """The order for a process; `base` is the operator's environment, of which `spec.env` is a
     variant, and `environment` what the hosts file adds.
 
-    LaunchFileError names what cannot be sent; `warn` is told what may not work there.
+    LaunchFileError names what cannot be sent; `warn` is called with what may not work there.
     """
     writer = _OrderWriter(spec, warn)
     words = writer.words()
@@ -145,7 +145,7 @@ class _OrderWriter:
     def __init__(self, spec: ProcessSpec, warn: Warn) -> None:
         self._spec = spec
         self._environ = spec.env
-        self._tell = warn
+        self._pass_on = warn
         ros = spec.ros
         # Parameter files that the launcher writes: in a plan they are gone already.
         self._generated = {
@@ -157,7 +157,7 @@ class _OrderWriter:
         self.marks: dict[str, SharedFile] = {}
 
     def _warn(self, text: str) -> None:
-        self._tell(f"{self._spec.place}: {self._spec.name}: {text}")
+        self._pass_on(f"{self._spec.place}: {self._spec.name}: {text}")
 
     def words(self) -> tuple[Word, ...]:
         if self._spec.shell:

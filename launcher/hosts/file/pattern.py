@@ -187,7 +187,7 @@ def _check_path(text: str) -> None:
 
 
 def node_name(spec: ProcessSpec) -> str | None:
-    """The full name of the node; its last part is empty if only the program knows it.
+    """The full name of the node; its last part is empty if the program chooses it.
 
     None for a process that is no node, as far as its command line says.
     """

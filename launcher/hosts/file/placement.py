@@ -104,12 +104,12 @@ class Placement:
 
     def _conflicts(self, specs: Iterable[ProcessSpec]) -> Iterator[LauncherError]:
         """The first process for each set of rules that disagree."""
-        told: set[frozenset[str]] = set()
+        reported: set[frozenset[str]] = set()
         for spec in specs:
             rules = self._deciding(spec)
             key = frozenset(rule.pattern for rule in rules)
-            if len({rule.host for rule in rules}) > 1 and key not in told:
-                told.add(key)
+            if len({rule.host for rule in rules}) > 1 and key not in reported:
+                reported.add(key)
                 yield _two_hosts(spec, rules)
 
     def _unused(self) -> Iterator[str]:

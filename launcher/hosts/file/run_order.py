@@ -1,7 +1,7 @@
 """`python -m launcher.hosts.file.run_order FILE [FOLDER]`: becomes the process of an order.
 
-For orders with paths that only the host knows, where no agent runs them. Files of the order are
-written to FOLDER, or else beside FILE.
+For orders with paths that can only be found on the host, where no agent runs them. Files of the
+order are written to FOLDER, or else beside FILE.
 """
 
 from __future__ import annotations

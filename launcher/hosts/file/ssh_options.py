@@ -26,8 +26,8 @@ SendEnv ServerAliveCountMax ServerAliveInterval StreamLocalBindMask StreamLocalB
 StrictHostKeyChecking SyslogFacility TCPKeepAlive Tag Tunnel TunnelDevice UpdateHostKeys
 UserKnownHostsFile VisualHostKey XAuthLocation
 """
-# Others that OpenSSH knows, with the reason why a hosts file cannot set them.
-_OWN_MASTER = "the launcher has a master connection of its own for each host"
+# Other options of OpenSSH, with the reason why a hosts file cannot set them.
+_OWN_MASTER = "the launcher opens a separate master connection to each host"
 _OWN_COMMAND = "the launcher runs its own command on the host"
 _OTHER_KEYS = "keys of hosts are trusted only if they are in files of known hosts"
 REFUSED: Mapping[str, str] = {

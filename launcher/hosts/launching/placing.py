@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Placing(Record):
     """`placed` by the number of the process in the plan.
 
-    `warnings` are about what is not sent to the hosts; a run tells them when a process starts.
+    `warnings` are about what is not sent to the hosts; a run prints them when a process starts.
     """
 
     placed: tuple[PlacedThere, ...]
@@ -83,10 +83,10 @@ def _placing(
                 # Conflicts of rules are reported once for all processes.
                 is_reported = error.where in {rule.where for rule in file.rules}
                 errors += [] if findings.errors and is_reported else [error]
-    told = (*file.warnings, *findings.warnings)
+    known = (*file.warnings, *findings.warnings)
     return Placing(
         placed=tuple(placed),
-        findings=replace(findings, errors=tuple(errors), warnings=told),
+        findings=replace(findings, errors=tuple(errors), warnings=known),
         warnings=tuple(dict.fromkeys(warnings)),
     )
 

@@ -65,7 +65,7 @@ class PlannedHosts:
         return shown.discovery_line(self._file.discovery)
 
     def crowd_environment(self) -> Mapping[str, str] | None:
-        """None with several hosts, which have warnings of their own, and with a server."""
+        """None with several hosts, which have other warnings, and with a server."""
         if self._file.hosts or self._file.discovery.mode is DiscoveryMode.SERVER:
             return None
         return wire(self._file.discovery).environment_of()

@@ -65,7 +65,7 @@ class FleetSync:
             futures = {pool.submit(self._for_one, host, do): host for host in hosts}
             open_ones = dict(futures)
             try:
-                errors = self._tell(as_completed(futures), open_ones)
+                errors = self._report(as_completed(futures), open_ones)
             except BaseException:
                 over = {future for future in open_ones if future.done()}
                 self._stop()
@@ -74,13 +74,13 @@ class FleetSync:
                 done = [
                     one for one in ended if one in over or isinstance(one.result(), SyncOutcome)
                 ]
-                self._tell(done, open_ones)
+                self._report(done, open_ones)
                 raise
             if errors:
                 raise errors[0]
             return [future.result() for future in futures]
 
-    def _tell(
+    def _report(
         self, ended: Iterable[Future[Result]], open_ones: dict[Future[Result], Host]
     ) -> list[OSError]:
         """Call `done` for each, which is no longer open; its errors."""

@@ -48,9 +48,9 @@ class EnvironmentPlan(Record):
 
 
 class SyncOutcome(Record):
-    """What became of one host; bytes are those that went over the network.
+    """The result for one host; bytes are those that went over the network.
 
-    Of a dry run, `changes` are lines `+ PATH`, `~ PATH`, `- PATH`, and `environment` tells of the
+    Of a dry run, `changes` are lines `+ PATH`, `~ PATH`, `- PATH`, and `environment` describes the
     one that would be made.
     """
 
@@ -92,7 +92,7 @@ class HostSync:
 
     def run(self, release: Release, compiled: Sequence[Native]) -> SyncOutcome:
         self._ask_facts()
-        self._tell_unused()
+        self._report_unused()
         with self._naming_the_host():
             natives.check(compiled, self._target)
         force = self._options.force
@@ -104,7 +104,7 @@ class HostSync:
         if self._options.dry_run:
             return self._compared(whole, self._environment_plan() if is_needed else None)
         if is_needed:
-            self._wheels()  # what is missing is told before anything is sent
+            self._wheels()  # reports what is missing before anything is sent
         answer = self._ask("lock", who=_who(), say=True)
         if self._key:
             venv = self._environment()
@@ -150,7 +150,7 @@ class HostSync:
         listed = self._options.requirements
         return pinned_list.pins(listed, self._target.markers) if listed is not None else []
 
-    def _tell_unused(self) -> None:
+    def _report_unused(self) -> None:
         if self._options.wheelhouse is not None and not self._key:
             why = "it has `setup`" if self._host.setup else "its Python is that of an environment"
             self._say(f"{why}, so no environment is made, and --wheelhouse is not used")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _KEPT = ("METADATA", "PKG-INFO", "entry_points.txt", "top_level.txt")
 # What pip before 23.1 leaves of a package without pyproject.toml where `wheel` is not installed: an
-# egg-info with this list, which does not tell where the package is from.
+# egg-info with this list, which does not say where the package is from.
 _LEGACY_FILES = "installed-files.txt"
 _SITE = re.compile(r"lib/python[\d.]+/(?:site|dist)-packages")
 
@@ -28,7 +28,7 @@ _SITE = re.compile(r"lib/python[\d.]+/(?:site|dist)-packages")
 def from_files() -> Iterator[Distribution]:
     """The distributions that were installed from this machine, and are not editable, nor ours.
 
-    Of those that do not tell where they are from, the ones with a ROS package.
+    Of those that do not say where they are from, the ones with a ROS package.
     """
     for distribution in source_packages.distributions():
         if distribution.read_text(_LEGACY_FILES) is not None and _marked(distribution):
@@ -94,7 +94,7 @@ def _listed(distribution: Distribution) -> Iterable[str | os.PathLike[str]]:
     legacy = distribution.read_text(_LEGACY_FILES)
     if legacy is None:
         return distribution.files or ()
-    # The list is relative to the egg-info, of which importlib tells nobody the name.
+    # The list is relative to the egg-info, whose name importlib does not expose.
     folder = os.path.basename(str(getattr(distribution, "_path", "")))
     return [os.path.join(folder, line) for line in legacy.splitlines() if line]
 

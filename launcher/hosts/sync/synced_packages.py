@@ -62,7 +62,7 @@ def collect(workspace: Workspace | None, named: Sequence[str] = ()) -> Brought:
         _add_source(brought, name, folder)
     for distribution in local_packages.from_files():
         _add_installed(brought, distribution)
-    _tell_unbuilt(brought, workspace, named)
+    _report_unbuilt(brought, workspace, named)
     tree.check()
     return brought
 
@@ -244,8 +244,8 @@ def _add_installed(brought: Brought, distribution: Distribution) -> None:
         tree.add_text(f"install/share/{name}/package.dsv", text)
 
 
-def _tell_unbuilt(brought: Brought, workspace: Workspace | None, named: Sequence[str]) -> None:
-    """Tell of packages that are not built, if they were asked for or others need them."""
+def _report_unbuilt(brought: Brought, workspace: Workspace | None, named: Sequence[str]) -> None:
+    """Report packages that are not built, if they were asked for or others need them."""
     needed = {*named}
     for entry in brought.tree.entries.values():
         if entry.path.startswith(f"install/{_COLCON}/"):
@@ -264,7 +264,7 @@ def _program(path: str, target: str) -> TreeEntry:
 
 
 def _top_modules(name: str, folder: str, scripts: Mapping[str, str]) -> list[str]:
-    """The modules at the top of a package: of its name, of its programs, and those pip knows."""
+    """The modules at the top of a package: of its name, its programs, and its distribution."""
     found = [name, *(target.partition(":")[0].partition(".")[0] for target in scripts.values())]
     for distribution in source_packages.distributions(name):
         found += (distribution.read_text("top_level.txt") or "").split()

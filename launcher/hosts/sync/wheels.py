@@ -191,7 +191,7 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
     if _is_offline:
         raise _offline(pins)
     command = [sys.executable, "-m", "pip", *words, "--no-deps", "--quiet"]
-    # Without a second try pip does not tell that it reached nothing.
+    # Without a second try pip does not report that it reached nothing.
     command += ["--disable-pip-version-check", "--retries=1", "--timeout=10"]
     with tempfile.NamedTemporaryFile(
         "w", prefix="launcher-", suffix=".txt", encoding="utf-8"
@@ -216,7 +216,7 @@ def _pip(words: Sequence[str], pins: Sequence[Pin]) -> str:
 
 
 def _reason(text: str) -> str:
-    """Why pip has failed, from its messages; a broken connection is told as a missing package."""
+    """Why pip has failed; for a broken connection its last error is a missing package."""
     broken = pip_messages.broken(text)
     if broken:
         return broken

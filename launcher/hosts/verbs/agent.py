@@ -69,7 +69,7 @@ def _fork() -> tuple[int, int]:
 
 
 def _stay(agent: int, session: int) -> int:
-    """Hold the session until the agent exits, which tells the exit code, or lets it go."""
+    """Hold the session until the agent exits, which determines the exit code, or releases it."""
     null = os.open(os.devnull, os.O_RDWR)
     for number in range(3):
         os.dup2(null, number)

@@ -20,7 +20,7 @@ _REPEAT = "a release is used only when it is complete: repeat the command"
 
 
 class SyncReport:
-    """Errors are told at the end, those that are alike once.
+    """Errors are printed at the end, identical ones once.
 
     `rollback` says that the command does something else when it is repeated.
     """

@@ -160,7 +160,7 @@ def test_a_launcher_of_another_version_is_told(check: Check, two: Host):
     found = [(text, repair) for kind, _, text, repair in check.problems() if kind == "launcher"]
     ((text, repair),) = found
     known = f"launcher 0.0.1 is installed, and {launcher.__version__} runs here"
-    assert text == f"{known}: they speak different protocols"
+    assert text == f"{known}: they use different protocols"
     assert "hosts sync" in repair
 
 

@@ -354,6 +354,6 @@ def test_an_agent_that_is_not_understood_stops_its_processes(tmp_path: Path):
         flag.touch()
         recorder.until(lambda: recorder.link.state is LinkState.GONE, "it is gone")
 
-        assert recorder.states[-1][1].endswith("; it was told to stop its processes")
+        assert recorder.states[-1][1].endswith("; a stop of its processes was requested")
     wait_until(lambda: is_gone(recorder.pid()), "it is stopped")
     wait_until(lambda: is_gone(agent), "the agent ends")

@@ -51,7 +51,7 @@ OF_HOST = {
     'python: "a\\nb"': "9 a path on the host has a control character",
     "python: {a: b}": "9 expected a path on the host",
     "python: a, venv: b": "12 'python' and 'venv' exclude each other | "
-    "a virtual environment has a Python of its own",
+    "a virtual environment contains a Python interpreter",
     "setup: [a.sh, /opt/ros/jazzy/setup.bash]": "15 '/opt/ros/jazzy/setup.bash' needs bash, "
     "and a POSIX shell reads it | use /opt/ros/jazzy/setup.sh",
     "setup: setup.zsh": "8 'setup.zsh' needs zsh, and a POSIX shell reads it | use setup.sh",
@@ -86,7 +86,7 @@ OF_HOST = {
     "ssh: {StrictHostKeyChecking: no}": "30 'no' would trust a machine that pretends to be the "
     "host | yes (the default), or accept-new, which trusts a host the first time",
     "ssh: {controlpath: x}": "7 ssh option 'ControlPath' cannot be set: "
-    "the launcher has a master connection of its own for each host",
+    "the launcher opens a separate master connection to each host",
 }
 
 
@@ -183,9 +183,9 @@ ADDRESSES = {
     "'[fd00::1]:22'": "'[fd00::1]:22' has a port in the address | "
     "write 'address: fd00::1' and 'ssh: {Port: 22}'",
     "'@'": "'@' has a user in the address | "
-    "write 'address: ...'; `user` and `ssh: {Port: ...}` are keys of their own",
+    "write 'address: ...'; `user` and `ssh: {Port: ...}` are separate keys",
     "ssh://bot1": "'ssh://bot1' is a URL: only the name or the address stands here | "
-    "write 'address: bot1'; `user` and `ssh: {Port: ...}` are keys of their own",
+    "write 'address: bot1'; `user` and `ssh: {Port: ...}` are separate keys",
     "ssh://robot:password@10.0.0.2:2222/": "'ssh://robot:password@10.0.0.2:2222/' is a URL: only "
     "the name or the address stands here | "
     "write 'address: 10.0.0.2', 'user: robot' and 'ssh: {Port: 2222}'",

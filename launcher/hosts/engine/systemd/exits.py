@@ -1,4 +1,4 @@
-"""How a process ended, from what systemd tells of it."""
+"""How a process ended, from what systemd reports of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a host tells about itself, and whether its systemd can be used."""
+"""What is asked of a host at login, and whether its systemd can be used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from launcher.hosts.ssh import set_python, setup_script
 
 
 class HostFacts(Record):
-    """What a host has told about itself."""
+    """The answer of a host to HELLO."""
 
     uid: int
     user: str

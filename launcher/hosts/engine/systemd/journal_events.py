@@ -18,8 +18,8 @@ from launcher.posix.reactor import Reactor
 
 SILENT_S = 30.0  # without any entry: a mark does not come any more
 LIMBO_S = 2.0  # for the record that says whose output it is
-# Several looks, between which entries are read: the loop may have been delayed. The journal tells
-# lines up to 0.25 s late.
+# Several looks, between which entries are read: the loop may have been delayed. The journal
+# passes on lines up to 0.25 s late.
 REST_LOOKS, REST_PERIOD_S = 3, 0.2
 # The default limit of the journal, for all units of a user together; more where the disk is large.
 BURST, INTERVAL_S = 10_000, 30.0
@@ -69,7 +69,7 @@ class JournalEvents:
         """What comes from now on is new; idempotent."""
         if self._is_past:
             self.begin_s, self._is_past = float("-inf"), False
-            self._listener.past_told(self._host)
+            self._listener.past_complete(self._host)
 
     def when_marked(self, token: str, callback: Callable[[], None]) -> None:
         """Call back when the record of this mark has come, or nothing comes any more."""
@@ -116,7 +116,7 @@ class JournalEvents:
     # ---- output
 
     def _owner(self, line: JournalLine) -> int | None:
-        """The process; None if it is unknown, or is not told yet."""
+        """The process; None if it is unknown, at least so far."""
         found = self.by_unit.get(line.unit)
         if found is None:
             by_stream = self._owners.get(line.stream_id)
@@ -152,7 +152,7 @@ class JournalEvents:
         one = self._units[process_id]
         one.wrote(len(line.data))
         stream = "both" if one.order.merge else line.stream
-        # Of the past no exit is told, which would end the line.
+        # Exits of the past, which would end the line, are not reported.
         ends = line.is_last and line.monotonic_s < self.begin_s
         self._listener.output(process_id, stream, line.data + b"\n" * ends, at_s)
         if not self._is_past:
@@ -238,18 +238,18 @@ class JournalEvents:
 
 
 class Flood:
-    """Counts lines, and tells once if they are so many that the journal may drop some."""
+    """Counts lines, and reports once if they are so many that the journal may drop some."""
 
     def __init__(self) -> None:
-        self._since_s, self._lines, self._has_told = 0.0, 0, False
+        self._since_s, self._lines, self._is_reported = 0.0, 0, False
 
     def is_above(self, at_s: float) -> bool:
         if at_s - self._since_s > INTERVAL_S:
             self._since_s, self._lines = at_s, 0
         self._lines += 1
-        if self._lines < BURST or self._has_told:
+        if self._lines < BURST or self._is_reported:
             return False
-        self._has_told = True
+        self._is_reported = True
         return True
 
 

@@ -1,4 +1,4 @@
-"""What the shell on a host is told: scripts of the POSIX shell, everything in them quoted.
+"""What the shell on a host runs: scripts of the POSIX shell, everything in them quoted.
 
 Each may be run twice, since a link may break before its answer comes.
 """
@@ -81,10 +81,10 @@ class Scripts:
         facts, folder = self._facts, f"{self.folder}/{process_id}"
         records = journal.records_identifier(self._run)
         home = {"HOME": facts.home, "USER": facts.user, "LOGNAME": facts.user}
-        # The journal is told the unit of a stream by the system's manager, but not by a user's.
-        told = [f"echo {quoted([journal.announcement(process_id)])}"] if facts.is_user else []
+        # The system's manager passes the unit of a stream to the journal, a user's does not.
+        announced = [f"echo {quoted([journal.announcement(process_id)])}"] if facts.is_user else []
         lines = [
-            *told,
+            *announced,
             f'systemd-cat -t {records} echo start {process_id} "$INVOCATION_ID" $$',
             f'read -r up _ </proc/uptime; echo "${{up%%.*}}" >{shlex.quote(folder)}/began',
             f"exec <>{shlex.quote(folder)}/stdin",
@@ -113,9 +113,9 @@ class Scripts:
         return f"{self._facts.home}/{python}" if python.startswith("./") else python
 
     def _apart(self, process_id: int, order: Order) -> Sequence[str]:
-        """What gives each stream a priority, if somebody wants to tell them apart.
+        """What gives each stream a priority, if they must be distinguished.
 
-        The journal does not know the unit of such a stream, if a child writes that has ended.
+        The journal has no unit for such a stream, if a child writes that has ended.
         """
         if order.merge:
             return ()
@@ -252,14 +252,14 @@ exit $code"""
         return unit.unit_name(self._run, "watch!")
 
     def beat(self) -> str:
-        """Tells the watch that the operator is there."""
+        """Reports to the watch that the operator is there."""
         beat = shlex.quote(f"{self.folder}/beat")
         return f'read -r up _ </proc/uptime; echo "${{up%.*}}${{up#*.}}" >{beat}'
 
     def finish(self, names: Iterable[str], by: str, *, at_once: bool) -> str:
         """Stops what is left, and removes all traces; prints the units that were still active.
 
-        Launchers of other operators are told who does it.
+        `by` is recorded in the journal for launchers of other operators.
         """
         units = quoted(map(self.unit, names)) or shlex.quote(self._slice)
         group = shlex.quote(self._slice)

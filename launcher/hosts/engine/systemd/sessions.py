@@ -26,7 +26,7 @@ from launcher.hosts.ssh import SshConnection, new_control_path, quoted, ssh_envi
 class SessionsListener(Protocol):
     """Called back by the event loop, never from within a call of `Sessions`."""
 
-    # The host has told about itself, for the first time; the reason to refuse it, or "". None:
+    # The facts of the host have come for the first time; the reason to refuse it, or "". None:
     # the sessions were closed.
     def met(self, facts: HostFacts) -> str | None: ...
 
@@ -333,7 +333,7 @@ class HostClock:
         self._beats = 0
 
     def heard(self, host_s: float, now: float) -> None:
-        """The host has said its time, and it has just come."""
+        """The time of the host has just come."""
         if self._offset_s is None:
             self._offset_s = now - host_s
         elif self._beats < _BEATS:

@@ -144,7 +144,7 @@ class SystemdLink:
     # ---- calls wait until the host can be reached
 
     def _call(self, call: Callable[[], None]) -> None:
-        """Not at once: what it leads to is told by the event loop."""
+        """Not at once: its results must be reported from the event loop."""
         self._calls.append(call)
         self._reactor.call_later(0, self._serve)
 
@@ -316,7 +316,7 @@ class SystemdLink:
         self._listener.warn(self._host.name, text)
 
     def _when_marked(self, callback: Callable[[], None]) -> None:
-        """Call back when the journal has told all that it has now, or is silent."""
+        """Call back when all entries of the journal so far have been read, or none come."""
         token = journal.new_mark()
         self._events.when_marked(token, callback)
         self._request(ScriptRequest(self._scripts.mark(token)))
@@ -333,7 +333,7 @@ class SystemdLink:
     # ---- looking
 
     def _look(self) -> None:
-        """What the journal did not tell, and the resources."""
+        """What is missing in the journal, and the resources."""
         if self.state is not LinkState.READY or not self._units:
             return
         names = [one.order.name for one in self._units.values()]

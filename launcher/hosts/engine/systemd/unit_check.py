@@ -1,4 +1,4 @@
-"""Whether to believe what systemd shows of a unit if the journal has told something else."""
+"""Whether to use what systemd shows of a unit if it contradicts the journal."""
 
 from __future__ import annotations
 

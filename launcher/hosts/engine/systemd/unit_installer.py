@@ -79,8 +79,8 @@ class Installer:
         enable = f"{ctl} daemon-reload && {ctl} enable --quiet {quoted(enabled)}"
         lines.append(_or_exit(f"{enable} && {start}"))
         fails = f'{ctl} is-failed --quiet "$one"'
-        tell = '{ echo "$one has failed" >&2; exit 1; }'
-        lines.append(f"for one in {quoted(enabled)}; do ! {fails} || {tell}; done")
+        fail = '{ echo "$one has failed" >&2; exit 1; }'
+        lines.append(f"for one in {quoted(enabled)}; do ! {fails} || {fail}; done")
         self._run("\n".join(lines))
 
     def remove(self, name: str) -> bool:

@@ -1,8 +1,8 @@
 """A process that is a unit on a host: the state machine of its host, which systemd carries out.
 
 Systemd restarts it; the machine here follows what the journal says. Starts, stops and the signals
-of a stop are requested from here. What the journal tells twice, or out of order with the answers of
-the shell, counts once: each start has an invocation id.
+of a stop are requested from here. What is in the journal twice, or out of order with the answers
+of the shell, counts once: each start has an invocation id.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from launcher.run.processes.machine_events import (
 # Output that the journal gets from another stream than the record of the exit comes within it.
 DRAIN_S = 0.05
 _KILLED = -9
-_TOLD = 16  # invocations: only those of late may be told twice
+_KEPT = 16  # invocations: only the last ones may be reported twice
 _STOPS = (MachineCommand.STOP, MachineCommand.USER_STOP)
 
 
 class UnitProcess:
-    """`report(event, at, pid, left)` is told what its machine has handled.
+    """`report(event, at, pid, left)` is called with what its machine has handled.
 
     `mark` calls back when all that the journal has now has come, or it is silent. `scripts` may
     change when the host was restarted. Call its methods only while the host can be reached, except
@@ -74,8 +74,8 @@ class UnitProcess:
         self._report = report
         self.machine = ReportingMachine(order.restart, order.stop, self._handled)
         self.pid = -1
-        self._invocations: deque[str] = deque(maxlen=_TOLD)  # whose start was handled
-        self._exits: deque[str] = deque(maxlen=_TOLD)  # whose exit was handled
+        self._invocations: deque[str] = deque(maxlen=_KEPT)  # whose start was handled
+        self._exits: deque[str] = deque(maxlen=_KEPT)  # whose exit was handled
         self._invocation = ""
         self._pending: tuple[Outcome, float] | None = None
         self._is_starting = False  # a start is requested and not answered
@@ -85,7 +85,7 @@ class UnitProcess:
         self._stopped_s = float("-inf")  # a start that was before is of a unit that is stopped
         self._doubt = Doubt(mark)
         self._last_s = 0.0
-        self._is_suspended = False  # the host cannot be reached, or tells what has happened
+        self._is_suspended = False  # unreachable, or its past events are being read
         self._timers = Timers(reactor)
 
     def _handled(self, event: MachineEvent, at_s: float, left_s: float | None) -> None:
@@ -113,7 +113,7 @@ class UnitProcess:
     def _stop(self) -> None:
         """Have systemd stop the unit.
 
-        It may have started the process before that, and the journal tells it later.
+        It may have started the process before that, and the journal shows it later.
         """
         self._is_stopped = True
         self._stopped_s = float("inf")
@@ -136,7 +136,7 @@ class UnitProcess:
         name = signal_name(signum)
         text = f"{self.order.name}: {name} may not have arrived: the link was lost meanwhile"
         self._send(signum, functools.partial(self._warn, text))
-        # Before the answer, since the journal may tell the end of the process first.
+        # Before the answer, since the journal may show the end of the process first.
         self._handle(SignalSent(signum, by_user=by_user), self._reactor.now())
 
     def _release(self) -> None:
@@ -201,7 +201,7 @@ class UnitProcess:
             return
         found = (read_properties(answer.text) or [{}])[-1]
         invocation, pid = found.get("InvocationID", ""), int(found.get("ExecMainPID") or 0)
-        # After a restart that was faster than the answer, the journal tells all that happened.
+        # After a restart that was faster than the answer, the journal has all that happened.
         if found.get("ActiveState") == "active" and found.get("NRestarts") == "0" and pid:
             self.noted_start(invocation, pid, now)
 
@@ -216,7 +216,7 @@ class UnitProcess:
             return
         self._flush()
         state, was_held = self.machine.state, self.machine.is_held
-        if state is ProcessState.RUNNING:  # its exit was not told
+        if state is ProcessState.RUNNING:  # its exit was not reported
             self._exit(Outcome(returncode=_KILLED), at_s)
             state = self.machine.state
         if state is ProcessState.BACKOFF:
@@ -308,7 +308,7 @@ class UnitProcess:
     # ---- what is seen
 
     def seen(self, found: Mapping[str, str], at_s: float) -> None:
-        """Compare with the state of the unit; what the journal does not tell counts as seen."""
+        """Compare with the state of the unit; what is missing in the journal counts as seen."""
         if self._pending is not None or self._is_starting or not self._contradicts(found):
             self._doubt.clear()
             return
@@ -323,7 +323,7 @@ class UnitProcess:
             outcome = outcome_of_unit(found, stopped_by)
             self.noted_exit(self._invocation, outcome, at_s)
         elif _was_stopped(found) and self.machine.state is ProcessState.BACKOFF:
-            self.noted_stop(at_s, by_user=True)  # which the journal does not tell
+            self.noted_stop(at_s, by_user=True)  # which is not in the journal
         else:
             self.noted_refusal(at_s, f"systemd does not restart it ({found.get('Result', '')})")
 
@@ -365,7 +365,7 @@ class UnitProcess:
     # ---- timers
 
     def _set_timer(self) -> None:
-        """None while its exit is known, or may be among what the host has still to tell."""
+        """None while its exit is known, or may be among the events that are still to be read."""
         self._timers.cancel("deadline")
         deadline = self.machine.deadline
         waits = self._is_suspended or self._pending is not None
@@ -380,7 +380,7 @@ class UnitProcess:
             self._handle(MachineCommand.TICK, self._reactor.now())
 
     def _escalate(self, answer: ScriptResult) -> None:
-        """Unless the unit has ended, which the journal tells behind much output."""
+        """Unless the unit has ended, whose record is behind much output."""
         found = (read_properties(answer.text) or [{}])[-1]
         if self._pending is None and not self._contradicts(found):
             self._handle(MachineCommand.TICK, self._reactor.now())
@@ -391,7 +391,7 @@ class UnitProcess:
         self._set_timer()
 
     def resume_timers(self) -> None:
-        """It can, and has told what has happened."""
+        """It can, and its past events have been read."""
         self._is_suspended = False
         self._set_timer()
 

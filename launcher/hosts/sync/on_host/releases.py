@@ -244,7 +244,7 @@ def _used_now(workspace: HostStore) -> set[str]:
 
 
 def _paths_of(number: str) -> bytes:
-    """What /proc tells of the paths that a process or thread uses; empty if it has ended."""
+    """What /proc shows of the paths that a process or thread uses; empty if it has ended."""
     shown = b""
     for file in ("environ", "cmdline", "maps"):
         with contextlib.suppress(OSError), open(f"/proc/{number}/{file}", "rb") as opened:

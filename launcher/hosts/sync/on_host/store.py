@@ -50,7 +50,7 @@ class HostStore:
         self._lock = -1
 
     def lock(self, say: Callable[[str], None]) -> None:
-        """Hold the lock until this process ends; `say` tells for whom it has to wait.
+        """Hold the lock until this process ends; `say` is called with the holder if it has to wait.
 
         Programs that it starts inherit the lock: pip may outlive it, and must end first.
         """

@@ -51,10 +51,10 @@ def test_output_is_held_until_all_hosts_have_told_their_last_lines():
         one.line("bot2", b"b2\n", 2.0)
         one.line("bot1", b"a1\n", 1.0)
         one.line("bot1", b"a3\n", 3.0)
-        one.told("bot1")
+        one.complete("bot1")
         assert one.shown == []
-        one.told("bot2")
-        one.told("bot2")
+        one.complete("bot2")
+        one.complete("bot2")
         one.close()
 
     assert one.shown == [b"b2\n", b"a3\n"]
@@ -66,10 +66,10 @@ def test_new_output_is_not_cut(lines: int):
     with Reactor() as reactor:
         one = Begun(reactor, lines)
         one.line("bot1", b"past\n", 1.0)
-        one.told("bot1")
+        one.complete("bot1")
         for data in new:
             one.line("bot1", data, 2.0)
-        one.told("bot2")
+        one.complete("bot2")
         one.line("bot2", b"last\n", 3.0)
 
     assert one.shown == [b"past\n", *new, b"last\n"][not lines :]
@@ -82,7 +82,7 @@ def test_the_past_of_a_late_host_is_cut_and_in_order(monkeypatch, is_event: bool
         one = Begun(reactor)
         one.line("bot1", b"a\n", 2.0)
         one.line("bot2", b"b1\n", 1.0)
-        one.told("bot1")
+        one.complete("bot1")
         if is_event:
             one.flush()
         while not one.shown:
@@ -91,7 +91,7 @@ def test_the_past_of_a_late_host_is_cut_and_in_order(monkeypatch, is_event: bool
         one.line("bot2", b"b4\n", 4.0)
         one.line("bot2", b"b3\n", 3.0)
         assert one.shown == [b"a\n", b"new\n"]
-        one.told("bot2")
+        one.complete("bot2")
 
     assert one.shown == [b"a\n", b"new\n", b"b3\n", b"b4\n"]
 
@@ -121,6 +121,6 @@ def test_the_past_of_a_host_is_awaited_as_long_as_it_may_return(state: LinkState
         driver.begin_with(1, ["bot1", "bot2"])
         driver.output(1, "both", b"past\n", 1.0)
         driver.link_changed("bot1", state, "")
-        driver.past_told("bot2")
+        driver.past_complete("bot2")
 
     assert bool(shown) == is_shown

@@ -38,7 +38,7 @@ class Heard:
     def output(self, process_id: int, stream: str, data: bytes, at_s: float) -> None:
         self.lines.append((process_id, data, at_s))
 
-    def past_told(self, host: str) -> None:
+    def past_complete(self, host: str) -> None:
         self.lines.append((-1, b"past told", 0.0))
 
     def warn(self, host: str, text: str) -> None:
