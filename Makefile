@@ -45,7 +45,7 @@ endif
 ALONE = $(shell grep -rl --include='*.py' 'mark\.alone' tests)
 define run_tests
 	@mkdir -p build
-	status=0; \
+	@status=0; \
 	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) $(TESTS) \
 	  || status=1; \
 	$(PY) -m mypy > build/types.txt 2>&1 & types=$$!; \

@@ -23,7 +23,7 @@ def test_the_words_are_in_front_of_the_commands_that_match(control_bench: Contro
             run.wait_for(f"[{name}] {nice}\n")
         command = ["env", "A=b  c", "nice", "-n", "3", "sh", "-c", "nice; exec sleep 1000"]
         (info,) = run.ask("info", "arm_1")["processes"]
-        assert info["command"] == command
+        assert info["cmd"] == command
         assert run.ask("plan")["processes"][0]["cmd"] == command
         run.wait_for("--prefix 'none' matches no process so far")
 

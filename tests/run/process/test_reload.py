@@ -143,7 +143,7 @@ def test_a_process_that_a_user_has_stopped_stays_stopped(control_bench: ControlB
         assert changes(run) == {"a-1": "same", "b-2": "changed"}
         assert run.row("b")["state"] == "STOPPED"
         run.ask("start", "b")
-        assert run.ask("info", "b")["processes"][0]["command"][-1] == "exec sleep 77"
+        assert run.ask("info", "b")["processes"][0]["cmd"][-1] == "exec sleep 77"
 
 
 def test_a_policy_applies_without_a_restart(control_bench: ControlBench):

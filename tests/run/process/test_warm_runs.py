@@ -80,7 +80,7 @@ def test_many_nodes_wait_for_the_preparation_and_are_warm(control_bench: Control
         wait_until(lambda: run.screen.count("value is 1") == count, "all print")
         rows = run.ask("ps")["processes"]
         assert [row["start"] for row in rows] == ["warm"] * count
-        assert run.ask("info", "node-1")["processes"][0]["started"] == "warm"
+        assert run.ask("info", "node-1")["processes"][0]["start_text"] == "warm"
         assert "  started    warm\n" in run.ask_text("info", "node-1")
         assert run.ask_text("ps").count("  warm") == count
         for row in rows:
@@ -96,7 +96,7 @@ def test_one_node_is_cold_and_its_restart_prepared(control_bench: ControlBench, 
     with control_bench.launch(nodes(script, 1)) as run:
         run.wait_for("value is 1")
         row = run.ask("info", "node-1")["processes"][0]
-        assert row["started"] == "cold, because it would have waited for the preparation"
+        assert row["start_text"] == "cold, because it would have waited for the preparation"
         assert not preparing_of(run)
         run.ask("restart", "node-1")
         wait_until(lambda: preparing_of(run), "its next start is prepared")
@@ -123,7 +123,7 @@ def test_cold_and_other_programs_prepare_nothing(control_bench: ControlBench, fo
         wait_until(lambda: run.screen.count("value is 1") == 4, "all print")
         assert not preparing_of(run)
         assert {row["start"] for row in run.ask("ps")["processes"]} == {"cold"}
-        assert run.ask("info", "node-1")["processes"][0]["started"] == "cold"
+        assert run.ask("info", "node-1")["processes"][0]["start_text"] == "cold"
     python = f'ExecuteProcess(cmd=["{script}"], output="screen"),'
     with control_bench.launch(4 * python) as run:
         wait_until(lambda: run.screen.count("value is 1") == 4, "all print")
@@ -389,7 +389,7 @@ def test_packages_with_effects_are_imported_by_the_program_itself(
         run.ask("restart", "python-1")
         run.wait_for("plain 2222")
         row = run.ask("info", "python-1")["processes"][0]
-        assert row["started"] == f"cold, because '{plain}' has changed since it was prepared"
+        assert row["start_text"] == f"cold, because '{plain}' has changed since it was prepared"
 
         def is_prepared_again() -> bool:
             run.ask("restart", "python-1")
