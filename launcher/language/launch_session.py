@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         ) -> None: ...
 
     class Formats(Protocol):
-        """How the launcher's own messages are written, if the launch file wants them otherwise.
+        """How the launcher's own messages are written, if the launch file sets that.
 
         The line, "" for the usual one, or None for none.
         """

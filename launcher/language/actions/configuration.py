@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class _Plain(Action):
-    """Base of actions without settings of their own."""
+    """Base of actions that have no settings except those of every action."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

@@ -1,7 +1,7 @@
 """Lets ament_index_python find what the launcher finds.
 
-It knows only the prefixes of `AMENT_PREFIX_PATH`; a package that is used from its source folder is
-in none of them until it has been looked up here.
+It searches only the prefixes of `AMENT_PREFIX_PATH`; a package that is used from its source folder
+is in none of them until it has been looked up here.
 """
 
 from __future__ import annotations

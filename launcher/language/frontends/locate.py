@@ -115,7 +115,7 @@ def _own_packages() -> list[str]:
 
 
 def executable_command(word: str, env: Mapping[str, str]) -> str | None:
-    """`run PACKAGE WORD` if one's own package has an executable of this name."""
+    """`run PACKAGE WORD` if a package of the user has an executable of this name."""
     found = [package for package in _own_packages() if word in executables(package, env)]
     return f"run {found[0]} {word}" if found else None
 

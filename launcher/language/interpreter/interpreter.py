@@ -338,11 +338,11 @@ class Interpreter:
             return False
         if self.context.is_shutdown or self._stays():
             return False
-        self._tell_empty_run()
+        self._report_empty_run()
         self._begin_shutdown(launch_events.Shutdown(reason="idle"))
         return True
 
-    def _tell_empty_run(self) -> None:
+    def _report_empty_run(self) -> None:
         # A LaunchService without processes is usual in scripts.
         if self.empty_run is not None and not self._is_virtual and not self._is_of_a_script:
             level = "WARNING" if self.host.skipped_actions else "INFO"
@@ -408,7 +408,7 @@ class Interpreter:
             self.context._set_is_shutdown(True)
             self.host.judge_parameter_files(lambda: False)
             if event.reason != "idle" and not self._is_asked_to_end:
-                self._tell_empty_run()
+                self._report_empty_run()
             # The launcher's own SIGINT does not reach the processes, which have their own sessions.
             is_interrupted = event.due_to_sigint and not (
                 self._is_asked_to_end or self.context.noninteractive

@@ -1,7 +1,7 @@
 """Warns of parameter files that have nothing for any of the nodes that get them.
 
-rcl ignores such a file without a word. A file that is also for a node whose name only its program
-knows may be right, and is not reported.
+rcl ignores such a file without a word. A file that is also for a node whose name is set in
+its program may be right, and is not reported.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Brings a new evaluation of the launch file to the moment at which a run is.
 
-The new interpreter is told what has happened to the processes that it has in common with the run:
-they have started, and some have ended. Timers whose time has passed since the start of the run have
-fired. What follows from that is compared with the run in the same way. Nothing is carried out: the
-result is a `Reload`.
+The new interpreter gets the events of the processes that it has in common with the run: they have
+started, and some have ended. Timers whose time has passed since the start of the run have fired.
+What follows from that is compared with the run in the same way. Nothing is carried out: the result
+is a `Reload`.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Replay:
         self._elapsed_s = 0.0
         self._loads: list[model.LoadComponent] = []
         self.repeated: list[model.Effect] = []  # what the run has done already
-        # Containers that are restarted, and whose start the interpreter has been told.
+        # Containers that are restarted, and whose start the interpreter has got.
         self.started: set[int] = set()
 
     def run(self, elapsed_s: float) -> Reload:
@@ -145,10 +145,10 @@ class Replay:
             spec, changes, postponed = known.spec.spec, [], changes
         kept = Kept(known.process_id, spec, planned, tuple(changes), tuple(postponed))
         self._kept.append(kept)
-        if known.is_stopped or not needs_restart(changes):  # else the run tells what happens
-            self._tell(known, now_s)
+        if known.is_stopped or not needs_restart(changes):  # else the run reports what happens
+            self._report(known, now_s)
 
-    def _tell(self, known: Known, now_s: float) -> None:
+    def _report(self, known: Known, now_s: float) -> None:
         number = known.process_id
         started_s = max(now_s, self._elapsed_s - known.started_ago_s)
         ended_s = max(now_s, self._elapsed_s - known.ended_ago_s)

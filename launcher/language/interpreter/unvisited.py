@@ -109,7 +109,7 @@ class Search:
 
     @contextlib.contextmanager
     def _apart(self) -> Iterator[None]:
-        """Within, what is set is not set for the run, which hears of nothing."""
+        """Within, nothing that is set reaches the run."""
         host, self._context._host = self._context._host, NullHost()
         self._context._push_locals()
         self._context._push_launch_configurations()

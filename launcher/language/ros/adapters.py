@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from launcher.language.events.base import Event
 
 _NO_NODE = (
-    "this launcher has no ROS node of its own in a launch file; start a process that does the "
-    "work, use the actions for services and parameters, or run a LaunchService in a script"
+    "this launcher runs a launch file without a ROS node; start a process that does the work, "
+    "use the actions for services and parameters, or run a LaunchService in a script"
 )
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from launcher.language.frontends.parser import Parser
 
-_WITHOUT_LEVEL = "newer releases of ROS 2 want a 'level' for <log>, or <log_info>"
+_WITHOUT_LEVEL = "newer releases of ROS 2 require a 'level' for <log>, or <log_info>"
 
 
 def parse_argument(cls: type, entity: Entity, parser: Parser) -> Parsed:
