@@ -52,7 +52,7 @@ def composed(core: LaunchCore, options: RunOptions) -> tuple[Core, frozenset[str
 
 
 def _absorbed(found: Composition) -> frozenset[str]:
-    """The processes that are none of their own: all of a group but the first."""
+    """The processes that are composed into another: all of a group but the first."""
     return frozenset(one.name for spec, _ in found.groups for one in spec.members[1:])
 
 
@@ -156,7 +156,7 @@ class _ComposableSearch:
     # ---- reasons
 
     def _reason(self, number: int, spec: ProcessSpec) -> str:
-        """Why it has to be a process of its own; empty if it does not."""
+        """Why it has to be a separate process; empty if it does not."""
         if spec.ros is None:
             return "it is not started as a ROS node"
         if spec.shell:

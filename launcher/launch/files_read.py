@@ -16,14 +16,14 @@ _SYSTEM = ("/proc/", "/sys/", "/dev/", "/usr/", "/etc/", "/lib", "/opt/ros/")
 
 
 class _OpenRecorder:
-    """Hears of each file that Python opens; the hook of the interpreter cannot be removed again."""
+    """Records each file that Python opens; the hook of the interpreter cannot be removed again."""
 
     def __init__(self) -> None:
         self.paths: dict[str, None] = {}
         self.is_on = False
-        sys.addaudithook(self._heard)
+        sys.addaudithook(self._record)
 
-    def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
+    def _record(self, event: str, arguments: tuple[Any, ...]) -> None:
         if self.is_on and event == "open":
             path, mode, flags = arguments
             is_read = (flags or 0) & os.O_ACCMODE == os.O_RDONLY and "w" not in (mode or "")

@@ -63,8 +63,8 @@ class KnownNames:
         self.names = frozenset(used) | self._search.names
         self.texts = frozenset(self._search.texts)
 
-    def knows(self, name: str) -> bool:
-        """Whether something uses the name, as far as that is plain."""
+    def has(self, name: str) -> bool:
+        """Whether something uses the name, as far as that can be seen."""
         if ALL_NAMES in self.names or name in self.names or name in self.texts:
             return True
         word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")

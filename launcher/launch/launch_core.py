@@ -70,7 +70,7 @@ class LaunchCore:
         self.effects: Sequence[Effect] = ()  # of the static part
         self._steps: list[RunStep] = []
         self._services = dict(enumerate(services, _FIRST_SERVICE))
-        self._started: set[int] = set()  # by a reload; the launch file has been told
+        self._started: set[int] = set()  # by a reload; the interpreter has the event already
 
     def evaluate(self) -> None:
         """Visit the static part, before any file or process is created; LauncherError."""
@@ -153,7 +153,7 @@ class LaunchCore:
         return effects
 
     def watches_output(self, process_id: int) -> bool:
-        """Whether the launch file wants the output of this process."""
+        """Whether the launch file has a handler for the output of this process."""
         return self.interpreter.watches_output(process_id)
 
     @property

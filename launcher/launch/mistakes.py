@@ -63,7 +63,7 @@ def unknown_names(
     errors: list[LauncherError] = []
     warnings = []
     for name in dict(arguments):
-        if known.knows(name):
+        if known.has(name):
             continue
         message = f"unknown launch argument '{name}'"
         hint, doubt = _near(name, known) or listed, known.doubt(name)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def warn_of_crowd(core: LaunchCore, absorbed: Container[str]) -> None:
     """Say which nodes would not find each other, those of timers included.
 
-    `absorbed` are processes of the launch file that are none of their own.
+    `absorbed` are processes of the launch file that are composed into another.
     """
     specs = [spec for spec in core.starts if spec.name not in absorbed]
     for one in core.later().processes:

@@ -24,7 +24,7 @@ _AT_ONCE = EventTime(time_s=0.0)
 
 
 def is_accepted(descriptor: int, core: LaunchCore) -> bool:
-    """Tell what the launch file will start; whether the run may begin."""
+    """Write what the launch file will start; whether the run may begin."""
     with socket.socket(fileno=descriptor) as judge:
         try:
             judge.sendall(strict_json.packed(document(core)).encode() + b"\n")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Occasion:
-    """An event of a process or node, whose time only a run knows.
+    """An event of a process or node, whose time is known only in a run.
 
     `time_s` is its time in the plan; `process` is the index of what it is about, and `before` the
     stamp of its start. Without a process it is about the action of the event.
@@ -103,7 +103,7 @@ class Plan:
         self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
         self.reads_arguments = False  # of the command line, by itself
-        self.absorbed: frozenset[str] = frozenset()  # none of their own, since composed with others
+        self.absorbed: frozenset[str] = frozenset()  # composed into the process of another
         self.start_rules: tuple[StartRule, ...] = ()  # of a supervision file
         # For the analysis of errors.
         self.description: LaunchDescription | None = None

@@ -272,7 +272,7 @@ def _noting_files(options: RunOptions) -> AbstractContextManager[None]:
 
 
 def _judge() -> int | None:
-    """The descriptor of a process that wants to know what will be started, and may refuse it."""
+    """The descriptor of a process that reads what will be started, and may refuse it."""
     word = os.environ.pop("LAUNCHER_FORECAST", None)
     if word is None:
         return None  # nearly always, so that nothing is imported for it
