@@ -270,7 +270,7 @@ class RunDirectory:
 
 
 def _place(name: str, policy: OutputPolicy, stream: str) -> tuple[bytes, tuple[str, ...]]:
-    """(prefix of its lines in all files, names of the files of its own) for a stream."""
+    """(prefix in the common files, names of the separate files) for the lines of a stream."""
     sinks = policy.stderr if stream == "stderr" else policy.stdout
     own = (f"{name}-{stream}.log",) if Sink.OWN_LOG in sinks else ()
     return f"[{name}] ".encode(), (f"{name}.log", *own)
