@@ -22,7 +22,7 @@ _has_new_libraries = False
 def activate(workspace: Workspace, *, warns: bool = False) -> None:
     """Put the workspace into `os.environ` and `sys.path`; WorkspaceError.
 
-    With `warns`, tell the user if its links lead into another workspace.
+    With `warns`, warn if its links lead into another workspace.
     """
     global _has_new_libraries
     found = environment(workspace, os.environ)
@@ -40,7 +40,7 @@ def activate(workspace: Workspace, *, warns: bool = False) -> None:
     sys.path[1:1] = new
     _has_new_libraries = LIBRARIES in changed and not is_second
     if any(os.path.isdir(os.path.join(path, "launcher")) for path in new) and not is_second:
-        _execute_again(workspace)  # the workspace has a launcher of its own
+        _execute_again(workspace)  # the workspace contains a launcher
 
 
 def load_libraries(workspace: Workspace) -> None:

@@ -167,7 +167,7 @@ class _ImportSearch:
             above = self._find(parent)
             folders = above.submodule_search_locations if above is not None else None
             return None if folders is None else PathFinder.find_spec(name, list(folders))
-        for finder in sys.meta_path:  # editable installations have a finder of their own
+        for finder in sys.meta_path:  # an editable installation adds a finder
             path = self._path if finder is PathFinder else None
             find_spec = getattr(finder, "find_spec", None)
             spec: ModuleSpec | None = None if find_spec is None else find_spec(name, path)

@@ -117,7 +117,7 @@ def _contents(name: str, source: str, folder: str) -> PackageContents:
     if lines is not None:
         return PackageContents(lines)
     if not any(os.path.isfile(os.path.join(source, name)) for name in SETUP_FILES[:3]):
-        return PackageContents(())  # a package of CMake: only its build knows what it installs
+        return PackageContents(())  # a package of CMake: only its build shows what it installs
     output, problem = _read_setup(name, source)
     if problem is not None:
         return PackageContents((), problem)

@@ -1,6 +1,6 @@
 """Prints what a Python package would install: `python setup_reader.py SOURCE`.
 
-A process of its own, since it runs the package's setup.py. setuptools is replaced by a recorder:
+A separate process, since it runs the package's setup.py. setuptools is replaced by a recorder:
 it need not be installed, takes long to import, and nothing is built. Each line is a kind and its
 fields, separated by tabs:
 

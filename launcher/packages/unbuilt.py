@@ -68,6 +68,6 @@ def _was_built(package: str, folder: str, prefix: str) -> bool:
     if os.path.exists(marker) or not os.path.islink(marker):
         return os.path.isfile(marker)
     # The link leads to nowhere: in the workspace, its build folder was removed; out of it, the
-    # workspace was moved, which is told when it is activated.
+    # workspace was moved, which is reported when it is activated.
     root = os.path.commonpath([os.path.abspath(prefix), folder])
     return not os.readlink(marker).startswith(os.path.join(root, ""))
