@@ -11,7 +11,7 @@ Doors:
 * `spawn`: processes by `posix_spawn`, each the leader of its own session, held by a pidfd.
   `limits` starts those with `--nice`, `--cpus` or `--limit` through a small interpreter
   (`limits_exec`) that sets them and execs the program, or reports what was refused.
-* `dispositions`: what becomes of inherited signals (the table in docs/reference/running.md).
+* `dispositions`: how inherited signals are handled (the table in docs/reference/running.md).
   Children begin with every signal at its default and none blocked.
 * `open_files`: the limit of open files, raised for the launcher when half of it is used, and as
   before for its children.

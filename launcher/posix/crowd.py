@@ -1,7 +1,7 @@
 """Whether there are more nodes on this machine than find each other, before they are started.
 
 Fast DDS gives each participant of a domain on a machine the next free port. With the discovery
-range LOCALHOST it announces itself to the first 32 of them; with any other, it gives up after 101.
+range LOCALHOST it announces itself to the first 32 of them; with any other, the limit is 101.
 Each process with a node is at least one participant.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 
 from launcher.base.text import count
 
-LOCALHOST_MAX = 33  # the first 32 know all; each of the others knows these and itself
+LOCALHOST_MAX = 33  # the first 32 discover all; each other one discovers these and itself
 DOMAIN_MAX = 101
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")

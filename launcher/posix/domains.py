@@ -11,7 +11,7 @@ from launcher.base.errors import UsageError
 from launcher.posix.ports import MAX_DOMAIN, participants_by_domain
 
 SPIN_TIME_S = 3.5  # one period of Fast DDS's announcements, and time for the answers
-SPIN_TIME_WITH_SERVER_S = 10.0  # a server tells of a hundred nodes in rounds that take seconds
+SPIN_TIME_WITH_SERVER_S = 10.0  # a server announces a hundred nodes in rounds that take seconds
 REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot be counted
 
 # Settings with which discovery is not plain RTPS on UDP with the ports of the standard.
@@ -98,9 +98,9 @@ def usual_spin_time_s(environment: Mapping[str, str] = os.environ) -> float:
 
 
 def see_whole_graph(environment: MutableMapping[str, str] = os.environ) -> None:
-    """Have a discovery server tell this process about all nodes, not only those that match its own.
+    """Request all nodes from a discovery server, not only those that match this process.
 
-    Call it before the participant is made. Nodes of users are not told so much.
+    Call it before the participant is made. Nodes of users do not get that much.
     """
     if environment.get("ROS_DISCOVERY_SERVER") and not environment.get("ROS_SUPER_CLIENT"):
         environment["ROS_SUPER_CLIENT"] = "TRUE"

@@ -15,7 +15,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# Of every form that has no number of its own. It is raised if a key is removed or renamed, or means
+# Of every form that has no separate number. It is raised if a key is removed or renamed, or means
 # something else; new keys do not raise it.
 VERSION = 1
 

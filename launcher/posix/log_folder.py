@@ -33,7 +33,7 @@ def provide(
         then = f"logs go to {folder}; {VARIABLE} chooses another"
         none = f"no ROS node can start; set {VARIABLE} to another"
         warn(f"cannot write to the log folder {named} ({why}): {then if folder else none}")
-    if folder and (why or not env.get("HOME")):  # with which rcl expands `~`; Python knows more
+    if folder and (why or not env.get("HOME")):  # which rcl needs for `~`; Python has other sources
         env[VARIABLE] = folder
 
 

@@ -206,9 +206,9 @@ _buffers: list[bytearray] = []  # for reads, one for each thread that reads
 def read_stream(fd: int) -> bytes | None:
     """Read once: b"" at EOF, None if there is nothing yet, or (-1) if it is on another host.
 
-    What was read has memory of its own size. A line that is cut from a block of READ_BYTES would
-    stay where that was: the next block does not fit in what is free behind a line that is kept, so
-    that the heap grows with all that is written.
+    What was read is copied to memory of exactly its size. A line that is cut from a block of
+    READ_BYTES would stay where that was: the next block does not fit in what is free behind a line
+    that is kept, so that the heap grows with all that is written.
     """
     if fd < 0:
         return None
@@ -275,7 +275,7 @@ class Child:
 
     def read_refusal(self) -> None:
         """Read why exec or a limit failed, empty if not; call it when `status` is readable."""
-        with contextlib.suppress(ConnectionResetError):  # killed before it was told to begin
+        with contextlib.suppress(ConnectionResetError):  # killed before it got the word to begin
             self.refusal = os.read(self.status, READ_BYTES)
         os.close(self.status)
         self.status = -1
@@ -414,7 +414,7 @@ def _open_pty() -> tuple[int, int]:
 
 
 def _socket_pair() -> tuple[int, int]:
-    """(theirs, ours): of a process with members, to which it tells us messages as well."""
+    """(theirs, ours): of a process with members, which carries messages in both directions."""
     import _socket  # nearly all processes have a pipe
 
     kind = _socket.SOCK_SEQPACKET | _socket.SOCK_CLOEXEC

@@ -52,7 +52,7 @@ def silence() -> Iterator[None]:
 
 
 def keep_for_messages() -> None:
-    """Give standard output a descriptor of its own, since it has messages of ours.
+    """Move standard output to another descriptor, since it carries messages of ours.
 
     What libraries in C print goes to standard error from now on, and not into a message.
     """

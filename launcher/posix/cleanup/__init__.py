@@ -3,8 +3,8 @@
 * `subreaper` makes the launcher the parent of orphans. `sweep` finds processes by the run's id in
   their environment (`run_id`), and signals them.
 * `watchdog_client` starts the watchdog before the first process, which does not wait for it.
-  `watchdog` is a script without site-packages that waits on a pipe; `run_watch` is what it knows of
-  the run, and how it kills that if the launcher dies.
+  `watchdog` is a script without site-packages that waits on a pipe; `run_watch` holds its
+  data of the run, and kills the run if the launcher dies.
 * `cgroup`: a control group of the run, where one can be made, leaves the watchdog nothing to
   search. The watchdog moves the launcher into it, and what was started in the meantime; that takes
   the kernel 10 ms, which nobody waits for. `cgroup.kill` empties it; with version 1 all its

@@ -1,4 +1,4 @@
-"""What the watchdog knows of its run, and how it ends it.
+"""The watchdog's data of its run, and how it ends the run.
 
 The rules of the watchdog for imports apply.
 """

@@ -1,6 +1,6 @@
 """Makes the launcher the parent of orphans: nothing that a run starts can leave its family tree.
 
-A daemon is otherwise adopted by init, and nothing tells where it came from if it has cleared its
+A daemon is otherwise adopted by init, and nothing shows where it came from if it has cleared its
 environment and left its session.
 """
 

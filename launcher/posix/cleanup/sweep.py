@@ -1,6 +1,6 @@
 """Find and signal the processes of a run, by the run id in their environment.
 
-Process groups miss a daemon that made a session of its own; the environment is inherited by
+Process groups miss a daemon that made a new session; the environment is inherited by
 everything. A process that clears its environment *and* leaves its session is found only among
 `kin`: pid -> start of processes that are known to belong to the run.
 The watchdog uses this: its rules for imports apply.

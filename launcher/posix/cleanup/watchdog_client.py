@@ -28,7 +28,7 @@ class WatchdogClient:
         self._warn = warn
         self._started = 0
         self._before: list[int] = []
-        self._said: list[bytes] = []  # what another watchdog must be told, too
+        self._sent: list[bytes] = []  # for another watchdog, too
         self._pid = self._pidfd = self._pipe = -1
 
     @property
@@ -40,7 +40,7 @@ class WatchdogClient:
         """Start it before the first process; it works even if we are killed while it starts."""
         if not self._started:
             # A shell may have started something before it became us by exec. What that leaves
-            # behind is not ours: then we adopt nothing, since orphans do not tell their origin.
+            # behind is not ours: then we adopt nothing, since the origin of an orphan is unknown.
             self._before = proc.children(os.getpid())
             if not self._before:
                 # Before the first process: no orphan of the run may be adopted by somebody else.
@@ -50,15 +50,15 @@ class WatchdogClient:
     def keep(self, pid: int) -> None:
         """Let this helper process live if we are killed: it exits by itself then."""
         spawn.started.add(pid)
-        self._tell(b"keep %d\n" % pid)
+        self._send(b"keep %d\n" % pid)
 
     def prepare_end(self) -> None:
         """To be called when the run begins to end: the watchdog's part takes some milliseconds."""
-        if b"leave\n" not in self._said:
-            self._tell(b"leave\n")
+        if b"leave\n" not in self._sent:
+            self._send(b"leave\n")
 
-    def _tell(self, message: bytes) -> None:
-        self._said.append(message)
+    def _send(self, message: bytes) -> None:
+        self._sent.append(message)
         self._write(message)
 
     def _write(self, message: bytes) -> None:
@@ -80,7 +80,7 @@ class WatchdogClient:
             )
             self._pidfd = os.pidfd_open(self._pid)
             self._reactor.add_reader(self._pidfd, self._exited)
-            self._write(b"".join(self._said))
+            self._write(b"".join(self._sent))
         except OSError as error:
             os.close(self._pipe)
             self._pid = -1
