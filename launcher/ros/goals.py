@@ -2,7 +2,7 @@
 
 Without rclpy's ActionClient: rmw_fastrtps drops an answer to a client that the server has not
 discovered within 0.1 s, and the ActionClient would wait for it for ever. The status topic keeps
-what was last said, so it tells what a lost answer would have told.
+its last message, which has what a lost answer would have reported.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ def states(caller: ServiceCaller, nodes: list[str]) -> dict[str, Any]:
 
 
 def silence_of(node: str, limit_s: float) -> NoAnswerError:
-    """The error of a node that has not told its state."""
+    """The error of a node that has not answered for its state."""
     return silence(f"{node}/get_state", limit_s)
 
 

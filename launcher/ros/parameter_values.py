@@ -139,7 +139,7 @@ def _list_kind(values: list[Any], declared: int) -> int | None:
 
 def _cast(value: Any, kind: int) -> Any:
     if kind == BYTES and isinstance(value, list) and any(isinstance(one, bytes) for one in value):
-        value = b"".join(value)  # `ros2 param dump` writes each byte as a `!!binary` of its own
+        value = b"".join(value)  # `ros2 param dump` writes each byte as a separate `!!binary`
     if kind > STRING:
         return [_cast_one(item, kind) for item in value]
     return _cast_one(value, kind)

@@ -224,7 +224,7 @@ def observing(
 
 @contextlib.contextmanager
 def settled_observer(options: Parsed) -> Iterator[Observer]:
-    """An observer that knows the whole graph; warns if it is empty or incomplete."""
+    """An observer that has discovered the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle
 
     access = GraphAccess.of(options)

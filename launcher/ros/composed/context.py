@@ -49,7 +49,7 @@ def close_shared() -> None:
 
 
 class MemberContext(Context):  # type: ignore[misc]  # rclpy has no types
-    """The context of a member. For another domain it is a context of its own."""
+    """The context of a member. For another domain it is a separate context."""
 
     def __init__(self, member: Member) -> None:
         super().__init__()
@@ -249,7 +249,7 @@ def install() -> None:
 
 
 def _introduce(node: Node, one: Member | None, levels: Iterable[tuple[str, int]]) -> None:
-    """Tell the launcher of the node, whose logger may log from now on."""
+    """Report the node to the launcher; its logger may log from now on."""
     if one is None:
         return
     logger = node.get_logger().name
@@ -257,4 +257,4 @@ def _introduce(node: Node, one: Member | None, levels: Iterable[tuple[str, int]]
         if not name:
             rclpy.logging.set_logger_level(logger, level)
     one.nodes.add(node)
-    control.tell(one.index, "node", node.get_fully_qualified_name(), logger)
+    control.send(one.index, "node", node.get_fully_qualified_name(), logger)

@@ -1,8 +1,8 @@
 """The connection to the launcher: a socket that keeps the bounds of messages.
 
-It comes as standard input, and gets a descriptor of its own, of which no program of a member knows,
-nor what they start. `token`, `INDEX node NAME LOGGER` and `INDEX exit CODE` go out, `INDEX SIGNAL`
-comes in, for one member only.
+It comes as standard input, and is moved to another descriptor, which neither the programs of
+members have nor what they start. `token`, `INDEX node NAME LOGGER` and `INDEX exit CODE` go out,
+`INDEX SIGNAL` comes in, for one member only.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def take() -> None:
     os.close(null)
 
 
-def tell(*words: object) -> None:
+def send(*words: object) -> None:
     """Send a message at once and whole, from any thread."""
     with contextlib.suppress(OSError):  # the launcher is gone
         os.write(_fd, " ".join(map(str, words)).encode())

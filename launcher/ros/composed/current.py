@@ -33,8 +33,8 @@ def acting_as(one: Member) -> Iterator[None]:
 def inherit() -> None:
     """From now on a thread belongs to the member that starts it.
 
-    The member is not interrupted meanwhile: until the new thread runs, Python knows it by the
-    identity of the one that starts it, and the exception would end it before it has begun.
+    The member is not interrupted meanwhile: until the new thread runs, Python lists it under
+    the identity of the one that starts it, and the exception would end it before it has begun.
     """
     start = threading.Thread.start
 

@@ -109,7 +109,7 @@ class Group:
         one.wait()
         self._running -= 1
         code = one.exit_code or 0
-        control.tell(one.index, "exit", code)
+        control.send(one.index, "exit", code)
         if not self._is_ending:  # else its code is that of the one that ends all
             self._code = self._code or code
         if (code or one.is_essential) and not self._is_stopping:

@@ -106,7 +106,7 @@ def write_all(fd: int, data: bytes) -> None:
 
 def install() -> tuple[MemberStream, MemberStream]:
     """Before any program is started."""
-    control.tell("token", _TOKEN.decode())
+    control.send("token", _TOKEN.decode())
     streams = MemberStream(sys.stdout), MemberStream(sys.stderr)
     sys.stdout, sys.stderr = streams
     return streams

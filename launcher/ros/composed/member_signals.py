@@ -34,7 +34,7 @@ Forward = Callable[[int], None]
 def install(forward: Forward) -> None:
     """From now on `signal.signal` of a member sets a handler of that member.
 
-    `forward(signum)` makes the process hear of a signal, in its main thread.
+    `forward(signum)` delivers a signal to the process, in its main thread.
     """
 
     def set_handler(signum: int, handler: Any) -> Any:
@@ -105,7 +105,7 @@ def handler_of(one: Member, signum: int) -> Any:
 
 
 def deliver(one: Member, signum: int) -> None:
-    """What a signal to a process of its own would do to the member."""
+    """What the signal would do to the member if it were a process."""
     if one.has_ended:
         return
     shuts_down = one.rclpy_shuts_down_at(signum)

@@ -1,4 +1,4 @@
-"""Waits until rclpy knows the complete graph, and no longer.
+"""Waits until rclpy has discovered the complete graph, and no longer.
 
 Complete: every participant that holds ports of this domain on this machine has been discovered and
 has published its nodes. Participants on other hosts hold no ports here, so where they may exist
@@ -83,7 +83,7 @@ def settled_graph(
     return graph
 
 
-def knows_all(observer: Observer) -> bool:
+def has_discovered_all(observer: Observer) -> bool:
     """Whether every participant of this machine is known, with its nodes."""
     return _missing(observer) == 0 and not _nameless(observer)
 

@@ -3,7 +3,7 @@
 A stack is slow at this one task: it announces itself before it listens, so answers are lost and
 come again with the next announcement, up to 3 s later. Here a socket listens first, then asks each
 participant of this machine at its port. They answer at once, with the number of their endpoints (a
-heartbeat), so that the reader can tell when the graph is complete. At its end it disposes of its
+heartbeat), so that the reader sees when the graph is complete. At its end it disposes of its
 announcement, so that the others forget it.
 
 With 20 participants `topic list`, `node list`, `topic info -v` and `graph` take 0.32 to 0.35 s (by
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _REMOTE_LATEST_S = 1.5  # other machines that are not complete by then are not waited for
 _STEADY_S = 0.06  # all samples of one participant arrive within that
 _ANNOUNCE_S = 0.1
-_DISPOSE_S = 0.3  # dispose there: a participant that knows us does not answer again
+_DISPOSE_S = 0.3  # dispose there: a participant that has discovered us does not answer again
 _REPEAT_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
 _VENDOR = bytes([0, 0])  # unknown
@@ -57,7 +57,7 @@ class ReadResult:
 
 
 class UnsupportedDiscovery(Exception):
-    """A participant uses a part of RTPS that only a whole DDS stack knows."""
+    """A participant uses a part of RTPS that only a whole DDS stack implements."""
 
 
 def read_graph(domain_id: int, spin_time_s: float, *, remote: bool) -> ReadResult:

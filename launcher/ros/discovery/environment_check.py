@@ -15,7 +15,7 @@ _LOADER = "rmw_implementation"  # is in the index as well, and is none
 
 
 def check_environment(environment: Mapping[str, str]) -> None:
-    """UsageError; rcl would write an error of its own, and end the process without an exception."""
+    """UsageError; rcl would write another error, and end the process without an exception."""
     installed = _middlewares(environment)
     for variable in ("RMW_IMPLEMENTATION", "RCL_ASSERT_RMW_ID_MATCHES"):
         wanted = environment.get(variable)

@@ -43,7 +43,7 @@ class DiscoveryFollower(DiscoveryReader):
         return list(self._peers.values())
 
     def poll(self) -> None:
-        """Take what has arrived, and ask those that have not been heard of; without waiting."""
+        """Take what has arrived, and ask those that have not answered; without waiting."""
         now = time.monotonic()
         if now >= self._next_look_s:
             self._next_look_s = now + PORTS_S

@@ -62,7 +62,7 @@ def ghosts(gids: set[bytes], own_gid: bytes, own_pid: int) -> set[bytes]:
 
 def find_pid(low16: int, domain_id: int) -> int | None:
     """The process with these low bits that holds ports of the domain; None if it is ambiguous."""
-    # a process in a container that shares our network has a pid of its own namespace in its GID,
+    # a process in a container that shares our network has the pid of another namespace in its GID,
     # which belongs to some other process here
     candidates = [pid for pid in living_pids() if pid & 0xFFFF == low16 and _may_use_udp(pid)]
     inodes = socket_inodes(domain_id)

@@ -1,4 +1,4 @@
-"""Whether the graph that rcl knows has changed, without reading it."""
+"""Whether the graph of rcl has changed, without reading it."""
 
 from __future__ import annotations
 

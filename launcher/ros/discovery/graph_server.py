@@ -22,7 +22,7 @@ Answer = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 
 
 class GraphServer:
-    """Answers requests, a JSON object on a line, in a thread of its own; `close()` ends it.
+    """Answers requests, a JSON object on a line, in a separate thread; `close()` ends it.
 
     Raises ControlError where it cannot listen.
     """

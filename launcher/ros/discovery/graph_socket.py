@@ -1,7 +1,7 @@
-"""The graph as the bridge of a run knows it, if one is on the same domain.
+"""The graph that the bridge of a run has discovered, if one is on the same domain.
 
 The bridge (started by `--ros`) listens on a socket beside the run's control socket. It has been on
-the domain for longer, so it also knows ghosts: nodes that were killed.
+the domain for longer, so its graph also has ghosts: nodes that were killed.
 
 `topic list`, `node list`, `topic info -v` and `graph` on a fleet take 0.17 to 0.21 s with it and
 0.58 to 0.63 s without where other machines may take part (discovery range SUBNET, the default),
@@ -39,7 +39,7 @@ def graph_socket_path(run_socket: Path) -> Path:
 
 
 def snapshot_of_run(domain_id: int) -> GraphSnapshot | None:
-    """What the bridge of a run knows; None if there is none, or its graph is not complete."""
+    """The graph of the bridge of a run; None if there is none, or its graph is not complete."""
     deadline = time.monotonic() + ANSWER_TIMEOUT_S
     request = strict_json.packed(query(domain_id, os.environ)).encode() + b"\n"
     for path in _sockets():

@@ -55,7 +55,7 @@ _ROOM = 64  # for entities of our node
 
 
 class Observer:
-    """A node in a context of its own; use it in a `with` statement.
+    """A node in a separate context; use it in a `with` statement.
 
     `domain_id` None is the environment's. With a name it is a node like others and sees itself;
     without, it is hidden from other observers. A `prefetch` introduces it to the others. `profile`

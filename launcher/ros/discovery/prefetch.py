@@ -5,7 +5,7 @@ once (see `reannounce`); what it then requests comes 0.1 s later. The prefetch h
 that, so it repeats it to our participant, unchanged, as soon as there is one. What is lost on the
 way, DDS requests as usual.
 
-A caller that only subscribes is sent the endpoints as well, and knows them after a few
+A caller that only subscribes is sent the endpoints as well, and has them after a few
 milliseconds. Others are not: the remote participants need 0.1 s to discover our participant, and
 until then a service drops its answer to a client, and a subscription the message of a publisher.
 
@@ -40,7 +40,7 @@ _DATAGRAM_BYTES = 16 * 1024
 
 
 class Prefetch:
-    """Reads in a thread of its own until the graph is complete or `enough`; close it."""
+    """Reads in a separate thread until the graph is complete or `enough`; close it."""
 
     def __init__(
         self,

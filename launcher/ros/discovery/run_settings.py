@@ -1,6 +1,6 @@
 """How the nodes of an active run find each other, for verbs in a shell that does not say it.
 
-A run with `--discovery server` has its own server, whose port nobody else knows.
+A run with `--discovery server` has its own server, whose port is not published.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def adopt(environment: MutableMapping[str, str], domain: Callable[[], int]) -> s
     found = {tuple(sorted(one.items())) for one in _settings(domain)}
     if len(found) > 1:
         return (
-            "several runs on this domain have discovery servers or peers of their own: set "
+            "several runs on this domain have different discovery servers or peers: set "
             "ROS_DISCOVERY_SERVER or ROS_STATIC_PEERS for the nodes of one"
         )
     for settings in found:

@@ -10,7 +10,7 @@ _KEEP_PARTICIPANTS = 8  # of a node; it may have restarted often
 
 
 class StaleNodes:
-    """Knows such nodes by the participants that had their endpoints.
+    """Recognizes such nodes by the participants that had their endpoints.
 
     rmw keeps the list of nodes that a participant sends even if it takes it, in another thread,
     after it has removed the participant. So a node that ends while this machine is busy may stay
@@ -29,7 +29,7 @@ class StaleNodes:
         """The nodes without stale ones.
 
         A name comes as often as there are nodes with it. `owners` are the participants that have
-        endpoints of a node now, `participants` tells all that there are.
+        endpoints of a node now, `participants` are all that there are.
         """
         nodes = list(nodes)
         surplus: dict[str, int] = {}

@@ -28,7 +28,7 @@ from launcher.base.model.run_events import Resources
 from launcher.control.client import Connection, RefusedError
 from launcher.posix.domains import environment_domain
 from launcher.posix.socket_directory import ControlError
-from launcher.ros.discovery.completeness import knows_all
+from launcher.ros.discovery.completeness import has_discovered_all
 from launcher.ros.discovery.graph_server import GraphServer
 from launcher.ros.discovery.graph_socket import graph_socket_path, query
 from launcher.ros.discovery.observer import Observer
@@ -86,7 +86,7 @@ class Bridge:
     # processes
 
     def follow_events(self, on_end: Callable[[], None]) -> None:
-        """Publish on every change until the run ends; for a thread of its own."""
+        """Publish on every change until the run ends; for a separate thread."""
         try:
             with Connection(self._path) as connection:
                 for item in connection.follow("events", history=False):
@@ -175,7 +175,7 @@ class Bridge:
         if request != query(self._observer.domain_id, os.environ):
             return {"no": "another domain, or other settings of discovery"}
         self._note_changes()
-        if time.monotonic() - self._changed_s < STEADY_S or not knows_all(self._observer):
+        if time.monotonic() - self._changed_s < STEADY_S or not has_discovered_all(self._observer):
             return {"no": "the graph is changing"}
         return {"look": self._observer.graph_snapshot().to_document()}
 

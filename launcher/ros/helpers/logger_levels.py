@@ -1,4 +1,4 @@
-"""Reads and sets the levels of loggers in running nodes: a process of its own.
+"""Reads and sets the levels of loggers in running nodes, as a separate process.
 
 A list of questions on standard input, as JSON in one line; the list of answers on standard output.
 A node is asked by the services that it has with `enable_logger_service=True`. It ends with its

@@ -1,4 +1,4 @@
-"""Looks for nodes of others that have the names of ours: a process of its own.
+"""Looks for nodes of others that have the names of ours, as a separate process.
 
 A JSON object on standard input says what the run is, see `NamesakeSearch`; if there are some, a
 text for the user goes to standard output as JSON. It ends after some seconds, or with its input.

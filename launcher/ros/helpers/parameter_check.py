@@ -1,4 +1,4 @@
-"""Compares parameters that were set with those that nodes have: a process of its own.
+"""Compares parameters that were set with those that nodes have, as a separate process.
 
 ROS ignores a parameter that a node does not declare. A JSON object on standard input names the
 nodes, see `NodeToCheck`; warnings go to standard output, a JSON text a line. It ends when all nodes

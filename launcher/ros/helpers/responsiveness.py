@@ -1,8 +1,8 @@
-"""Asks nodes once a second whether they answer: a process of its own.
+"""Asks nodes once a second whether they answer, as a separate process.
 
 A line of JSON on standard input is the list of nodes, in place of the last one; on standard output
 there is one for each node that does not answer, once a second, and one when it answers (again), or
-nobody can tell (`silent_s` 0 and null). It ends with its input. A node that is `expected` to answer
+cannot be asked (`silent_s` 0 and null). It ends with its input. A node that is `expected` to answer
 is reported even if it never has.
 
 The question is the parameter service of the node itself, which its executor answers between its
@@ -67,7 +67,7 @@ class WatchedNode:
             self.silent_s += min(own_s, PERIOD_S + LATE_S)
 
     def lost(self) -> None:
-        """Its service is not there (any more): nobody can tell."""
+        """Its service is not there (any more): it cannot be asked."""
         self.silent_s, self.has_answered = 0.0, False
 
 

@@ -16,7 +16,7 @@ from launcher.posix.stdio import stdout_to_stderr
 
 
 class SpinningNode:
-    """The node `launch_ros_PID`, in a context of its own and without signal handlers."""
+    """The node `launch_ros_PID`, in a separate context and without signal handlers."""
 
     def __init__(self, argv: Sequence[str] = ()) -> None:
         self.context = Context()

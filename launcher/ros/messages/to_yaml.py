@@ -66,7 +66,7 @@ WHOLE = Style()
 
 
 class _MessageDumper(Dumper):
-    """Has representers of its own."""
+    """Has separate representers."""
 
 
 def _block(dumper: yaml.SafeDumper, mapping: dict[Any, Any]) -> yaml.MappingNode:

@@ -1,4 +1,4 @@
-"""The ROS side of a smoke test, in a process of its own: `python -m launcher.ros.probe`.
+"""The ROS side of a smoke test, a separate process: `python -m launcher.ros.probe`.
 
 It reads requests from standard input and writes answers and what it observes of its domain to
 standard output, a JSON object a line, and ends with its input. docs/reference/probe.md lists both.

@@ -1,6 +1,6 @@
 """Runs requests that have to wait for other nodes in threads.
 
-A thread has a hidden node of its own, because an executor takes everything that arrives for its
+Each thread has a hidden node, because an executor takes everything that arrives for its
 node: on the node that listens it would take the messages as well.
 """
 

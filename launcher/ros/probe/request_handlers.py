@@ -92,7 +92,7 @@ class ProbePublisher:
     since_s: float = field(default_factory=time.monotonic)
 
     def is_steady(self) -> bool:
-        """Whether the subscriptions that it knows have had time to discover it."""
+        """Whether the subscriptions that it has discovered have had time to discover it."""
         count = self.publisher.get_subscription_count()
         if count != self.known:
             self.known, self.since_s = count, time.monotonic()

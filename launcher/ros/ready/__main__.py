@@ -1,11 +1,11 @@
-"""Tells which facts of the ROS graph hold: `python -m launcher.ros.ready`, started by a run.
+"""Reports which facts of the ROS graph hold: `python -m launcher.ros.ready`, started by a run.
 
 It reads requests from standard input and writes what it sees, a JSON object a line, and ends with
 its input.
 
 | request | |
 |---|---|
-| `{"watch": N, "fact": {...}, "since_s": S}` | tell each time when what is seen of it changes: |
+| `{"watch": N, "fact": {...}, "since_s": S}` | report each change of what is seen of it: |
 | | `{"watch": N, "holds": bool, "text": T}`; when it holds, for the last time |
 | `{"unwatch": N}` | |
 
@@ -47,7 +47,7 @@ class FactWatcher:
         self._stack = stack
         self._partial = b""
         self._watched: dict[int, WatchedFact] = {}
-        self._told: dict[int, Seen] = {}
+        self._reported: dict[int, Seen] = {}
         self._follower: DiscoveryFollower | None = None
         self._observed: ObservedView | None = None
         self._calls: Calls | None = None
@@ -88,7 +88,7 @@ class FactWatcher:
 
     def _forget(self, number: int) -> None:
         self._watched.pop(number, None)
-        self._told.pop(number, None)
+        self._reported.pop(number, None)
         if self._calls is not None:
             self._calls.forget(number)
 
@@ -107,12 +107,12 @@ class FactWatcher:
             if seen.holds and watched.needs_node:
                 assert self._calls is not None
                 seen = self._calls.look(number, watched, view)
-            self._tell(number, seen)
+            self._report(number, seen)
 
-    def _tell(self, number: int, seen: Seen) -> None:
-        if self._told.get(number) == seen:
+    def _report(self, number: int, seen: Seen) -> None:
+        if self._reported.get(number) == seen:
             return
-        self._told[number] = seen
+        self._reported[number] = seen
         if seen.holds:
             self._forget(number)
         line = {"watch": number, "holds": seen.holds, "text": seen.text}

@@ -146,7 +146,7 @@ class Calling:
 
 
 class Introductions:
-    """Makes participants that the follower knows known to our node of rclpy.
+    """Announces participants that the follower has discovered to our node of rclpy.
 
     Two participants that start at the same time lose each other's first announcements, and the next
     come up to 3 s later (see `discovery.prefetch`). What the follower has received is repeated to

@@ -82,7 +82,7 @@ def followed(follower: DiscoveryFollower) -> GraphView:
 
 
 class ObservedView:
-    """Makes views of what rclpy knows."""
+    """Makes views of the graph of rclpy."""
 
     def __init__(self, observer: Observer) -> None:
         self.observer = observer

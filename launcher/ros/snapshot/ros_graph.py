@@ -205,7 +205,7 @@ class GraphSnapshot:
         return [i for i in self.infos if i.topic == mangled and i.direction == direction]
 
     def is_lifecycle(self, node: str) -> bool:
-        """Whether a node is there and tells its state."""
+        """Whether a node is there and has the service for its state."""
         servers = self.servers(f"{node}/get_state")
         # a participant announces its services before its nodes
         return node in self.nodes and any(

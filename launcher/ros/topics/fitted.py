@@ -1,7 +1,7 @@
 """A subscription whose QoS fits the publishers there are, also those that come later.
 
 Without a publisher there is none that fits. One that matches every publisher is BEST_EFFORT: a
-publisher that finds it may send before the subscription knows the publisher, and is done.
+publisher that finds it may send before the subscription has discovered it, and is done.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def full_topic(name: str) -> str:
 
 @dataclass(slots=True, kw_only=True)
 class _TopicSubscription:
-    """`undiscovered`: gids of publishers that only the prefetch knows yet."""
+    """`undiscovered`: gids of publishers that only the prefetch has found so far."""
 
     target: TopicTarget
     fitted: Fitted

@@ -35,7 +35,7 @@ class TopicHistory:
     """Judges the messages of one subscription, in the order of their arrival.
 
     Messages that were sent before the subscription existed are history. Where the clock of the
-    sender, on another host, is off, the rhythm tells: live messages arrive as they were sent.
+    sender, on another host, is off, the intervals decide: live messages arrive as they were sent.
     """
 
     def __init__(self, subscribed_ns: int) -> None:

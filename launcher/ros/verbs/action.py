@@ -147,26 +147,26 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
     from launcher.ros.service_caller import NoAnswerError
 
     def feedback(message: Any) -> None:
-        _tell(
+        _show(
             options,
             {"event": "feedback", "feedback": message},
             f"Feedback:\n    {_yaml(message, options)}",
         )
 
     goal = Goal(caller, kind, name, feedback if options.feedback else None)
-    _tell(options, None, "Waiting for an action server to become available...")
+    _show(options, None, "Waiting for an action server to become available...")
     if not goal.wait_for_server(options.timeout):
         raise NoAnswerError(f"action '{name}' is not available after {options.timeout:g} s")
-    _tell(options, None, f"Sending goal:\n     {_yaml(values, options)}")
+    _show(options, None, f"Sending goal:\n     {_yaml(values, options)}")
     try:
         with _interrupts() as goal.interrupts:
             limit_s = _ANSWER_S if options.timeout is None else options.timeout
             accepted = goal.send(values, limit_s)
             document = {"event": "accepted" if accepted else "rejected", "goal_id": goal.id}
             if not accepted:
-                _tell(options, document, "Goal was rejected.")
+                _show(options, document, "Goal was rejected.")
                 return ExitCode.PROCESS_FAILED
-            _tell(options, document, f"Goal accepted with ID: {goal.id}\n")
+            _show(options, document, f"Goal accepted with ID: {goal.id}\n")
             found = goal.result(options.timeout)
     except KeyboardInterrupt:
         _cancel(goal, options)
@@ -177,7 +177,7 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
         return ExitCode.PROCESS_FAILED
     status, result = found
     text = f"Result:\n    {_yaml(result, options)}\nGoal finished with status: {status}"
-    _tell(options, {"event": "ended", "status": status, "result": result}, text)
+    _show(options, {"event": "ended", "status": status, "result": result}, text)
     return ExitCode.OK if status == "SUCCEEDED" else ExitCode.PROCESS_FAILED
 
 
@@ -191,9 +191,9 @@ def _interrupts() -> Iterator[list[int]]:
 
 
 def _cancel(goal: Goal, options: Parsed) -> None:
-    _tell(options, None, "Canceling goal...")
+    _show(options, None, "Canceling goal...")
     goal.cancel()
-    _tell(options, {"event": "canceled", "goal_id": goal.id}, "Goal canceled.")
+    _show(options, {"event": "canceled", "goal_id": goal.id}, "Goal canceled.")
 
 
 def _yaml(message: Any, options: Parsed) -> str:
@@ -202,7 +202,7 @@ def _yaml(message: Any, options: Parsed) -> str:
     return "" if options.json else to_yaml(message)
 
 
-def _tell(options: Parsed, document: dict[str, Any] | None, text: str) -> None:
+def _show(options: Parsed, document: dict[str, Any] | None, text: str) -> None:
     """Print the text, or with --json a line of the document, if there is one."""
     from launcher.ros.messages.to_yaml import to_plain
 

@@ -84,7 +84,7 @@ class TopicSubscriber:
         return target
 
     def _await_introduction(self, target: TopicTarget) -> None:
-        """Return when rclpy knows the publishers of a target that was prefetched, or soon.
+        """Return when rclpy has discovered the publishers of a target that was prefetched, or soon.
 
         A publisher may publish at once when it discovers our subscription, and we have to know it
         then.

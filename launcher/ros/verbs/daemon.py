@@ -10,13 +10,13 @@ from launcher.base.option import DEBUG
 from launcher.base.verb_table import VERBS
 
 
-def _tell(options: Parsed) -> int:
+def _print_none(options: Parsed) -> int:
     print("There is no daemon, and none is needed: every verb reads the graph itself")
     return ExitCode.OK
 
 
 def _command(verb: str) -> Command:
-    return Command(f"daemon {verb}", "say that there is none", options=(DEBUG,), run=_tell)
+    return Command(f"daemon {verb}", "say that there is none", options=(DEBUG,), run=_print_none)
 
 
 COMMAND = Command(
