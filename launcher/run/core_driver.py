@@ -324,7 +324,7 @@ class CoreDriver:
     # ---- output
 
     def watches(self, process: Process) -> bool:
-        """Whether the core wants the output of this process; called for each read."""
+        """Whether the core reads the output of this process; called for each read."""
         number = process.process_id
         if number not in self._watching:
             self._watching[number] = self._core.watches_output(number)

@@ -1,7 +1,7 @@
 """The seam of a run: what an optional feature may do, and when it is called.
 
 A feature is a `Part`. Its row in `launcher.run.parts` says when it is made, and which options and
-verbs it brings. Nothing else in a run knows it.
+verbs it brings. Nothing else in a run refers to it.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Part:
         return {}
 
     def samples(self) -> Mapping[str, Sample]:
-        """Resources of processes that it knows of, by name of process."""
+        """Resources of the processes that it measures, by name of process."""
         return {}
 
     def sampled(self, samples: Mapping[str, Sample], processes: Mapping[str, Process]) -> None:

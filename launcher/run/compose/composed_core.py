@@ -34,13 +34,13 @@ class Composition(Record):
 
 
 class _Group:
-    """`codes` are those of members that have ended, `told` the members that the core knows of."""
+    """`codes` are those of members that have ended, `reported` those whose end the core has got."""
 
     def __init__(self, spec: ProcessSpec, members: Sequence[int]) -> None:
         self.spec = spec
         self.members = members
         self.codes: dict[int, int] = {}
-        self.told: set[int] = set()
+        self.reported: set[int] = set()
 
 
 class ComposedCore:
@@ -97,19 +97,19 @@ class ComposedCore:
         return effects
 
     def _split(self, event: events.Event) -> list[events.Event]:
-        """The event as the core knows it: of each member, in place of the group."""
+        """The events for the core: of each member, in place of the group."""
         group = self._groups.get(getattr(event, "process_id", -1))
         if group is None:
             return [event]
         match event:
             case events.ProcessStarted(pid=pid):
                 group.codes.clear()
-                group.told.clear()
+                group.reported.clear()
                 return [events.ProcessStarted(one, pid) for one in group.members]
             case events.MemberExited():
                 return self._member_exited(group, event)
             case events.ProcessExited(pid=pid, returncode=code, will_restart=will_restart):
-                left = [one for one in group.members if one not in group.told]
+                left = [one for one in group.members if one not in group.reported]
                 codes = {one: group.codes.get(one, code) for one in left}
                 return [
                     events.ProcessExited(one, pid, codes[one], will_restart=will_restart)
@@ -122,12 +122,12 @@ class ComposedCore:
         return []
 
     def _member_exited(self, group: _Group, event: events.MemberExited) -> list[events.Event]:
-        """Of one that ends with the group, it is told when it is known what becomes of that."""
+        """One that ends with the group is reported with the end of the group."""
         member, code = group.members[event.index], event.returncode
         group.codes[member] = code
         if code or event.with_process or group.spec.members[event.index].is_essential:
             return []
-        group.told.add(member)
+        group.reported.add(member)
         return [events.ProcessExited(member, event.pid, code)]
 
     def watches_output(self, process_id: int) -> bool:

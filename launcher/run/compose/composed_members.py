@@ -13,7 +13,7 @@ from launcher.run.processes.process import Process
 
 
 class ComposedMembers(Part):
-    """Tells the members of composed processes apart, and reports the end of each."""
+    """Separates the output of the members of composed processes, and reports the end of each."""
 
     def adding(self, process: Process) -> None:
         specs, screen = process.spec.members, self.run.screen
@@ -22,8 +22,8 @@ class ComposedMembers(Part):
                 (spec.name, screen.prefix(spec, process.number + index))
                 for index, spec in enumerate(specs)
             ]
-            tell = functools.partial(self._ended, process)
-            process.group = GroupOutput((process.name, process.prefix), names, tell)
+            report = functools.partial(self._ended, process)
+            process.group = GroupOutput((process.name, process.prefix), names, report)
 
     def _ended(self, process: Process, index: int, code: int) -> None:
         name = process.spec.members[index].name

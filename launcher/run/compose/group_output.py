@@ -2,7 +2,7 @@
 
 What Python writes comes in frames (`launcher.ros.composed.member_output`). Lines of rcl name their
 logger, and what follows one in the same block without a name belongs to it. Everything else is the
-group's. What members do comes in messages, on a descriptor of their own.
+group's. What members do comes in messages, on a separate descriptor.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LOGGED = re.compile(
     rb"(?:\x1b\[[0-9;]*m)*\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[[0-9.]+\] \[([^\]]+)\]"
 )
 
-Tell = Callable[[int, int], None]
+Report = Callable[[int, int], None]
 
 
 class OutputPart(Record):
@@ -98,22 +98,22 @@ class FrameBuffer(LineBuffer):
 class GroupOutput:
     """`names` are (name, prefix) of the members, `own` those of the group.
 
-    `tell(index, code)` is called when a member has ended.
+    `report(index, code)` is called when a member has ended.
     """
 
     def __init__(
-        self, own: tuple[str, bytes], names: Sequence[tuple[str, bytes]], tell: Tell
+        self, own: tuple[str, bytes], names: Sequence[tuple[str, bytes]], report: Report
     ) -> None:
         self._own = own
         self._names = names
-        self._tell = tell
+        self._report = report
         self._buffers: list[FrameBuffer] = []  # of the present life
         self._ends: list[tuple[int, int]] = []  # (member, return code)
         self._loggers: dict[bytes, int | None] = {}
         self.nodes: dict[str, int] = {}
 
     def begin(self) -> None:
-        """Its process starts, and will tell its token before it runs a program."""
+        """Its process starts, and will send its token before it runs a program."""
         self._buffers = []
 
     def buffer(self) -> FrameBuffer:
@@ -137,16 +137,16 @@ class GroupOutput:
 
     @property
     def has_ends(self) -> bool:
-        """Whether members have ended of which nothing was told yet."""
+        """Whether members have ended that were not reported yet."""
         return bool(self._ends)
 
     def settle(self, read: Callable[[], object]) -> None:
-        """Tell of members that have ended, behind what they have written: `read` reads all that."""
+        """Report members that have ended, behind what they have written: `read` reads all that."""
         while self._ends:
             ends, self._ends = self._ends, []
             read()
             for index, code in ends:
-                self._tell(index, code)
+                self._report(index, code)
 
     def parts(self, lines: bytes, mark: bytes) -> Iterator[OutputPart]:
         """Runs of lines of the same member, in order."""

@@ -51,7 +51,7 @@ class Debugger(Record):
 
     @property
     def is_listening(self) -> bool:
-        """Whether the port is open, told by the kernel: to connect would be to attach."""
+        """Whether the kernel lists the port as open: to connect would be to attach."""
         wanted = f":{self.port:04X}"
         rows = (line.split() for line in proc.read("net", "tcp").decode().splitlines()[1:])
         return any(row[3] == _LISTEN and row[1].endswith(wanted) for row in rows)

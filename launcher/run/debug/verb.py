@@ -1,4 +1,4 @@
-"""`debug`: start a process under debugpy, and tell where an editor attaches."""
+"""`debug`: start a process under debugpy, and print where an editor attaches."""
 
 from __future__ import annotations
 

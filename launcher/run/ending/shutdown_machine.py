@@ -85,7 +85,7 @@ class BudgetExceeded(Record):
 
 
 class HostFailed(Record):
-    """A host was lost or could not be reached, which `cause` tells."""
+    """A host was lost or could not be reached; `cause` says which."""
 
     cause: str
 

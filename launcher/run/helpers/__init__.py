@@ -1,7 +1,7 @@
 """The side of a run of its helper processes.
 
-Each is started only when it is needed, speaks lines of JSON (`json_lines`), and nothing waits for
-it. On their side these have a separate descriptor, since Fast DDS prints to standard output.
+Each is started only when it is needed, exchanges lines of JSON (`json_lines`), and nothing waits
+for it. On their side these have a separate descriptor, since Fast DDS prints to standard output.
 
 * `ros_agent` (`launcher.ros.helpers.agent`): lifecycle transitions, components, and the timers on
   the ROS clock of a simulation. `launcher.run.ros_requests` answers requests whose node has exited.

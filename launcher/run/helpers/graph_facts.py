@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    Tell = Callable[[bool, str], None]  # whether it holds, and what is seen instead
+    Report = Callable[[bool, str], None]  # whether it holds, and what is seen instead
 
 MAX_STARTS = 2
 IDLE_S = 10.0
@@ -36,15 +36,15 @@ class GraphFacts:
         self._of_number: dict[int, _Helper] = {}
         self._last = 0
 
-    def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, tell: Tell) -> int:
-        """Tell from now on what is seen of a fact, in the domain of this environment."""
+    def watch(self, fact: Fact, env: Mapping[str, str], since_s: float, report: Report) -> int:
+        """Report from now on what is seen of a fact, in the domain of this environment."""
         domain = env.get("ROS_DOMAIN_ID") or "0"
         if domain not in self._helpers or self._helpers[domain].has_left:
             self._helpers[domain] = _Helper(self._reactor, self._warn, env)
         self._last += 1
         self._of_number[self._last] = self._helpers[domain]
         request = {"watch": self._last, "fact": as_dict(fact), "since_s": since_s}
-        self._helpers[domain].watch(self._last, request, tell)
+        self._helpers[domain].watch(self._last, request, report)
         return self._last
 
     def unwatch(self, number: int) -> None:
@@ -64,7 +64,7 @@ class _Helper:
         self._reactor = reactor
         self._warn = warn
         self._env = without_shared_memory(env)
-        self._requests: dict[int, tuple[dict[str, Any], Tell]] = {}
+        self._requests: dict[int, tuple[dict[str, Any], Report]] = {}
         self._starts = 0
         self._timer: Timer | None = None
         self.has_left = False
@@ -83,12 +83,12 @@ class _Helper:
         for request, _ in self._requests.values():
             self._process.send(request)
 
-    def watch(self, number: int, request: dict[str, Any], tell: Tell) -> None:
+    def watch(self, number: int, request: dict[str, Any], report: Report) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        self._requests[number] = (request, tell)
+        self._requests[number] = (request, report)
         if self._process is None:
-            self._reactor.call_later(0, self._tell_unknown)
+            self._reactor.call_later(0, self._report_unknown)
         else:
             self._process.send(request)
 
@@ -121,11 +121,11 @@ class _Helper:
         if is_restarted:
             self._start()
         else:
-            self._tell_unknown()
+            self._report_unknown()
 
-    def _tell_unknown(self) -> None:
-        for _, tell in list(self._requests.values()):
-            tell(False, "it is not known: what looks at the ROS graph has died")
+    def _report_unknown(self) -> None:
+        for _, report in list(self._requests.values()):
+            report(False, "it is not known: what looks at the ROS graph has died")
 
     def close(self) -> None:
         if self._timer is not None:

@@ -1,4 +1,4 @@
-"""A helper process that speaks lines of JSON, which nothing waits for."""
+"""A helper process that exchanges lines of JSON, which nothing waits for."""
 
 from __future__ import annotations
 

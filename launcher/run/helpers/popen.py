@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def start_module(words: Sequence[str], **options: object) -> subprocess.Popen[bytes]:
-    """`python -m` with these words, in a session of its own; OSError. `options` are those of Popen.
+    """`python -m` with these words, in a new session; OSError. `options` are those of Popen.
 
     It has the limit of open files that the launcher was started with.
     """

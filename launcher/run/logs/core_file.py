@@ -1,7 +1,7 @@
 """The core file of a process that a signal has ended: where it is, and how to open it.
 
 Read only after such an exit. See core(5) for the pattern of the names, and elf(5) for the notes in
-a core file that tell whose it is.
+a core file that name its process.
 """
 
 from __future__ import annotations

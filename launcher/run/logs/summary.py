@@ -29,7 +29,7 @@ MAX_ROWS = 20  # beyond it, processes that ended as expected are only counted
 MAX_NAME = 24  # columns of a name on a terminal
 MIN_ENDED = 20
 FIGURES = 30  # columns of restarts, time and memory with their gaps
-MIN_ERROR = 24  # columns for the first error; with fewer it is on a line of its own
+MIN_ERROR = 24  # columns for the first error; with fewer it is on a separate line
 ERROR_CHARS = 300  # where there is no terminal
 MAX_UNSHOWN = 3  # processes
 MAX_HANGS, MAX_STACK = 3, 40  # processes, and lines of each
@@ -104,7 +104,7 @@ def write(
 ) -> None:
     """Write the summary to the screen and to `launch.log`; `causes` explain a code other than 0.
 
-    A script (`is_script`) has an exit code of its own, which is not known.
+    A script (`is_script`) chooses its exit code, which is not known.
     """
     if not processes and not code:
         return
@@ -165,7 +165,7 @@ def odd_codes(processes: Collection[Process]) -> list[str]:
 
 
 def _code(code: int) -> str:
-    """A signal by its name, and what a shell tells of one with that."""
+    """A signal by its name, and the exit code by which a shell reports one, with that."""
     if code < 0:
         return signal_name(-code)
     signum = code - SIGNALLED
@@ -283,7 +283,7 @@ def _how_it_ended(process: Process) -> str:
 
 
 def _with_earlier(history: History, end: ReportExit, text: str) -> str:
-    """The last end, of which `text` tells, with those before it."""
+    """The last end, which `text` describes, with those before it."""
     code = None if end.asked else end.outcome.returncode
     exits = history.exits - (code == 0 and end.retry_in_s is not None)
     deaths = history.deaths - (code is not None and end.outcome.failed)
@@ -317,7 +317,7 @@ def _cut(text: str, columns: int) -> str:
 
 
 def _middle_cut(name: str, columns: int) -> str:
-    """The name cut in its middle: its end, a number, tells it from others."""
+    """The name cut in its middle: its end, a number, distinguishes it from others."""
     if len(name) <= columns:
         return name
     start = columns // 2

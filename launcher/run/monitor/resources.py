@@ -140,7 +140,7 @@ class Sampler:
 
 
 class _Member:
-    """One process; `started` in clock ticks since boot tells it from another with its pid."""
+    """One process; `started`, in clock ticks since boot, and its pid identify it."""
 
     __slots__ = (
         "_cpu_s",

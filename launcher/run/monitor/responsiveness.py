@@ -20,7 +20,7 @@ from launcher.run.part import Part
 from launcher.run.processes.machine_events import ProcessState
 from launcher.run.processes.process import Process, Silence
 from launcher.run.stacks.dump import Dump, lines
-from launcher.run.stacks.stacks import Stacks, Wish, members
+from launcher.run.stacks.stacks import DumpRequest, Stacks, members
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Responsiveness(Part):
     def ask(self, processes: Sequence[Process], done: Callable[[list[str]], None]) -> None:
         """Call `done` when it is known which of these answer, with the names of the others.
 
-        Also one that has not answered before is told, unless that is watched during the whole run:
+        Also one that has not answered before is named, unless that is watched during the whole run:
         then it is a node of which no answer can be expected.
         """
         self._is_asked = self._until_s != math.inf
@@ -192,7 +192,7 @@ class Responsiveness(Part):
             text = f"{report['node']} has not answered for {silence.elapsed_s(now):.0f} s"
             self._log.log("WARNING", process.name, f"does not respond: {text}; {where}")
 
-        self.run.parts.need(Stacks).dump(Wish(members(process.child.pid)[0]), found)
+        self.run.parts.need(Stacks).dump(DumpRequest(members(process.child.pid)[0]), found)
 
     def end_helpers(self) -> None:
         """Nobody looks any more, or the run has ended."""

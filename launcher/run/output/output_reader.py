@@ -206,7 +206,7 @@ class OutputReader:
         for part in group.parts(lines, stream.buffer.mark):
             process.ring.append(stream.name, stream.read_at_s, part.kept)
             shown = part.lines
-            if part.prefix is process.prefix:  # a member tells of its end in its own lines
+            if part.prefix is process.prefix:  # the end of a member is in its own lines
                 stopping = process.machine.state is ProcessState.STOPPING
                 shown = stream.gate.feed(shown, stopping=stopping) if stream.shown else b""
             if stream.shown and shown:

@@ -37,9 +37,9 @@ from launcher.run.processes.machine_events import (
 # Errors that may be over soon: too many processes or files, too little memory.
 TRANSIENT = frozenset({errno.EAGAIN, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 # A process that is being stopped may end by these whoever sends them, as for systemd: they are
-# requests to end, or tell that a reader has gone, which may have been stopped before.
+# requests to end, or mean that a reader has gone, which may have been stopped before.
 ORDERLY = frozenset({signal.SIGHUP, signal.SIGINT, signal.SIGTERM, signal.SIGPIPE})
-# Or by these, with which it limits the time of its own clean-up: see `setitimer`.
+# Or by these, with which it limits the time of its clean-up: see `setitimer`.
 OWN_TIMERS = frozenset({signal.SIGALRM, signal.SIGVTALRM, signal.SIGPROF})
 SPAWN_RETRY_S = 1.0  # at least, after such an error
 

@@ -44,7 +44,7 @@ LAST_BYTES = 4096  # of each of its last lines, in the report on a failure
 
 
 class History:
-    """What the summary at the end tells of all lives of a process.
+    """What the summary at the end shows of all lives of a process.
 
     `deaths` are exits that were not requested and failed, `first_death` is the outcome of the
     first; `exits` are clean ones that led to a restart. `odd_code` is the first unusual exit code
@@ -106,7 +106,7 @@ class Process:
     at `ended_wall_s`; `begun_wall_s` is when its last start began. `host` is where it runs (None:
     on this machine), `words_there` and `folder_there` what it runs there; `is_abandoned`: the run
     has ended without it. `is_gone`: the launch file does not have it any more. `is_replaced`: it is
-    being stopped for a new version of its files, which the launch file is not told.
+    being stopped for a new version of its files, of which the launch file gets no event.
     `debugger` is that of its child, `next_debugger` that of its next start only. `start_kind` says
     how it was started last: `warm`, or `cold, because ...`; empty if only cold was possible.
     `awaited_facts` must hold until it counts as ready, as texts.
@@ -187,7 +187,7 @@ class Process:
 
     @property
     def is_halted(self) -> bool:
-        """Whether it exists and is suspended; on another host, as far as the launcher knows."""
+        """Whether it exists and is suspended; on another host, as far as is known here."""
         if self.child is None or self.host is not None:
             return self.child is not None and self.machine.is_suspended
         return proc.is_suspended(self.child.pid)

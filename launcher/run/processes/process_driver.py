@@ -215,7 +215,7 @@ class ProcessDriver:
         self.adopt(process, child)
 
     def adopt(self, process: Process, child: Child) -> None:
-        """It has this child from now on, which runs, or tells by its `status` when it does."""
+        """It has this child from now on, which runs, or reports by its `status` when it does."""
         process.child = child
         self._reader.attach(process)
         self._reactor.add_reader(child.pidfd, functools.partial(self._exited, process))

@@ -73,7 +73,7 @@ class ProcessReports:
         self._core(process, pid, end)
 
     def _core(self, process: Process, pid: int, end: ReportExit) -> None:
-        """Name the core file after a death by a signal; how to get one is told once."""
+        """Name the core file after a death by a signal; how to get one is said once."""
         code = end.outcome.returncode or 0
         if end.asked or process.host is not None or 0 <= code <= SIGNALLED:
             return

@@ -13,17 +13,17 @@ from launcher.posix.reactor import Reactor, Timer
 from launcher.posix.spawn import execute, reap
 
 # Whether it holds, and what is seen instead.
-Tell = Callable[[bool, str], None]
+Report = Callable[[bool, str], None]
 ATTEMPT_S = 10.0  # at most
 
 
 class _Attempts:
     """Calls `_try` now, and again some time after `_failed`, until it is closed."""
 
-    def __init__(self, fact: Fact, reactor: Reactor, tell: Tell) -> None:
+    def __init__(self, fact: Fact, reactor: Reactor, report: Report) -> None:
         self._fact = fact
         self._reactor = reactor
-        self._tell = tell
+        self._report = report
         self._timer: Timer | None = reactor.call_later(0, self._try)
 
     def _try(self) -> None:
@@ -36,7 +36,7 @@ class _Attempts:
 
     def _failed(self, text: str) -> None:
         self._in(self._fact.every_s, self._try)
-        self._tell(False, text)
+        self._report(False, text)
 
     def close(self) -> None:
         if self._timer is not None:
@@ -69,7 +69,7 @@ class PortAttempts(_Attempts):
             self._socket.getpeername()  # fails while it is being connected
             if number == 0:
                 self.close()
-                self._tell(True, "")
+                self._report(True, "")
                 return
         self._close_socket()
         why = os.strerror(number).lower() if number else "no answer"
@@ -93,7 +93,7 @@ class CommandRun(_Attempts):
         self,
         fact: Fact,
         reactor: Reactor,
-        tell: Tell,
+        report: Report,
         *,
         env: Mapping[str, str],
         cwd: str | None,
@@ -101,7 +101,7 @@ class CommandRun(_Attempts):
         self._env = env
         self._cwd = cwd
         self._pid = self._pidfd = -1
-        super().__init__(fact, reactor, tell)
+        super().__init__(fact, reactor, report)
 
     def _try(self) -> None:
         null = os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
@@ -132,7 +132,7 @@ class CommandRun(_Attempts):
             return
         if code == 0:
             self.close()
-            self._tell(True, "")
+            self._report(True, "")
         else:
             how = f"exits with code {code}" if code > 0 else f"ends by signal {-code}"
             late = code == -signal.SIGKILL

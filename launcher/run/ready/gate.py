@@ -250,7 +250,7 @@ class ReadyGate(StartStage):
                     self._log.log("WARNING", process.name, text)
 
     def _restart(self, process: Process, other: str) -> None:
-        """The launch file is not told of its exit: `on_exit` must not end the run."""
+        """The launch file gets no event of its exit: `on_exit` must not end the run."""
         if process.machine.state is ProcessState.RUNNING and not process.is_debugged:
             text = f"restarted, since {other} has been restarted"
             self._log.log("INFO", process.name, text)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class ReadyWatch:
     """From the start of a process until it is ready or ends; close it.
 
-    `tell(index, holds, text)` is called with what is seen of a fact. `env` is the environment of
+    `report(index, holds, text)` is called with what is seen of a fact. `env` is the environment of
     the process.
     """
 
@@ -27,14 +27,14 @@ class ReadyWatch:
         self,
         process: Process,
         facts: Sequence[Fact],
-        tell: Callable[[int, bool, str], None],
+        report: Callable[[int, bool, str], None],
         *,
         reactor: Reactor,
         graph: Callable[[], GraphFacts],
         env: Mapping[str, str],
     ) -> None:
         self._process = process
-        self._tell = tell
+        self._report = report
         self._patterns: dict[int, Pattern] = {}
         self._attempts: list[CommandRun | PortAttempts] = []
         self._graph: GraphFacts | None = None
@@ -52,22 +52,22 @@ class ReadyWatch:
         graph: Callable[[], GraphFacts],
         env: Mapping[str, str],
     ) -> None:
-        def tell(holds: bool, text: str) -> None:
-            self._tell(index, holds, text)
+        def report(holds: bool, text: str) -> None:
+            self._report(index, holds, text)
 
         if fact.kind == "log":
             self._patterns[index] = Pattern(fact.subject)
         elif fact.kind in GRAPH_KINDS:
             self._graph = graph()
-            self._numbers.append(self._graph.watch(fact, env, reactor.now(), tell))
+            self._numbers.append(self._graph.watch(fact, env, reactor.now(), report))
         elif fact.kind in ("port", "command"):
             from launcher.run.ready.attempts import CommandRun, PortAttempts
 
             if fact.kind == "port":
-                self._attempts.append(PortAttempts(fact, reactor, tell))
+                self._attempts.append(PortAttempts(fact, reactor, report))
             else:
                 cwd = None if self._process.host is not None else self._process.spec.cwd
-                self._attempts.append(CommandRun(fact, reactor, tell, env=env, cwd=cwd))
+                self._attempts.append(CommandRun(fact, reactor, report, env=env, cwd=cwd))
 
     def _read(self, lines: bytes) -> None:
         split = without_colour(lines).splitlines()
@@ -75,11 +75,11 @@ class ReadyWatch:
             try:
                 found = bool(pattern.choose(split))
             except TooSlowError:
-                self._tell(index, False, f"the search for '{pattern.text}' takes too long")
+                self._report(index, False, f"the search for '{pattern.text}' takes too long")
                 continue
             if found:
                 del self._patterns[index]
-                self._tell(index, True, "")
+                self._report(index, True, "")
         if not self._patterns:
             self._process.on_lines = None
 

@@ -302,7 +302,7 @@ class StartOrder:
         for other in self._entries.values():
             names = other.rule.restart_with or ()
             if other is entry or not other.is_running or other.started_s > entry.started_s:
-                continue  # one that was started later knows only the present life
+                continue  # one that was started later has met only the present life
             if any(matches(name, entry.spec) for name in names):
                 yield RestartWith(other.name, entry.name)
 

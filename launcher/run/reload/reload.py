@@ -41,7 +41,7 @@ _OF_PROCESSES = (StartProcess, LoadComponent, ChangeState)
 
 
 class Change(enum.Enum):
-    """What becomes of a process."""
+    """How a reload affects a process."""
 
     NEW = "new"
     GONE = "gone"
@@ -98,7 +98,7 @@ def restart_changed(
 ) -> None:
     """Restart it because its files or its description have changed.
 
-    The launch file is not told of its exit: `on_exit` of an edited node must not end the run.
+    The launch file gets no event of its exit: `on_exit` of an edited node must not end the run.
     """
     control.ask(process, ProcessRequest(Purpose.RESTART, done, is_replacement=True))
 

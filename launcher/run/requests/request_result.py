@@ -1,4 +1,4 @@
-"""What becomes of the request of a user for one process."""
+"""The result of the request of a user for one process."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Kind(enum.Enum):
     PARTLY_WRITTEN = enum.auto()  # written, size
     NOT_WRITTEN = enum.auto()  # errno
     NO_INPUT = enum.auto()  # it is composed
-    # processes on other hosts: host, elapsed_s since it was heard of last
+    # processes on other hosts: host, elapsed_s since its last message
     UNREACHABLE = enum.auto()  # nothing was requested
     STOP_WAITS = enum.auto()  # until the host can be reached
     LINK_LOST = enum.auto()  # after it was requested

@@ -77,7 +77,7 @@ def lines(dump: Dump) -> list[str]:
 
 
 def of_kernel(pid: int, problem: str, hint: str) -> Dump:
-    """What the kernel tells of any process: the state of each thread."""
+    """What the kernel shows of any process: the state of each thread."""
     living = (tid for tid in proc.threads(pid) if proc.living_thread(tid) == tid)
     tids = sorted(living, key=lambda tid: (tid != pid, tid))
     threads = tuple(Thread(tid, proc.command_name(tid), proc.describe_state(tid)) for tid in tids)

@@ -29,7 +29,7 @@ AT_ONCE = 3  # each takes a processor for some ten milliseconds
 MOST_PROCESSES = 16  # below one process of the run
 
 
-class Wish(Record):
+class DumpRequest(Record):
     """Whose stacks are wanted, and how."""
 
     pid: int
@@ -46,75 +46,77 @@ class Stacks(Part):
     def __init__(self, run: Run) -> None:
         super().__init__(run)
         self._reactor = run.reactor
-        self._waiting: dict[Wish, list[Done]] = {}
-        self._queue: deque[tuple[Wish, int]] = deque()
-        self._running: dict[Wish, ShortCommand] = {}
+        self._waiting: dict[DumpRequest, list[Done]] = {}
+        self._queue: deque[tuple[DumpRequest, int]] = deque()
+        self._running: dict[DumpRequest, ShortCommand] = {}
 
-    def dump(self, wish: Wish, done: Done) -> None:
-        """Call `done` with the stacks of this process, or with what can be told instead."""
-        if wish in self._waiting:
-            self._waiting[wish].append(done)
+    def dump(self, request: DumpRequest, done: Done) -> None:
+        """Call `done` with the stacks of this process, or with what is known instead."""
+        if request in self._waiting:
+            self._waiting[request].append(done)
             return
-        self._waiting[wish] = [done]
-        if not py_spy.is_python(wish.pid):
-            self._answer(wish, _of_other_program(wish.pid))
+        self._waiting[request] = [done]
+        if not py_spy.is_python(request.pid):
+            self._answer(request, _of_other_program(request.pid))
         elif py_spy.find() is None:
             hint = f"{install_command('debug')} installs py-spy"
-            self._ask(wish, "py-spy is not installed", hint)
+            self._ask(request, "py-spy is not installed", hint)
         else:
-            self._queue.append((wish, TRIES))
+            self._queue.append((request, TRIES))
             self._start_some()
 
     def _start_some(self) -> None:
         while self._queue and len(self._running) < AT_ONCE:
             self._start(*self._queue.popleft())
 
-    def _start(self, wish: Wish, tries: int) -> None:
+    def _start(self, request: DumpRequest, tries: int) -> None:
         program = py_spy.find() or "py-spy"
-        words = py_spy.words(program, wish.pid, native=wish.native, with_locals=wish.with_locals)
-        ended = functools.partial(self._ended, wish, tries, program)
+        words = py_spy.words(
+            program, request.pid, native=request.native, with_locals=request.with_locals
+        )
+        ended = functools.partial(self._ended, request, tries, program)
         try:
-            self._running[wish] = ShortCommand(self._reactor, words, ended, timeout_s=TIMEOUT_S)
+            self._running[request] = ShortCommand(self._reactor, words, ended, timeout_s=TIMEOUT_S)
         except OSError as error:
             problem = f"{program} cannot be started: {error.strerror}"
-            self._answer(wish, of_kernel(wish.pid, problem, install_command("debug")))
+            self._answer(request, of_kernel(request.pid, problem, install_command("debug")))
 
-    def _ask(self, wish: Wish, problem: str, hint: str) -> None:
+    def _ask(self, request: DumpRequest, problem: str, hint: str) -> None:
         """Ask the process itself, where py-spy cannot be used."""
 
         def answered(dump: Dump | None) -> None:
-            if dump is None and not proc.is_alive(wish.pid):
-                dump = _ended_meanwhile(wish.pid)
+            if dump is None and not proc.is_alive(request.pid):
+                dump = _ended_meanwhile(request.pid)
             elif dump is None:
                 more = f"{problem}, and it does not answer: C code holds the GIL, or it was forked"
-                dump = of_kernel(wish.pid, more, hint)
-            elif wish.native or wish.with_locals:
+                dump = of_kernel(request.pid, more, hint)
+            elif request.native or request.with_locals:
                 missing = "no native calls and local variables: " + problem
                 dump = Dump(dump.pid, dump.command, dump.threads, missing, hint)
-            self._answer(wish, dump)
+            self._answer(request, dump)
 
-        if not warm_stacks.ask(self._reactor, wish.pid, answered):
-            self._answer(wish, of_kernel(wish.pid, problem, hint))
+        if not warm_stacks.ask(self._reactor, request.pid, answered):
+            self._answer(request, of_kernel(request.pid, problem, hint))
 
-    def _ended(self, wish: Wish, tries: int, program: str, completed: Completed) -> None:
-        del self._running[wish]
-        dump = _result(wish.pid, completed)
+    def _ended(self, request: DumpRequest, tries: int, program: str, completed: Completed) -> None:
+        del self._running[request]
+        dump = _result(request.pid, completed)
         if completed.returncode and py_spy.is_denied(completed):
-            self._ask(wish, *py_spy.repair(wish.pid, program))
-        elif dump is None and tries > 1 and proc.is_alive(wish.pid):
-            again = functools.partial(self._again, wish, tries - 1)
+            self._ask(request, *py_spy.repair(request.pid, program))
+        elif dump is None and tries > 1 and proc.is_alive(request.pid):
+            again = functools.partial(self._again, request, tries - 1)
             self._reactor.call_later(RETRY_S, again)
         else:
-            self._answer(wish, dump or _without(wish.pid, completed))
+            self._answer(request, dump or _without(request.pid, completed))
         self._start_some()
 
-    def _again(self, wish: Wish, tries: int) -> None:
-        if wish in self._waiting:  # else: closed meanwhile
-            self._queue.append((wish, tries))
+    def _again(self, request: DumpRequest, tries: int) -> None:
+        if request in self._waiting:  # else: closed meanwhile
+            self._queue.append((request, tries))
             self._start_some()
 
-    def _answer(self, wish: Wish, dump: Dump) -> None:
-        for done in self._waiting.pop(wish, ()):
+    def _answer(self, request: DumpRequest, dump: Dump) -> None:
+        for done in self._waiting.pop(request, ()):
             done(dump)
 
     def end_helpers(self) -> None:
@@ -184,19 +186,19 @@ class StackRequest:
         wanted = [process for process in processes if not refusals[process.name]]
         if not wanted:
             raise BadCallError("wrong-state", "; ".join(refusals.values()))
-        wishes = {process.name: self._wishes(process) for process in wanted}
-        self._missing = sum(map(len, wishes.values()))
+        requests = {process.name: self._requests(process) for process in wanted}
+        self._missing = sum(map(len, requests.values()))
         for name, refusal in refusals.items():
             self._found[name] = [Dump(0, "", problem=refusal)] if refusal else []
-        for name, some in wishes.items():
-            for wish in some:
-                self._stacks.dump(wish, functools.partial(self._arrived, name))
+        for name, some in requests.items():
+            for request in some:
+                self._stacks.dump(request, functools.partial(self._arrived, name))
 
-    def _wishes(self, process: Process) -> list[Wish]:
+    def _requests(self, process: Process) -> list[DumpRequest]:
         assert process.child is not None
         native, with_locals = (bool(self._options.get(name)) for name in ("native", "locals"))
         pids = members(process.child.pid)
-        return [Wish(pid, native=native, with_locals=with_locals) for pid in pids]
+        return [DumpRequest(pid, native=native, with_locals=with_locals) for pid in pids]
 
     def _arrived(self, name: str, dump: Dump) -> None:
         self._found[name].append(dump)

@@ -1,4 +1,4 @@
-"""Stacks that a node tells itself, without py-spy: one that was started warm."""
+"""Stacks that a node writes itself, without py-spy: one that was started warm."""
 
 from __future__ import annotations
 

@@ -42,8 +42,8 @@ _TOOLS = ("COVERAGE_PROCESS_START", "COVERAGE_PROCESS_CONFIG", "COV_CORE_SOURCE"
 
 
 class Prepared:
-    """What the preparing process has told: the variables that its imports have read, the names of
-    the modules that it has loaded, and those that it has left out.
+    """What the preparing process has reported: the variables that its imports have read, the names
+    of the modules that it has loaded, and those that it has left out.
     """
 
     def __init__(

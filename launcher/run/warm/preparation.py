@@ -212,7 +212,7 @@ def _recorded_variables(names: set[str]) -> Iterator[None]:
 
 
 class Scan:
-    """Finds the imports of programs in a process of its own, while this one imports modules.
+    """Finds the imports of programs in a separate process, while this one imports modules.
 
     Begins at once. `programs` have `script` or `module`, and `folder`, first in their path.
     """

@@ -1,6 +1,6 @@
 """Starts Python nodes warm: by forks of a preparing process that has imported what they need.
 
-A start is asynchronous: its process is STARTING until it has told that its program begins. The
+A start is asynchronous: its process is STARTING until it reports that its program begins. The
 preparing process makes one after the other, so that few descriptors are open at a time. Whatever
 goes wrong, the process is started cold.
 """

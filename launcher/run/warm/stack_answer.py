@@ -1,4 +1,4 @@
-"""Lets a node tell on request what its threads are doing, for `stack` without py-spy.
+"""Lets a node write on request what its threads are doing, for `stack` without py-spy.
 
 A thread waits for a byte in a pipe, which the launcher opens in /proc, and writes the stacks to a
 file in memory. It needs the GIL for that, as any Python code. `faulthandler`, which does not, was

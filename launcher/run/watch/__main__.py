@@ -1,4 +1,4 @@
-"""Reads which programs run, tells which of them have to be restarted; lines of JSON.
+"""Reads which programs run, reports which of them have to be restarted; lines of JSON.
 
 {"process": "robot_1-2", "argv": [...], "env": {...}, "cwd": null, "parameters": [...],
  "started_ns": 1763703001200000000}     it was started; the same with "launch": [...] for the
@@ -28,7 +28,7 @@ from launcher.run.watch.folders import QUIET_S, Folders, Settling
 from launcher.run.watch.watched import Broken, Changed, Report, Watched
 from launcher.run.watch.watched_programs import WatchedProgram
 
-# All files are looked at so often: not every file system tells changes.
+# All files are looked at so often: not every file system reports changes.
 POLL_S = 2.0
 POLL_ALONE_S = 0.5  # where the kernel cannot watch
 
@@ -54,7 +54,7 @@ class Watcher:
             for report in self._watched.settled(
                 self._settling.take(time.monotonic()), self._settling.busy
             ):
-                tell(_as_json(report))
+                send(_as_json(report))
                 self._is_stale = True
 
     def _read(self) -> None:
@@ -91,7 +91,7 @@ class Watcher:
                 members=tuple(map(tuple, request["members"])),
             )
             changed = self._watched.add_process(name, program, started_ns)
-            tell({"files": name, "paths": self._watched.files(name)})
+            send({"files": name, "paths": self._watched.files(name)})
         self._settling.note(changed, time.monotonic())
 
     def _wait(self) -> None:
@@ -123,7 +123,7 @@ class Watcher:
         except LauncherError as error:
             if self._poll_s != POLL_ALONE_S:
                 text = f"{error.message}; files are looked at every {POLL_ALONE_S:g} s instead"
-                tell({"warning": f"{text}\nhint: {error.hint}" if error.hint else text})
+                send({"warning": f"{text}\nhint: {error.hint}" if error.hint else text})
             self._poll_s = POLL_ALONE_S
 
 
@@ -139,7 +139,7 @@ def _as_json(report: Report) -> dict[str, Any]:
     return {"deleted": report.path, "processes": report.processes}
 
 
-def tell(message: Mapping[str, Any]) -> None:
+def send(message: Mapping[str, Any]) -> None:
     sys.stdout.write(strict_json.packed(message) + "\n")
     sys.stdout.flush()
 

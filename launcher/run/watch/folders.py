@@ -11,7 +11,7 @@ from watchfiles._rust_notify import RustNotify
 
 from launcher.base.errors import LauncherError
 
-STEP_MS = 50  # how often watchfiles looks at what the kernel has told it
+STEP_MS = 50  # how often watchfiles reads the events of the kernel
 QUIET_S = 0.2  # without another change
 LONGEST_S = 2.0  # after the first change; then files that are quiet themselves do not wait any more
 _LIMIT = "/proc/sys/fs/inotify/max_user_watches"

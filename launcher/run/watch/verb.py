@@ -1,4 +1,4 @@
-"""The verb `watch`: turns it on and off, and tells what is watched."""
+"""The verb `watch`: turns it on and off, and shows what is watched."""
 
 from __future__ import annotations
 

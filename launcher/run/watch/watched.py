@@ -57,14 +57,14 @@ Report = Changed | Broken | Deleted
 
 
 class Watched:
-    """`find_files` tells which files a program loads; tests replace it."""
+    """`find_files` returns the files that a program loads; tests replace it."""
 
     def __init__(self, find_files: Callable[[WatchedProgram], list[str]] = files_of) -> None:
         self._find_files = find_files
         self._entries: dict[str, _Entry] = {}
         self._states: dict[str, State] = {}
         self._digests: dict[str, str | None] = {}
-        self._told: dict[str, str | None] = {}  # digest of the content that a problem was told of
+        self._reported: dict[str, str | None] = {}  # digest of the content that had a problem
         self._problems: dict[str, tuple[LauncherError | None, list[str]]] = {}
 
     # ---- what is watched
@@ -115,7 +115,7 @@ class Watched:
         used = {path for entry in self._entries.values() for path in entry.paths}
         for path in self._states.keys() - used:
             del self._states[path], self._digests[path]
-            self._told.pop(path, None)
+            self._reported.pop(path, None)
 
     # ---- changes
 
@@ -133,7 +133,7 @@ class Watched:
         return changed
 
     def settled(self, paths: Iterable[str], busy: Iterable[str] = ()) -> list[Report]:
-        """What is to be told when these changes are over; `busy` are files that still change."""
+        """The reports when these changes are over; `busy` are files that still change."""
         paths = list(paths)
         if not paths:
             return []
@@ -141,8 +141,8 @@ class Watched:
         for path in paths:
             if path in self._states:
                 self._digests[path] = digest_of(path)
-                if self._told.get(path) != self._digests[path]:
-                    self._told.pop(path, None)
+                if self._reported.get(path) != self._digests[path]:
+                    self._reported.pop(path, None)
         self._problems.clear()
         busy, ready = set(busy), []
         for name, entry in self._entries.items():
@@ -167,7 +167,7 @@ class Watched:
     def _can_load(self, name: str, entry: _Entry) -> bool:
         """Whether it can be started with its files as they are now, which are watched from now."""
         if entry.program is None:
-            return True  # the evaluation tells
+            return True  # its evaluation reports what is wrong
         files = self._find_files(entry.program)
         for path in files:
             if path not in self._states:
@@ -194,7 +194,7 @@ class Watched:
         file_checks.forget_byte_code(path)
         return True
 
-    # ---- what is told
+    # ---- what is reported
 
     def _problem(self, path: str, error: LauncherError | None, name: str) -> None:
         self._problems.setdefault(path, (error, []))[1].append(name)
@@ -202,9 +202,9 @@ class Watched:
     def _new_problems(self) -> Iterator[Report]:
         """Each once for one content of the file."""
         for path, (error, names) in self._problems.items():
-            if self._told.get(path, UNKNOWN) == self._digests.get(path):
+            if self._reported.get(path, UNKNOWN) == self._digests.get(path):
                 continue
-            self._told[path] = self._digests.get(path)
+            self._reported[path] = self._digests.get(path)
             yield Deleted(path, tuple(names)) if error is None else Broken(error, tuple(names))
 
     def _as_changed(self, ready: Sequence[tuple[str, Sequence[str]]]) -> Changed:

@@ -94,12 +94,12 @@ class Watching(Part):
                 self._reactor,
                 self.run.env,
                 self._log.warn,
-                on_start=self._tell_all,
-                on_message=self._told,
+                on_start=self._send_all,
+                on_message=self._received,
             )
             self._watcher.start()
         else:
-            self._tell_all()
+            self._send_all()
 
     def end_helpers(self) -> None:
         if self._watcher is not None:
@@ -108,15 +108,15 @@ class Watching(Part):
         self._files.clear()
         self.launch_files = []
 
-    # ---- what the watcher is told
+    # ---- messages to the watcher
 
-    def _tell_all(self) -> None:
+    def _send_all(self) -> None:
         for process in self.run.processes:
             if self.watches(process):
-                self._tell(process)
+                self._send_process(process)
             elif self._files.pop(process.name, None) is not None:
                 self._send({"forget": process.name})
-        self._tell_launch(self._reactor.now())
+        self._send_launch(self._reactor.now())
 
     def _send(self, message: Mapping[str, object]) -> None:
         if self._watcher is not None:
@@ -125,9 +125,9 @@ class Watching(Part):
     def started(self, process: Process) -> None:
         self._has_said_idle = False
         if self.watches(process):
-            self._tell(process)
+            self._send_process(process)
 
-    def _tell(self, process: Process) -> None:
+    def _send_process(self, process: Process) -> None:
         spec, began_s = process.spec, process.machine.running_since
         self._send(
             {
@@ -144,7 +144,7 @@ class Watching(Part):
     def _wall_ns(self, when_s: float) -> int:
         return time.time_ns() - int((self._reactor.now() - when_s) * 1e9) - _EARLIER_NS
 
-    def _tell_launch(self, evaluated_s: float) -> None:
+    def _send_launch(self, evaluated_s: float) -> None:
         if not self._is_general:
             self.launch_files = []
             self._send({"forget": ""})
@@ -156,9 +156,9 @@ class Watching(Part):
         self.launch_files = [path for path in paths if os.path.exists(path)]
         self._send({"launch": paths, "started_ns": self._wall_ns(evaluated_s)})
 
-    # ---- what it tells
+    # ---- messages of the watcher
 
-    def _told(self, message: Mapping[str, Any]) -> None:
+    def _received(self, message: Mapping[str, Any]) -> None:
         match message:
             case {"files": name, "paths": paths}:
                 self._files[name] = paths
@@ -225,7 +225,7 @@ class Watching(Part):
             text = f"{error.render()}\nthe launch file was not reloaded: everything runs on"
             self._log.log("ERROR", "launch", text)
         else:
-            self._tell_launch(began_s)
+            self._send_launch(began_s)
 
     def _reloaded(self, entries: Sequence[ComparedProcess]) -> None:
         self._log.log("INFO", "launch", _summary(entries))
@@ -309,8 +309,8 @@ def _outcome(one: ComparedProcess) -> str:
 class FileWatcher:
     """The process that watches (launcher.run.watch), restarted if it dies.
 
-    `on_message` gets its messages; `on_start` is called when it has to be told everything. It ends
-    with the launcher, since its input ends then.
+    `on_message` gets its messages; `on_start` is called when it needs everything. It ends with
+    the launcher, since its input ends then.
     """
 
     def __init__(
@@ -352,7 +352,7 @@ class FileWatcher:
         self._on_start()
 
     def send(self, message: Mapping[str, object]) -> None:
-        if self._process is not None:  # else: it will be told everything
+        if self._process is not None:  # else: it gets everything at its start
             self._process.send(message)
 
     def _ended(self, code: int, line: str) -> None:
