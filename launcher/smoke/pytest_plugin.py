@@ -37,7 +37,7 @@ ANY, LAUNCHER = "*", "launch"
 
 
 class LaunchedSystem:
-    """A system that runs in a ROS domain of its own until the end of the test.
+    """A system that runs in a separate ROS domain until the end of the test.
 
     A process is named as for the launcher's verbs: `robot_2-4`, `robot_2`, `robot_*`, `*`;
     `launch` is the launcher itself. A wait that times out raises an AssertionError with what was

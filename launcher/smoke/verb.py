@@ -113,7 +113,7 @@ COMMAND = Command(
     arguments=(TARGET,),
     synopsis=SYNOPSIS,
     about=f"""\
-Start the launch file in a ROS domain of its own, check the expectations, stop it, and check
+Start the launch file in a separate ROS domain, check the expectations, stop it, and check
 what is left behind. Expectations are described in docs/reference/smoke.md.
 
 {ABOUT_TARGET}""",

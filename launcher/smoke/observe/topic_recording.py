@@ -1,4 +1,4 @@
-"""Records topics of a run into a bag, by `bag record` in a process of its own."""
+"""Records topics of a run into a bag, by `bag record` in a separate process."""
 
 from __future__ import annotations
 

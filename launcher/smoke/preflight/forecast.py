@@ -62,7 +62,7 @@ class Forecast:
             components=tuple(document["components"]),
         )
 
-    def knows(self, word: str) -> bool:
+    def starts(self, word: str) -> bool:
         with contextlib.suppress(BadCallError):
             return bool(resolve([word], self.processes))
         label = label_of(word)  # the number of a process may depend on timing
@@ -95,7 +95,7 @@ def compare(script: Script, forecast: Forecast) -> Findings:
     """Words that match no process: errors if the forecast is certain, else warnings."""
     errors, warnings = [], []
     for word, origin, keys in mentions(script):
-        if forecast.knows(word):
+        if forecast.starts(word):
             continue
         message = f"the launch file starts no process '{word}'"
         labels = dict.fromkeys(one.label for one in forecast.processes)

@@ -1,7 +1,7 @@
 """Write the ROS graph of a run to `graph.json` and `graph.svg`.
 
 The graph is recorded while the system runs and drawn afterwards: drawing takes seconds.
-`python -m launcher.smoke.reports.graph_files JSON SVG` draws in a process of its own, which can be
+`python -m launcher.smoke.reports.graph_files JSON SVG` draws in a separate process, which can be
 killed if a graph takes too long.
 """
 

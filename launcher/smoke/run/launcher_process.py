@@ -24,10 +24,10 @@ FORECAST = "LAUNCHER_FORECAST"  # the variable of the launcher
 
 
 class LauncherProcess:
-    """`python -m launcher WORDS` without a terminal, in a session of its own.
+    """`python -m launcher WORDS` without a terminal, in a new session.
 
     Its output goes to the file `output`. Ctrl-C in the terminal does not reach it. With `foresees`,
-    it starts nothing before its `forecast` was read and it was told to `go_on`.
+    it starts nothing before its `forecast` was read and `go_on` was called.
     """
 
     module = "launcher"
@@ -51,8 +51,8 @@ class LauncherProcess:
             passed: list[int] = []
             environment = dict(environment)
             if foresees:
-                self._judge, told = socket.socketpair()
-                passed = [stack.enter_context(told).fileno()]
+                self._judge, theirs = socket.socketpair()
+                passed = [stack.enter_context(theirs).fileno()]
                 environment[FORECAST] = str(passed[0])
             self._process = subprocess.Popen(
                 [sys.executable, "-m", self.module, *words],

@@ -224,12 +224,12 @@ class Runner:
             if verdict.outcome is not Decision.OPEN:
                 self._decided[expectation.name] = verdict, facts.now_s
                 self._progress.decided(self._now_s, expectation, verdict)
-        self._tell()
+        self._publish()
         took_s = self._now_s - facts.now_s
         self._next_judging_s = self._now_s + max(JUDGE_S, JUDGE_SHARE * took_s)
 
-    def _tell(self) -> None:
-        """Who watches the run in a browser sees what is decided."""
+    def _publish(self) -> None:
+        """Show what is decided on the page of the run."""
         if self._live is None and (folder := self._system.log_dir) is not None:
             self._live = LiveExpectations(folder, self._system.recorder)
         if self._live is not None:

@@ -1,6 +1,6 @@
 """The scenario of a run: when its steps and chaos are due, and running their commands.
 
-Every command has a thread of its own: one that takes long (a process that does not stop) must not
+Every command has a separate thread: one that takes long (a process that does not stop) must not
 delay the others.
 """
 

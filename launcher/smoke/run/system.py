@@ -1,4 +1,4 @@
-"""A launched system, started and observed from outside, in a ROS domain of its own."""
+"""A launched system, started and observed from outside, in a separate ROS domain."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class System(Waits):
         super().__init__(FactRecorder())
         given = os.environ if environment is None else environment
         self._environment = {k: v for k, v in given.items() if k not in _NOT_INHERITED}
-        self._wants_probe = probe
+        self._needs_probe = probe
         self._records = tuple(records)
         self._recording: Recording | None = None
         self._longest_s = longest_s
@@ -138,7 +138,7 @@ class System(Waits):
 
     def _start_observers(self, stack: contextlib.ExitStack) -> None:
         environment = {**self.environment, **system_network.of_probe(self.words, self.environment)}
-        if self._wants_probe:
+        if self._needs_probe:
             log = self.folder / "probe.log"
             probe = ProbeClient(environment, self.recorder, log, self._on_graph)
             stack.callback(probe.close)

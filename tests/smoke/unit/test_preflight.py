@@ -303,7 +303,7 @@ def test_a_forecast_is_certain_unless_functions_are_called_later(tmp_path: Path,
     path.write_text(LAUNCH.replace("{more}", more), encoding="utf-8")
     foreseen = forecast_of(path)
     assert foreseen.is_certain is (more in CERTAIN)
-    assert foreseen.knows("two") is ("two" in more)
+    assert foreseen.starts("two") is ("two" in more)
 
 
 MOMENTS = """
