@@ -49,11 +49,11 @@ server closes with 4403 without the key, 4429 if 100 pages are open, 1011 after 
   `positions` of `nodes` and `topics` in points.
 * `probe`: `available`, `reason`: the probe has ended, or another one was started; until its first
   graph the last one stays.
-* `topics`, once a second while wished: `topics`: for each name `rate_hz`, `bytes_per_s`, `age_s`,
-  `count`, `state`, `error`.
-* `message`, of a wished echo: `topic`, `wall`, `sent`, `data`, `skipped`; with `data` null
+* `topics`, once a second while subscribed: `topics`: for each name `rate_hz`, `bytes_per_s`,
+  `age_s`, `count`, `state`, `error`.
+* `message`, of a subscribed echo: `topic`, `wall`, `sent`, `data`, `skipped`; with `data` null
   `error` if it cannot be read, or `bytes` if it is too long.
-* `points`, of a wished plot: `topic`, `field`, `points` (time, value; null: a gap), `reset`.
+* `points`, of a subscribed plot: `topic`, `field`, `points` (time, value; null: a gap), `reset`.
 * `plan`, as `plan --json`, with the `name` of each process, and `tree`.
 * `expectations`, of a smoke run: `title`, `state` (`open`, `passed`, `failed`), `wall`, `detail`.
 * `ended`: `wall`, `how` (`ended`, or `lost` if the launcher was killed), `text`.

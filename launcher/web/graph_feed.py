@@ -1,4 +1,4 @@
-"""What the probe tells, for the pages: the graph, rates, messages, numbers to plot."""
+"""What the probe observes, for the pages: the graph, rates, messages, numbers to plot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 class GraphFeed:
-    """Starts the probe when the first page opens, and subscribes to what pages wish to see."""
+    """Starts the probe when the first page opens, and subscribes to what pages show."""
 
     def __init__(self, hub: Hub, rows: Callable[[], Rows] = list) -> None:
         self.environment: dict[str, str] = {}  # of the probe, besides ours
@@ -134,7 +134,7 @@ class GraphFeed:
     def _take(self, event: dict[str, Any]) -> None:
         kind = event["event"]
         if kind == "ready":
-            self._tell_reason(None)
+            self._send_reason(None)
         elif kind == "graph":
             self._state.take(event, self._rows(), time.time())
             self._show()
@@ -146,7 +146,7 @@ class GraphFeed:
         kind, topic = event["sub"][0], event["topic"]
         if kind == "e":
             message = {key: event.get(key) for key in _MESSAGE_KEYS}
-            self._hub.send({"event": "message", **message}, wished=("echo", topic))
+            self._hub.send({"event": "message", **message}, to=("echo", topic))
             return
         for (of, field), series in self._series.items():
             if of == topic:
@@ -160,9 +160,9 @@ class GraphFeed:
         self._deaths.append(time.monotonic())
         if self._dies_too_often():
             many = f"it ended {len(self._deaths)} times in {RESTARTS_S:g} s"
-            self._tell_reason(f"{reason} ({many}, and is not started again for now)")
+            self._send_reason(f"{reason} ({many}, and is not started again for now)")
             return
-        self._tell_reason(reason)
+        self._send_reason(reason)
         self._starting = self._hub.start(self._start_later(_RESTART_S))
 
     def _dies_too_often(self) -> bool:
@@ -170,8 +170,8 @@ class GraphFeed:
             self._deaths.popleft()
         return len(self._deaths) > MAX_RESTARTS
 
-    def _tell_reason(self, reason: str | None) -> None:
-        """Keep why there is no graph, and tell the pages if that has changed."""
+    def _send_reason(self, reason: str | None) -> None:
+        """Keep why there is no graph, and send it to the pages if that has changed."""
         if reason != self.reason:
             self.reason = reason
             self._hub.send({"event": "probe", **self.available()})
@@ -230,7 +230,7 @@ class GraphFeed:
     # ---- subscriptions
 
     def subscribe(self) -> None:
-        """Make the probe's subscriptions what the pages wish."""
+        """Make the probe's subscriptions those of the pages."""
         if self._probe is None:
             return
         wanted = self._wanted()
@@ -241,15 +241,15 @@ class GraphFeed:
         self._subscribed = wanted
 
     def _wanted(self) -> set[tuple[str, str]]:
-        plots = self._hub.wishes("plot")
+        plots = self._hub.subscribed("plot")
         pairs = {(topic, field) for topic, _, field in (one.partition("\n") for one in plots)}
         for gone in self._series.keys() - pairs:
             del self._series[gone]
         for new in pairs - self._series.keys():
             self._series[new] = Series()
-        wanted = {("e", topic) for topic in self._hub.wishes("echo")}
+        wanted = {("e", topic) for topic in self._hub.subscribed("echo")}
         wanted |= {("p", topic) for topic, _ in pairs}
-        is_watched = self._hub.wishes("topics") or time.monotonic() < self._watch_until
+        is_watched = self._hub.subscribed("topics") or time.monotonic() < self._watch_until
         if is_watched and self.graph is not None:
             wanted |= {("t", topic["name"]) for topic in self.graph["topics"]}
         return wanted
@@ -268,7 +268,7 @@ class GraphFeed:
                     one["topic"]: one for key, one in subs.items() if key.startswith("t:")
                 }
                 message = {"event": "topics", "wall": time.time(), "topics": self.traffic}
-                self._hub.send(message, wished=("topics", ""))
+                self._hub.send(message, to=("topics", ""))
             self.subscribe()
 
     async def _send_points(self) -> None:
@@ -279,7 +279,7 @@ class GraphFeed:
                 if points:
                     self._hub.send(
                         _points(topic, field, points, reset=False),
-                        wished=("plot", f"{topic}\n{field}"),
+                        to=("plot", f"{topic}\n{field}"),
                     )
 
     def earlier_points(self, topic: str, field: str) -> Message | None:

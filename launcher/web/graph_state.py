@@ -148,7 +148,7 @@ def _key(endpoint: Document) -> tuple[Any, ...]:
 
 
 def process_of(node: str, pid: int | None, rows: Rows) -> str | None:
-    """The name of the process of a node, by its pid, else by the names that `ps` knows."""
+    """The name of the process of a node, by its pid, else by the node names in `ps`."""
     for row in rows:
         if pid is not None and row["pid"] == pid:
             return str(row["name"])

@@ -80,19 +80,19 @@ class PageOutbox:
 
 
 class Hub:
-    """All pages that are open. `on_wish` is called when what pages want to see has changed.
+    """All pages that are open. `on_change` is called when their subscriptions have changed.
 
-    A wish is ("topics", ""), ("echo", topic) or ("plot", "topic\\nfield"): what is expensive is
-    read only while a page shows it.
+    A subscription is ("topics", ""), ("echo", topic) or ("plot", "topic\\nfield"): what is
+    expensive is read only while a page shows it.
     """
 
     def __init__(
         self,
-        on_wish: Callable[[], None],
+        on_change: Callable[[], None],
         on_failure: Callable[[BaseException], None] = lambda error: None,
     ) -> None:
         self._pages: dict[PageOutbox, set[tuple[str, str]]] = {}
-        self._on_wish = on_wish
+        self._on_change = on_change
         self.fail = on_failure  # for what all pages need and that cannot go on
 
     def start(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
@@ -115,22 +115,23 @@ class Hub:
 
     def leave(self, outbox: PageOutbox) -> None:
         if self._pages.pop(outbox, None):
-            self._on_wish()
+            self._on_change()
 
-    def wish(self, outbox: PageOutbox, kind: str, what: str, *, on: bool) -> None:
-        wishes = self._pages.get(outbox)
-        if wishes is None:
+    def set_subscription(self, outbox: PageOutbox, kind: str, what: str, *, on: bool) -> None:
+        subscriptions = self._pages.get(outbox)
+        if subscriptions is None:
             return
-        (wishes.add if on else wishes.discard)((kind, what))
-        self._on_wish()
+        (subscriptions.add if on else subscriptions.discard)((kind, what))
+        self._on_change()
 
-    def wishes(self, kind: str) -> set[str]:
-        """What the pages together wish of a kind."""
-        return {what for wishes in self._pages.values() for one, what in wishes if one == kind}
+    def subscribed(self, kind: str) -> set[str]:
+        """The subscriptions of all pages of a kind."""
+        pages = self._pages.values()
+        return {what for page in pages for one, what in page if one == kind}
 
-    def send(self, message: Message, *, wished: tuple[str, str] | None = None) -> None:
-        """Send to all pages, or to those with this wish."""
-        chosen = [p for p, wishes in self._pages.items() if wished is None or wished in wishes]
+    def send(self, message: Message, *, to: tuple[str, str] | None = None) -> None:
+        """Send to all pages, or to those with this subscription."""
+        chosen = [page for page, held in self._pages.items() if to is None or to in held]
         if not chosen:
             return
         text = encode(message)

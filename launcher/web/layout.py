@@ -74,13 +74,13 @@ class Layout:
         while missing:
             near = [key for key in missing if any(n in self._at for n, _ in neighbours[key])]
             for key in near or missing[:1]:
-                self._at[key] = self._free(key, self._wish(neighbours[key]))
+                self._at[key] = self._free(key, self._target(neighbours[key]))
                 missing.remove(key)
         if len(self._at) > _KEEP:
             shown = set(_all(graph))
             self._at = {key: at for key, at in self._at.items() if key in shown}
 
-    def _wish(self, neighbours: list[tuple[Key, int]]) -> Point:
+    def _target(self, neighbours: list[tuple[Key, int]]) -> Point:
         """Right of what it reads, else left of what reads it, else below all."""
         for side in (1, -1):
             found = [(self._at[k], _width(k)) for k, s in neighbours if s == side and k in self._at]
@@ -90,17 +90,17 @@ class Layout:
                 return side * (edge + _COLUMN + _PAD), mean
         return min(x for x, _ in self._at.values()), max(y for _, y in self._at.values()) + _HEIGHT
 
-    def _free(self, key: Key, wish: Point) -> Point:
-        """The free place nearest to a wish, up or down."""
+    def _free(self, key: Key, target: Point) -> Point:
+        """The free place nearest to a point, up or down."""
         width, step = _width(key), _HEIGHT + _GAP
         for number in range(2 * len(self._at) + 2):
-            y = wish[1] + step * ((number + 1) // 2) * (1 if number % 2 else -1)
+            y = target[1] + step * ((number + 1) // 2) * (1 if number % 2 else -1)
             if not any(
-                abs(x - wish[0]) < (width + _width(other)) / 2 and abs(at - y) < step
+                abs(x - target[0]) < (width + _width(other)) / 2 and abs(at - y) < step
                 for other, (x, at) in self._at.items()
             ):
-                return wish[0], y
-        return wish
+                return target[0], y
+        return target
 
 
 def source(graph: Document) -> str:

@@ -59,7 +59,7 @@ DEFINITIONS = (
     MetricDefinition(
         "launcher_process_cpu_ratio", _PROCESS, "CPU in the last second, 1 for one core"
     ),
-    MetricDefinition("launcher_process_memory_bytes", _PROCESS, "Memory of its own (USS)"),
+    MetricDefinition("launcher_process_memory_bytes", _PROCESS, "Memory that is not shared (USS)"),
     MetricDefinition("launcher_process_resident_memory_bytes", _PROCESS, "Resident memory (RSS)"),
     MetricDefinition("launcher_process_threads", _PROCESS, "Threads"),
     MetricDefinition("launcher_process_open_fds", _PROCESS, "Open file descriptors"),
@@ -85,7 +85,7 @@ DEFINITIONS = (
 
 
 class Metrics(Collector):
-    """The metrics of one run, in a registry of their own."""
+    """The metrics of one run, in a separate registry."""
 
     def __init__(self, run: RunFeed, graph: GraphFeed) -> None:
         self._run = run

@@ -1,4 +1,4 @@
-"""The tree of a run's launch file, which a process of its own evaluates again."""
+"""The tree of a run's launch file, which a separate process evaluates again."""
 
 from __future__ import annotations
 

@@ -100,9 +100,9 @@ class PageSession:
             "run": self._run,
             "older": self._older,
             "tree": self._tree,
-            "topics": self._wish,
-            "echo": self._wish,
-            "plot": self._wish,
+            "topics": self._subscribe,
+            "echo": self._subscribe,
+            "plot": self._subscribe,
             "probe": self._probe,
             "cancel": self._cancel,
             "arrange": self._arrange,
@@ -252,11 +252,11 @@ class PageSession:
         self._feeds.run.want_tree()
         return _done({})
 
-    async def _wish(self, request: Request) -> Request:
+    async def _subscribe(self, request: Request) -> Request:
         kind = request["do"]
         topic, field = str(request.get("topic", "")), str(request.get("field", ""))
         what = f"{topic}\n{field}" if kind == "plot" else topic
-        self._feeds.hub.wish(self._outbox, kind, what, on=bool(request["on"]))
+        self._feeds.hub.set_subscription(self._outbox, kind, what, on=bool(request["on"]))
         if request["on"]:
             await self._feeds.graph.start()
         if kind == "plot" and request["on"]:

@@ -79,7 +79,7 @@ class RunClient:
         try:
             async for answer in _answers(reader):
                 self._take(answer)
-        except Exception as error:  # else nobody would hear of it
+        except Exception as error:  # else it would be lost
             self.failure = error
         for future in self._waiting.values():
             if not future.done():

@@ -1,4 +1,4 @@
-"""What the control socket tells, for the pages: processes, lines, events, the plan."""
+"""What the control socket sends, for the pages: processes, lines, events, the plan."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KEEP_EVENTS = 4000  # as many as the run itself
 LINES_PER_S = 500  # of one process; more are counted only
 _EARLIER_LINES = 10_000
 _BATCH_S = 0.1
-_BEAT_S = 2.0  # so often, pages hear something
+_BEAT_S = 2.0  # so often, pages get a message
 _SAMPLED = ("cpu", "memory", "lines")  # what a sample holds, in this order
 _FIRST_LINES = 3000  # a page that opens gets these at once, and asks for older ones
 _PLAN_DELAY_S = 0.5
@@ -44,7 +44,7 @@ class RunFeed:
         self._hub = hub
         self._on_end = on_end
         self._requests = RunClient(self._has_ended)
-        # A connection of its own: a flood of lines must not displace events and answers.
+        # A separate connection: a flood of lines must not displace events and answers.
         self._lines = RunClient(self._has_ended)
         self._open = 2  # connections
         self._walls: deque[float] = deque(maxlen=KEEP_SAMPLES)
@@ -125,11 +125,11 @@ class RunFeed:
     def _take_event(self, item: dict[str, Any]) -> None:
         entry = entry_of(item)
         if entry is None:  # events were not read in time
-            self._tell_event({"event": "other", "wall_s": time.time(), "text": event_line(item)})
+            self._send_event({"event": "other", "wall_s": time.time(), "text": event_line(item)})
             return
         if entry.event.is_sample:
             return  # `top` has them
-        self._tell_event({**item, "text": entry.event.text})
+        self._send_event({**item, "text": entry.event.text})
         match entry.event:
             case Started() | Ended():
                 self._change(entry.process, entry.event)
@@ -137,7 +137,7 @@ class RunFeed:
             case Reloaded() if self._reading_tree is not None:
                 self._reading_tree = self._hub.start(self._read_tree())
 
-    def _tell_event(self, shown: dict[str, Any]) -> None:
+    def _send_event(self, shown: dict[str, Any]) -> None:
         self.events.append(shown)
         self._hub.send({"event": "run_events", "items": [shown], "reset": False})
 
@@ -239,7 +239,7 @@ class RunFeed:
             self.end("ended" if self._requests.said_goodbye else "lost")
 
     def end(self, how: str) -> None:
-        """Tell the pages once that the run has ended, or (`lost`) was killed."""
+        """Report to the pages once that the run has ended, or (`lost`) was killed."""
         if self.ended is not None:
             return
         text = "The run has ended." if how == "ended" else "The launcher was killed."

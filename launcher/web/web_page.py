@@ -109,7 +109,7 @@ class WebPage(Part):
             done(answer)
 
     def close(self) -> None:
-        """Tell the pages that the run has ended, and wait for the server's exit."""
+        """Report to the pages that the run has ended, and wait for the server's exit."""
         self._process.send(b"end")
         self._process.close()
         self._answer({"error": "the run has ended"})

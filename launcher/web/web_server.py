@@ -129,7 +129,7 @@ class WebServer:
         self._end.set()
 
     def end_run(self) -> None:
-        """The run has ended in order: tell the pages, and end `serve`."""
+        """The run has ended in order: report that to the pages, and end `serve`."""
         self._run.end("ended")
 
     def _link(self, listening: socket.socket) -> str:
@@ -241,11 +241,11 @@ async def _serve_for_launcher(settings: PageSettings) -> None:
     reader = asyncio.create_task(_watch_input(server))
     if warning := risk(settings):
         print(strict_json.packed({"warning": warning}), flush=True)
-    await server.serve(_tell)
+    await server.serve(_print_link)
     reader.cancel()
 
 
-def _tell(link: str) -> None:
+def _print_link(link: str) -> None:
     """With what the launcher gives a server that replaces this one."""
     parts = urlsplit(link)
     token = unquote(parts.query.removeprefix("token="))

@@ -9,7 +9,7 @@ import { clock, day } from "page/format.js";
 import { lastAddress } from "page/shared/address.js";
 
 const loadPanel = (name) => import(`page/${name}/panel.js`);
-const SILENT_S = 4; // it tells the state of the processes once a second
+const SILENT_S = 4; // it sends the state of the processes once a second
 const PRELOAD_MS = 1000;
 
 // Name in the address, label, icon, and the module of each panel.
@@ -74,7 +74,7 @@ export const App = {
     const follow = () => (panel.value = fromHash().name);
     const show = (name) => (location.hash = lastAddress(name));
     const title = computed(() => hello.value?.run.target.split("/").pop() ?? "launcher");
-    // A report has a title of its own, with its result.
+    // A report has another title, with its result.
     watch(hello, (now) => now.frozen || (document.title = `${title.value} - launcher`));
     const counts = computed(() => {
       const running = processes.value.filter((row) => row.state === "RUNNING").length;
@@ -84,7 +84,7 @@ export const App = {
     const report = computed(() => reportOf(hello.value ?? {}));
     const banner = computed(() => {
       if (link.state === "open" && link.silent_s > SILENT_S) {
-        return `The launcher has told nothing for ${duration(link.silent_s)}: it may be suspended.`;
+        return `The launcher has sent nothing for ${duration(link.silent_s)}: it may be suspended.`;
       }
       if (link.state === "lost") return `${link.text} Trying again…`;
       if (link.state === "ended") {

@@ -7,12 +7,12 @@ const SILENT_MS = 8000; // the server sends something every 2 s
 const LOST = "The connection was lost before the answer. It may still be carried out.";
 const KEY = "launcher-key";
 
-const wishes = new Map(); // text of a wish -> {fields, count}
+const subscriptions = new Map(); // text of one -> {word, fields, count}
 const waiting = new Map(); // id -> resolve
 let socket = null;
 let nextId = 1;
 let failures = 0;
-let heardAt = 0;
+let receivedAt = 0;
 
 export class RequestError extends Error {
   constructor(error) {
@@ -48,26 +48,27 @@ export const run = (verb, names = [], options = {}) => request("run", { verb, na
 export const probe = async (word, fields = {}) =>
   (await request("probe", { request: { do: word, ...fields } })).result;
 
-// Wish to see topics (rates), an echo {topic} or a plot {topic, field}; call the result to end it.
-// The wishes of several panels are counted, and sent again after a lost connection.
-export function watch(word, fields = {}) {
+// Subscribe to topics (rates), an echo {topic} or a plot {topic, field}; call the result to end it.
+// The subscriptions of several panels are counted, and sent again after a lost connection.
+export function subscribe(word, fields = {}) {
   const key = JSON.stringify([word, fields]);
-  const wish = wishes.get(key) ?? { word, fields, count: 0 };
-  wishes.set(key, wish);
-  if (++wish.count === 1) sendWish(wish, true);
+  const subscription = subscriptions.get(key) ?? { word, fields, count: 0 };
+  subscriptions.set(key, subscription);
+  if (++subscription.count === 1) sendSubscription(subscription, true);
   let isOver = false;
   return () => {
     if (isOver) return;
     isOver = true;
-    if (--wish.count === 0) {
-      wishes.delete(key);
-      sendWish(wish, false);
+    if (--subscription.count === 0) {
+      subscriptions.delete(key);
+      sendSubscription(subscription, false);
     }
   };
 }
 
-function sendWish(wish, on) {
-  request(wish.word, { ...wish.fields, on }).catch(() => {}); // it is sent again with the link
+function sendSubscription(subscription, on) {
+  const { word, fields } = subscription;
+  request(word, { ...fields, on }).catch(() => {}); // it is sent again with the link
 }
 
 export function start() {
@@ -104,15 +105,15 @@ function feedKey() {
 }
 
 function opened() {
-  heardAt = Date.now();
+  receivedAt = Date.now();
   failures = 0;
   const after = log.last;
   request("open", { key: feedKey(), after, server: hello.value?.server ?? null }).catch(() => {});
-  for (const wish of wishes.values()) sendWish(wish, true);
+  for (const subscription of subscriptions.values()) sendSubscription(subscription, true);
 }
 
 function received(message) {
-  heardAt = Date.now();
+  receivedAt = Date.now();
   if (!("event" in message)) {
     waiting.get(message.id)?.(message);
     waiting.delete(message.id);
@@ -139,7 +140,7 @@ function closed(event) {
 
 // A laptop that slept may hold a connection that is dead without knowing it.
 function checkSilence() {
-  if (socket?.readyState !== WebSocket.OPEN || Date.now() - heardAt <= SILENT_MS) return;
+  if (socket?.readyState !== WebSocket.OPEN || Date.now() - receivedAt <= SILENT_MS) return;
   // Its own end may come much later, and must not make a second connection then.
   socket.onclose = socket.onmessage = null;
   socket.close();

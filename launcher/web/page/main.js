@@ -1,4 +1,4 @@
-// Starts the page: loads Quasar, which wants a global Vue, and mounts the application.
+// Starts the page: loads Quasar, which needs a global Vue, and mounts the application.
 
 import * as Vue from "vue";
 import { useTheme } from "page/theme.js";

@@ -9,7 +9,7 @@ const KEEP_MESSAGES = 200;
 const KEEP_POINTS = 20_000; // of one plot, as the server
 
 // link: connecting, open, lost, ended or frozen; `text` says more. `silent_s`: since the launcher
-// has told the server something.
+// has sent something to the server.
 export const link = reactive({ state: "connecting", text: "", since: 0, silent_s: 0 });
 export const hello = shallowRef(null);
 export const processes = shallowRef([]); // rows of `ps`

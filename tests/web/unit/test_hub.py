@@ -71,28 +71,28 @@ def test_a_page_that_does_not_read_loses_lines_but_no_events():
     assert quick.skipped_lines == 0
 
 
-def test_wishes_are_those_of_all_pages_and_end_with_them():
+def test_subscriptions_are_those_of_all_pages_and_end_with_them():
     calls: list[set[str]] = []
-    hub = Hub(lambda: calls.append(hub.wishes("echo")))
+    hub = Hub(lambda: calls.append(hub.subscribed("echo")))
     one, other = joined(hub), joined(hub)
 
-    hub.wish(one, "echo", "/a", on=True)
-    hub.wish(other, "echo", "/a", on=True)
-    hub.wish(other, "echo", "/b", on=True)
+    hub.set_subscription(one, "echo", "/a", on=True)
+    hub.set_subscription(other, "echo", "/a", on=True)
+    hub.set_subscription(other, "echo", "/b", on=True)
     hub.leave(one)
-    hub.wish(other, "echo", "/b", on=False)
+    hub.set_subscription(other, "echo", "/b", on=False)
     hub.leave(other)
 
     assert calls == [{"/a"}, {"/a"}, {"/a", "/b"}, {"/a", "/b"}, {"/a"}, set()]
     assert len(hub) == 0
 
 
-def test_what_is_wished_goes_only_to_who_wishes_it():
+def test_a_subscribed_message_goes_only_to_its_subscribers():
     hub = Hub(lambda: None)
     one, other = joined(hub), joined(hub)
-    hub.wish(one, "echo", "/a", on=True)
+    hub.set_subscription(one, "echo", "/a", on=True)
 
-    hub.send({"event": "message", "topic": "/a"}, wished=("echo", "/a"))
+    hub.send({"event": "message", "topic": "/a"}, to=("echo", "/a"))
     hub.send({"event": "ended"})
 
     assert [message["event"] for message in everything(one, 2)] == ["message", "ended"]

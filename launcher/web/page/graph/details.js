@@ -5,7 +5,7 @@ import { request } from "page/feed.js";
 import { graph, messages, traffic } from "page/store.js";
 import { bytes, clock } from "page/format.js";
 import { repairs, sentence } from "page/graph/model.js";
-import { isLive, qosText, showLog, trafficText, useWish } from "page/shared/ros.js";
+import { isLive, qosText, showLog, trafficText, useSubscription } from "page/shared/ros.js";
 import { goTo } from "page/shared/address.js";
 import { ValueTree } from "page/shared/value_tree.js";
 
@@ -16,7 +16,7 @@ export const GraphDetails = {
   setup(props) {
     const isTopic = computed(() => props.item.kind === "topic");
     const topicName = computed(() => (isTopic.value ? props.item.name : null));
-    useWish("echo", () => (topicName.value === null ? null : { topic: topicName.value }));
+    useSubscription("echo", () => (topicName.value === null ? null : { topic: topicName.value }));
     const endpoints = computed(() =>
       (graph.value?.endpoints ?? []).filter(
         (one) => (isTopic.value ? one.topic : one.node) === props.item.name,

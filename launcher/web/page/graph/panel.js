@@ -8,7 +8,7 @@ import { GraphDetails } from "page/graph/details.js";
 import { forcePositions } from "page/graph/force.js";
 import { namespaces, picture, places, repairs, sentence } from "page/graph/model.js";
 import { isBetterTurned, turned } from "page/graph/turn.js";
-import { ProbeProblem, isFrozen, isLive, trafficText, useWish } from "page/shared/ros.js";
+import { ProbeProblem, isFrozen, isLive, trafficText, useSubscription } from "page/shared/ros.js";
 import { hashValue, keepInHash } from "page/shared/address.js";
 import { SearchField } from "page/shared/search_field.js";
 
@@ -47,7 +47,7 @@ export default {
     let hasFitted = false;
     let isTurned = false; // decided whenever the picture is fitted
     let observer = null;
-    useWish("topics");
+    useSubscription("topics");
 
     const isArrangedHere = computed(() => graph.value && !graph.value.positions);
     const drawing = computed(() => (graph.value ? picture(graph.value, options) : null));

@@ -1,4 +1,4 @@
-// The lines that a reader wants to see: filtered once, then only what comes in.
+// The lines that match the filter: all are tested once, then only those that come in.
 
 import { RegexSearch } from "page/log/regex_search.js";
 import { plain } from "page/shared/sgr.js";
@@ -61,14 +61,14 @@ export class LogFilter {
 
   // Show other lines: {names: Set, level, text, isRegex, isExact, from, to,
   // isWrong}; `isWrong`: the expression is not valid, and no line is shown.
-  set(wish) {
+  set(criteria) {
     this.end();
-    this.hasFailed = wish.isWrong;
-    this.test = testOf(wish);
-    if (wish.isRegex && wish.text && !wish.isWrong) {
+    this.hasFailed = criteria.isWrong;
+    this.test = testOf(criteria);
+    if (criteria.isRegex && criteria.text && !criteria.isWrong) {
       this.search = new RegexSearch(
-        wish.text,
-        wish.isExact ? "" : "i",
+        criteria.text,
+        criteria.isExact ? "" : "i",
         (rows, isOlder) => this.show(rows, isOlder, false),
         (text) => ((this.hasFailed = true), (this.search = null), this.failed(text)),
       );

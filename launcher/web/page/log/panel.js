@@ -7,12 +7,12 @@ import { download } from "page/log/file.js";
 import { LAUNCHER, LEVELS } from "page/log/filter.js";
 import { LogLine } from "page/log/line.js";
 import { useLogView } from "page/log/view.js";
-import { look, wish } from "page/log/wish.js";
+import { criteria, look } from "page/log/criteria.js";
 import { SearchField } from "page/shared/search_field.js";
 import { WindowList } from "page/shared/window_list.js";
 
 const ROW_HEIGHT = 20;
-const TELL_MS = 4000; // how long a note is shown
+const NOTE_MS = 4000; // how long a note is shown
 const RANGES = [
   { value: "all", label: "All times" },
   { value: "60", label: "Last minute" },
@@ -75,11 +75,11 @@ export default {
     const view = useLogView(list);
     const noError = ref(false);
     const close = () => (context.value = null);
-    let telling = 0;
+    let hiding = 0;
     const jump = (step) => {
-      clearTimeout(telling);
+      clearTimeout(hiding);
       noError.value = !view.jumpToError(step);
-      telling = setTimeout(() => (noError.value = false), TELL_MS);
+      hiding = setTimeout(() => (noError.value = false), NOTE_MS);
     };
     useKeys({ ...view, jumpToError: jump }, close);
     const open = (row) => {
@@ -90,14 +90,14 @@ export default {
     };
     const total = computed(() => (void log.version.value, log.rows.length));
     const isFiltered = computed(
-      () => chosen.processes.size || wish.level || wish.text || wish.range !== "all",
+      () => chosen.processes.size || criteria.level || criteria.text || criteria.range !== "all",
     );
     const clear = () => {
       chosen.processes.clear();
-      Object.assign(wish, { level: "", text: "", range: "all", from: "", to: "" });
+      Object.assign(criteria, { level: "", text: "", range: "all", from: "", to: "" });
     };
     return {
-      ...view, ...useNames(view.counts), list, context, close, open, jump, noError, wish, look,
+      ...view, ...useNames(view.counts), list, context, close, open, jump, noError, criteria, look,
       total, isFiltered, clear, ROW_HEIGHT, RANGES, LEVEL_OPTIONS, TIME_WORDS,
       keyOf: (row) => row.number,
       toMoment: (row) => row.time && (chosen.moment = row.time),
@@ -109,15 +109,16 @@ export default {
   template: `
     <div class="panel panel-full log-panel">
       <div class="panel-bar log-bar">
-        <SearchField v-model="wish.text" label="Search the log" :is-wrong="problem !== ''"
-                     :placeholder="wish.isRegex ? 'Expression (/)' : 'Filter (/)'">
-          <q-btn flat dense no-caps size="sm" label=".*" :class="{ on: wish.isRegex }"
-                 data-action="regex" :aria-pressed="wish.isRegex" aria-label="Regular expression"
-                 title="Regular expression" @click="wish.isRegex = !wish.isRegex" />
-          <q-btn flat dense no-caps size="sm" label="Aa" :class="{ on: wish.isExact }"
-                 data-action="case" :aria-pressed="wish.isExact"
+        <SearchField v-model="criteria.text" label="Search the log" :is-wrong="problem !== ''"
+                     :placeholder="criteria.isRegex ? 'Expression (/)' : 'Filter (/)'">
+          <q-btn flat dense no-caps size="sm" label=".*" :class="{ on: criteria.isRegex }"
+                 data-action="regex" :aria-pressed="criteria.isRegex"
+                 aria-label="Regular expression" title="Regular expression"
+                 @click="criteria.isRegex = !criteria.isRegex" />
+          <q-btn flat dense no-caps size="sm" label="Aa" :class="{ on: criteria.isExact }"
+                 data-action="case" :aria-pressed="criteria.isExact"
                  aria-label="Upper and lower case differ" title="Upper and lower case differ"
-                 @click="wish.isExact = !wish.isExact" />
+                 @click="criteria.isExact = !criteria.isExact" />
         </SearchField>
         <q-select dense outlined options-dense multiple emit-value v-model="names"
                   :options="options"
@@ -132,17 +133,17 @@ export default {
             </q-item>
           </template>
         </q-select>
-        <q-select dense outlined options-dense emit-value map-options v-model="wish.level"
+        <q-select dense outlined options-dense emit-value map-options v-model="criteria.level"
                   :options="LEVEL_OPTIONS"
                   aria-label="Minimum level" data-filter="level" class="log-level" />
-        <q-select dense outlined options-dense emit-value map-options v-model="wish.range"
+        <q-select dense outlined options-dense emit-value map-options v-model="criteria.range"
                   :options="RANGES"
                   aria-label="Times" data-filter="range" class="log-range" />
-        <span v-if="wish.range === 'times'" class="panel-group">
-          <input type="time" step="1" v-model="wish.from" aria-label="From" data-filter="from"
+        <span v-if="criteria.range === 'times'" class="panel-group">
+          <input type="time" step="1" v-model="criteria.from" aria-label="From" data-filter="from"
                  class="time-input">
           <span class="muted">to</span>
-          <input type="time" step="1" v-model="wish.to" aria-label="To" data-filter="to"
+          <input type="time" step="1" v-model="criteria.to" aria-label="To" data-filter="to"
                  class="time-input">
         </span>
         <q-btn v-if="isFiltered" flat dense round icon="filter_alt_off"

@@ -3,7 +3,7 @@
 import { computed, nextTick, onMounted, onUnmounted, ref, shallowRef, watch } from "vue";
 import { chosen, log, wall } from "page/store.js";
 import { LogFilter, isError, lowerBound } from "page/log/filter.js";
-import { bounds, readAddress, wish, writeAddress } from "page/log/wish.js";
+import { bounds, criteria, readAddress, writeAddress } from "page/log/criteria.js";
 import { fetchOlder } from "page/log/older_lines.js";
 import { prepareSearch, problemOf } from "page/log/regex_search.js";
 
@@ -36,10 +36,10 @@ export function useLogView(list) {
   const filter = new LogFilter(log, changed, (text) => (problem.value = text));
 
   const apply = () => {
-    const wrong = wish.isRegex ? problemOf(wish.text) : "";
+    const wrong = criteria.isRegex ? problemOf(criteria.text) : "";
     problem.value = wrong ? `Not a regular expression: ${wrong}` : "";
     const names = new Set(chosen.processes);
-    filter.set({ ...wish, names, ...bounds(wall.value), isWrong: wrong !== "" });
+    filter.set({ ...criteria, names, ...bounds(wall.value), isWrong: wrong !== "" });
     counts.value = filter.counts;
     writeAddress();
   };
@@ -53,7 +53,7 @@ export function useLogView(list) {
   };
   const tick = () => {
     counts.value = new Map(filter.counts);
-    if (/^\d+$/.test(wish.range) && filter.expire(wall.value - Number(wish.range))) draw();
+    if (/^\d+$/.test(criteria.range) && filter.expire(wall.value - Number(criteria.range))) draw();
     fetchOlder();
   };
 
@@ -115,7 +115,7 @@ export function useLogView(list) {
   watch(wall, tick);
   watch(() => chosen.moment, visitMoment);
   watch(
-    () => [JSON.stringify(wish), [...chosen.processes].join("\n")],
+    () => [JSON.stringify(criteria), [...chosen.processes].join("\n")],
     () => {
       clearTimeout(typing);
       typing = setTimeout(apply, TYPING_MS);

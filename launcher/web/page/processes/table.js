@@ -10,7 +10,7 @@ const PROPS = {
   selected: { type: Set, required: true },
   cursor: { type: String, default: null },
   order: { type: Object, required: true }, // {by, isDescending}
-  isWide: { type: Boolean, default: true }, // else the last error has a line of its own
+  isWide: { type: Boolean, default: true }, // else the last error has a separate line
 };
 const PARTS = { ActionButtons, ErrorCell, SparkCell, StateCell };
 

@@ -1,7 +1,7 @@
 // What the panels about the ROS graph share.
 
-import { computed, onUnmounted, ref, watch as onChange } from "vue";
-import { watch } from "page/feed.js";
+import { computed, onUnmounted, ref, watch } from "vue";
+import { subscribe } from "page/feed.js";
 import { hello, link } from "page/store.js";
 import { duration, rate } from "page/format.js";
 import { goTo } from "page/shared/address.js";
@@ -11,14 +11,14 @@ export const isReadOnly = computed(() => isFrozen.value || Boolean(hello.value?.
 // Whether requests can be sent now.
 export const isLive = computed(() => link.state === "open");
 
-// Wish something while a panel is shown; `of` returns the fields, or null for nothing.
-export function useWish(word, of = () => ({})) {
+// Subscribe while a panel is shown; `of` returns the fields, or null for nothing.
+export function useSubscription(word, of = () => ({})) {
   let end = null;
   const begin = (fields) => {
     end?.();
-    end = fields === null || isFrozen.value ? null : watch(word, fields);
+    end = fields === null || isFrozen.value ? null : subscribe(word, fields);
   };
-  onChange(
+  watch(
     () => JSON.stringify(of()),
     () => begin(of()),
     { immediate: true },
@@ -42,7 +42,7 @@ export const ProbeProblem = {
     </div>`,
 };
 
-// What is told about the traffic of a topic in a few words.
+// The traffic of a topic in a few words.
 export function trafficText(one) {
   if (!one) return "";
   if (one.state === "failed") return "not measured";

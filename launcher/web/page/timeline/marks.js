@@ -42,7 +42,7 @@ export function described(entry, key) {
   return { key, wall: entry.wall_s, kind: entry.event, process, shape, tone, text, entry };
 }
 
-// Each kind has a shape of its own, not only a colour; about 10 wide, drawn from its middle. They
+// Each kind has a different shape, not only a colour; about 10 wide, drawn from its middle. They
 // are not moved by `transform`: thousands of these make browsers slow.
 const SHAPES = {
   start: "m-3,-5 l8,5 l-8,5 z",

@@ -3,7 +3,7 @@
 import { computed, ref, shallowRef, watch } from "vue";
 import { messages } from "page/store.js";
 import { bytes, clock } from "page/format.js";
-import { copy, isFrozen, useWish } from "page/shared/ros.js";
+import { copy, isFrozen, useSubscription } from "page/shared/ros.js";
 import { opened, toYaml } from "page/shared/paths.js";
 import { ValueTree } from "page/shared/value_tree.js";
 
@@ -32,7 +32,7 @@ export const Echo = {
     const isPaused = ref(false);
     const kept = shallowRef([]); // what a pause shows
     const chosen = shallowRef(null);
-    useWish("echo", () => ({ topic: props.topic }));
+    useSubscription("echo", () => ({ topic: props.topic }));
     const live = computed(() => messages.get(props.topic) ?? []);
     const rows = computed(() => (isPaused.value ? kept.value : live.value).slice(-SHOWN).reverse());
     const shown = computed(() => chosen.value ?? rows.value[0] ?? null);

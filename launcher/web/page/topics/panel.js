@@ -9,7 +9,7 @@ import { hashValue, hashValues, keepInHash } from "page/shared/address.js";
 import { Plot } from "page/topics/plot.js";
 import { Publish } from "page/topics/publish.js";
 import { SearchField } from "page/shared/search_field.js";
-import { ProbeProblem, isFrozen, isReadOnly, useNarrow, useWish } from "page/shared/ros.js";
+import { ProbeProblem, isFrozen, isReadOnly, useNarrow, useSubscription } from "page/shared/ros.js";
 
 const number = (name, label, format) => ({
   name,
@@ -41,7 +41,7 @@ const fromHash = () =>
 export default {
   components: { Echo, Plot, ProbeProblem, Publish, SearchField },
   setup() {
-    useWish("topics");
+    useSubscription("topics");
     const filter = ref("");
     const showsInternal = ref(false);
     const chosen = ref(hashValue("topic"));

@@ -1,7 +1,7 @@
 // Numeric fields of topics over the last minutes, on one time axis.
 
 import { computed, nextTick, onMounted, onUnmounted, ref, watch } from "vue";
-import { watch as wish } from "page/feed.js";
+import { subscribe } from "page/feed.js";
 import { chosen, plots, wall } from "page/store.js";
 import { clock } from "page/format.js";
 import { isFrozen } from "page/shared/ros.js";
@@ -30,7 +30,7 @@ export const Plot = {
     const span = ref(60);
     const isPaused = ref(false);
     const right = ref(new Set()); // series on the second axis
-    const ends = new Map(); // of the wishes
+    const ends = new Map(); // of the subscriptions
     let chart = null;
     let timer = null;
     let held = null; // what a pause shows
@@ -53,7 +53,7 @@ export const Plot = {
         for (const key of now) {
           if (ends.has(key) || isFrozen.value) continue;
           const [topic, field] = key.split("\n");
-          ends.set(key, wish("plot", { topic, field }));
+          ends.set(key, subscribe("plot", { topic, field }));
         }
         for (const [key, end] of [...ends]) {
           if (now.includes(key)) continue;

@@ -9,7 +9,7 @@ import { remember, remembered } from "page/shared/remembered.js";
 const NARROW = 700; // lines are wrapped below this width, until the reader decides
 
 // `range`: "all", "60" or "300" (the last seconds), or "times" with `from` and `to` ("12:03:04").
-export const wish = reactive({
+export const criteria = reactive({
   level: "",
   text: "",
   isRegex: false,
@@ -41,11 +41,11 @@ function wallOf(text, fallback) {
 
 // {from, to}: seconds since 1970; `now` is the server's time.
 export function bounds(now) {
-  if (wish.range === "all") return { from: -Infinity, to: Infinity };
-  if (wish.range === "times") {
-    return { from: wallOf(wish.from, -Infinity), to: wallOf(wish.to, Infinity) };
+  if (criteria.range === "all") return { from: -Infinity, to: Infinity };
+  if (criteria.range === "times") {
+    return { from: wallOf(criteria.from, -Infinity), to: wallOf(criteria.to, Infinity) };
   }
-  return { from: now - Number(wish.range), to: Infinity };
+  return { from: now - Number(criteria.range), to: Infinity };
 }
 
 const isTime = (text) => (/^\d\d:\d\d/.test(text ?? "") ? text : "");
@@ -67,7 +67,7 @@ function readFilters(words) {
   const level = (words.get("level") ?? "").toUpperCase();
   const [from, to] = [isTime(words.get("from")), isTime(words.get("to"))];
   const last = words.get("last");
-  Object.assign(wish, {
+  Object.assign(criteria, {
     level: LEVELS.includes(level) ? level : "",
     text: words.get("text") ?? "",
     isRegex: words.get("regex") === "1",
@@ -83,13 +83,13 @@ export function writeAddress() {
   if (!parameters("log")) return;
   const hash = link("log", {
     process: [...chosen.processes],
-    level: wish.level,
-    text: wish.text,
-    regex: wish.text && wish.isRegex && "1",
-    case: wish.text && wish.isExact && "1",
-    from: wish.range === "times" && wish.from,
-    to: wish.range === "times" && wish.to,
-    last: /^\d+$/.test(wish.range) && wish.range,
+    level: criteria.level,
+    text: criteria.text,
+    regex: criteria.text && criteria.isRegex && "1",
+    case: criteria.text && criteria.isExact && "1",
+    from: criteria.range === "times" && criteria.from,
+    to: criteria.range === "times" && criteria.to,
+    last: /^\d+$/.test(criteria.range) && criteria.range,
   });
   if (hash !== location.hash) history.replaceState(history.state, "", hash);
 }
