@@ -29,8 +29,8 @@ _CONTROL_CHARACTER = "CMake and make cannot take control characters in paths"
 class Place:
     """A workspace: `root` holds `build/`, `install/` and `log/`; `base` holds the packages.
 
-    A package outside of a workspace is a workspace of its own, as for colcon: then both are its
-    folder. `named` are the folders of packages that the command line names; empty means all.
+    A package outside of a workspace is itself a workspace, as for colcon: then both are its folder.
+    `named` are the folders of packages that the command line names; empty means all.
     """
 
     root: str

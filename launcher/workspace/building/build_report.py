@@ -50,7 +50,7 @@ def full_disk(folders: Sequence[str]) -> LauncherError:
 def _render(failure: BuildFailure, outcome: BuildOutcome, *, is_disk_full: bool = False) -> str:
     """The failure of a package: its cause, or its last lines, and where the rest is.
 
-    If the disk is full, which is told before, that is the cause of all that has no place in a file.
+    A full disk, which is reported before, is the cause of all that has no place in a file.
     """
     package = failure.package
     text = output_of(package.folder, failure.log, failure.stderr)

@@ -1,6 +1,6 @@
 """What a package was built from: `build/PACKAGE/launcher.json`, and what has changed since.
 
-It is written before a build, so that the next one knows what a failed or killed one has worked on,
+It is written before a build, so that the next one finds what a failed or killed one has worked on,
 and completed after a successful one. It has
 
 * `files`: each source file with its time stamp, size, and digest; without digest where only the
@@ -207,13 +207,13 @@ def _file_entry(path: str, counts: bool, known: Sequence[Any] | None) -> list[An
             return list(known)
         with open(path, "rb") as file:
             return [status.st_mtime_ns, status.st_size, _digest(file.read())]
-    except OSError:  # a link to nowhere, or a file that cannot be read: its build will tell
+    except OSError:  # a link to nowhere, or a file that cannot be read: its build fails
         return [0, 0, "unreadable"]
 
 
 def _installed(place: Place, name: str) -> Iterator[str]:
     """The files of a package below `install/`; links count if they lead somewhere."""
-    if place.is_merged:  # whose file is whose cannot be told
+    if place.is_merged:  # a file does not show its package
         return
     prefix = os.path.join(place.install, name)
     for folder, below, names in os.walk(prefix):

@@ -1,4 +1,4 @@
-"""Runs jobs, several at a time, in ROS domains of their own, and leaves no process behind."""
+"""Runs jobs, several at a time, each in a separate ROS domain, and leaves no process behind."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ def environment(environ: Mapping[str, str], domain_id: int, run_id: str) -> dict
         RUN_ID_VARIABLE: run_id,
         "ROS_DOMAIN_ID": str(domain_id),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        # The output of a process that has to be killed is not lost, and it tells where it was.
+        # The output of a process that has to be killed is not lost, and shows where it was.
         "PYTHONUNBUFFERED": "1",
         "PYTHONFAULTHANDLER": "1",
     }

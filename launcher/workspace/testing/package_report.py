@@ -138,7 +138,7 @@ def _row(outcome: JobOutcome, found: Results, problem: str) -> str:
 
 
 def _print_output(job: Job) -> None:
-    """The end of the log, as a block of its own."""
+    """The end of the log, as a separate block."""
     with contextlib.suppress(OSError), open(job.log, "rb") as file:
         file.seek(max(0, os.fstat(file.fileno()).st_size - _TAIL_BYTES))
         lines = file.read().decode(errors="replace").removesuffix("\n").split("\n")

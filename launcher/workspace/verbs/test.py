@@ -34,8 +34,8 @@ COMMAND = Command(
     arguments=(option("[PACKAGE ...]", "all packages by default", default=()),),
     synopsis="[PACKAGE ...] [options] [-- OPTIONS OF PYTEST]",
     about="""\
-Run the tests of the packages of the workspace: each package in a ROS domain of its own, several at
-a time. It runs pytest, or ctest where the package was built with tests. A single package has the
+Run the tests of the packages of the workspace: each package in a separate ROS domain, several at a
+time. It runs pytest, or ctest where the package was built with tests. A single package has the
 terminal, so that `-- --pdb` works. To test a launch file against expectations: smoke.""",
     options=(
         option("--timeout SECONDS", "end the tests of a package after this time", positive_seconds),
@@ -126,7 +126,7 @@ def _environment(where: Place) -> dict[str, str]:
 
 
 def _built(chosen: Sequence[Package], where: Place) -> tuple[list[Package], list[str]]:
-    """The packages that are built, and the names of the others; tells what is stale."""
+    """The packages that are built, and the names of the others; warns of what is stale."""
     from launcher.doctor.stale_workspace import inspect
     from launcher.packages.environment import packages
 

@@ -72,7 +72,7 @@ def main(words: Sequence[str]) -> int:
 def _make(
     where: Place, names: Sequence[str], output: str, env: Mapping[str, str], *, alone: bool
 ) -> list[str]:
-    """The paths of the wheels; each is told when it is written."""
+    """The paths of the wheels; each is printed when it is written."""
     from launcher.workspace.building import lock
     from launcher.workspace.building.sources.source_text import shown
     from launcher.workspace.building.wheel import maker

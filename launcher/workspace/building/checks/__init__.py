@@ -119,7 +119,7 @@ def _build_type(package: Package, index: InterfaceIndex) -> Iterator[SourceError
 
 @cache
 def _build_types() -> tuple[str, ...]:
-    """The build types that colcon knows, with those of its extensions that are installed."""
+    """The build types of colcon, with those of its extensions that are installed."""
     names = (one.name for one in metadata.entry_points(group="colcon_core.task.build"))
     others = {name.removeprefix("ros.") for name in names if name.startswith("ros.")}
     return (*_BUILD_TYPES, *sorted(others - {*_BUILD_TYPES, "catkin"}))

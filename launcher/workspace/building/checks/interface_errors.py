@@ -93,7 +93,7 @@ def _about_name(type_: str, name: str, sign: str, value: str) -> tuple[str, str,
     if "," in name:
         fields = [word for word in re.split(r"[,\s]+", f"{name} {value}") if word]
         lines = " and ".join(f"'{type_} {field}'" for field in fields)
-        return "each field has a line of its own", name, f"write {lines}"
+        return "each field needs a separate line", name, f"write {lines}"
     if "[" in name:
         bare, _, size = name.partition("[")
         return "the size of an array belongs to its type", name, f"write '{type_}[{size} {bare}'"

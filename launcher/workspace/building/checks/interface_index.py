@@ -70,7 +70,7 @@ class InterfaceIndex:
         self._interfaces: dict[str, set[str]] = {}
 
     def may_be_elsewhere(self, package: Package, name: str) -> bool:
-        """Whether CMake may find another package where only the package, or options, tell."""
+        """Whether CMake may find another package that only the package, or options, name."""
         return self.environment.looks_elsewhere or looks_elsewhere(package, name)
 
     def folders(self, package: Package) -> list[str]:

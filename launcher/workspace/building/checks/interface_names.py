@@ -68,5 +68,5 @@ def recursions(fields: Mapping[str, tuple[PackageText, list[Reference]]]) -> Ite
             f"'{name}' contains itself{way}",
             field.line,
             at=field.written,
-            hint="refer to others by a number or a name: not even an array may be of its own type",
+            hint="refer to others by a number or a name: not even an array may hold the same type",
         )

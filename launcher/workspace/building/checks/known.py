@@ -62,7 +62,7 @@ class Environment:
         }
 
     def has_cmake(self, name: str) -> bool:
-        """Whether `find_package(name)` finds a configuration, or CMake itself knows the name."""
+        """Whether `find_package(name)` finds a configuration or a module of CMake."""
         is_known = name in self._given or name in self.assumed or name in _cmake_modules()
         return is_known or self._has_config(name) or os.path.isdir(f"{_REGISTRY}/{name}")
 

@@ -211,7 +211,7 @@ def _script_meant(package: Package, text: str) -> str:
 
 
 def _is_elsewhere(package: Package, setup: SetupFile, name: str) -> bool:
-    """Whether a module may be of another package, or in a folder that only setuptools knows."""
+    """Whether a module may be of another package, or in a folder that only setuptools finds."""
     parser = configuration(package.file("setup.cfg"))
     if setup.has_more or (parser is not None and parser.has_option("options", "package_dir")):
         return True

@@ -46,9 +46,9 @@ def selecting(words: Sequence[str]) -> list[str]:
 
 
 def ignoring(words: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """The words, with which colcon does not know these packages.
+    """The words, with which colcon does not find these packages.
 
-    Of packages that it knows and only leaves out, it demands what they have installed.
+    Of packages that it finds and only leaves out, it demands what they have installed.
     """
     flag = "--packages-ignore"
     if not names:

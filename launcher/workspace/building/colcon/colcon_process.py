@@ -1,4 +1,4 @@
-"""A process of its own: colcon, which tells the launcher what happens by lines of JSON.
+"""Runs colcon as a separate process, which reports what happens in lines of JSON.
 
 Its arguments are EVENTS LIFE WORD ... The words are colcon's. EVENTS is a descriptor for the events
 of `Colcon.events`. LIFE is the read end of a pipe into which nobody writes: if it is closed, the

@@ -114,7 +114,7 @@ def _free_folder(request: CreateRequest, env: Mapping[str, str]) -> str:
 
 
 def _check(request: CreateRequest) -> None:
-    """UsageError if the command line alone tells that it is wrong."""
+    """UsageError if the command line alone shows that it is wrong."""
     name_rules.check_nodes(request.nodes)
     for dependency in request.dependencies:
         name_rules.check_dependency(dependency)

@@ -313,7 +313,7 @@ def path_back(start: str, needed: Mapping[str, set[str]]) -> list[str] | None:
 
 def _cycle_error(package: Package, path: Sequence[str]) -> SourceError:
     message = f"dependency cycle: {' -> '.join(path)}"
-    hint = "remove one of these dependencies, or move what both need into a package of its own"
+    hint = "remove one of these dependencies, or move what both need into a separate package"
     if package.manifest is None:
         return SourceError(message, where=shown(package.folder), hint=hint)
     line = next((one.line for one in package.dependencies if one.name == path[1]), None)

@@ -170,7 +170,7 @@ def configuration_error(path: str) -> tuple[str, int | None] | None:
         return "the line is in no section", error.lineno
     except configparser.ParsingError as error:
         return "the line is neither [SECTION] nor KEY = VALUE", error.errors[0][0]
-    except (UnicodeDecodeError, OSError):  # SourceText tells
+    except (UnicodeDecodeError, OSError):  # SourceText reports it
         return None
     return None
 

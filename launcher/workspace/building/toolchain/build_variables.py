@@ -41,7 +41,7 @@ def prepared(
     env["CMAKE_PREFIX_PATH"] = _joined(env.get("CMAKE_PREFIX_PATH", ""), *prefixes)
     env["PATH"] = _joined(os.path.dirname(sys.executable), env.get("PATH", os.defpath))
     env["NINJA_STATUS"] = "[%f/%t] "
-    env["LANGUAGE"] = "C"  # messages of compilers and linkers that `explain` knows
+    env["LANGUAGE"] = "C"  # messages of compilers and linkers that `explain` matches
     if compiler is not None:
         env.update(compiler.variables)
     return env

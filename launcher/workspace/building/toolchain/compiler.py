@@ -226,7 +226,7 @@ def _zig_program() -> str | None:
 
 
 def _zig(folder: str, environ: Mapping[str, str]) -> Compiler:
-    """ziglang as a pair of compilers: scripts, since CMake wants one program for each tool."""
+    """ziglang as a pair of compilers: scripts, since CMake needs one program for each tool."""
     program = _zig_program()
     if program is None:
         raise LauncherError(
@@ -246,7 +246,7 @@ def _zig(folder: str, environ: Mapping[str, str]) -> Compiler:
 def _zig_cache(program: str, environ: Mapping[str, str]) -> str:
     """The folder of zig's cache: another for each installed ziglang.
 
-    zig knows its own files by inode and time stamp. In one cache those of two environments would
+    zig identifies its files by inode and time stamp. In one cache those of two environments would
     replace each other, and every change of the environment would compile the C++ library again.
     """
     status = os.stat(program)
@@ -306,7 +306,7 @@ def zig_library_is_cached(cache: str) -> bool:
 
 
 def _stamp(command: str) -> list[object]:
-    """The program of a command, with what tells that it was replaced."""
+    """The program of a command, with what changes when it is replaced."""
     program = shlex.split(command)[0]
     path = shutil.which(program) or program
     try:

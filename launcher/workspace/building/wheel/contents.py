@@ -16,7 +16,7 @@ from launcher.workspace.building.wheel.archive import WheelEntry
 
 _MANIFESTS = ("install_manifest.txt", "symlink_install_manifest.txt")
 _PYTHON = re.compile(r"(?:local/)?lib/python(\d+\.\d+)/(?:site|dist)-packages/")
-# Scripts that set variables for a prefix of its own; in that of Python nothing needs them, and they
+# Scripts that set variables for a separate prefix; in that of Python nothing needs them, and they
 # name the folder of the workspace.
 _SCRIPTS = re.compile(
     r"share/[^/]+/(?:environment/.*|hook/.*|(?:local_setup|package)\.(?:bash|dsv|ps1|sh|zsh))"
@@ -114,7 +114,7 @@ def _installed_names(place: Place, package: Package, prefix: str) -> list[str]:
     missing = [one for one in names if not os.path.isfile(os.path.join(prefix, one))]
     if not names or wrong or missing:
         reason = (
-            f"{shown(os.path.join(place.build, package.name))} does not tell what is installed"
+            f"{shown(os.path.join(place.build, package.name))} does not list what is installed"
             if not names
             else "the workspace was moved after the build"
             if wrong

@@ -23,7 +23,7 @@ def main(words: Sequence[str]) -> int:
 
 def _explain_nodes(problem: LauncherError) -> None:
     if problem.message.startswith("unexpected argument"):
-        problem.hint = "each node has an option of its own: --node first --node second"
+        problem.hint = "repeat the option for each node: --node first --node second"
 
 
 COMMAND = Command("pkg", VERBS["pkg"], commands=(CREATE, LIST, PREFIX, EXECUTABLES, XML))

@@ -331,7 +331,7 @@ def test_the_name_of_another_package_of_the_workspace_is_refused(workspace):
         (["demo", "--node", "import"], "'import' is a keyword of Python"),
         (["demo", "--node", "a1", "--node", "a1"], "the node 'a1' is given twice"),
         (["demo", "--node", "b1", "--node", "b_1"], "would both be the class B1Node"),
-        (["demo", "--node", "a1", "b1"], "each node has an option of its own"),
+        (["demo", "--node", "a1", "b1"], "repeat the option for each node"),
         (["demo", "--maintainer-email", "nobody"], "'nobody' is not an e-mail address"),
         (["demo", "--description", "two\nlines"], "is not a line of text"),
         (["demo", "--license", " "], "is not a line of text"),

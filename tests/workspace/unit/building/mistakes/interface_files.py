@@ -113,7 +113,7 @@ ERRORS = {
         "int32 a, b",
         1,
         "a, b",
-        "each field has a line of its own",
+        "each field needs a separate line",
         "write 'int32 a' and 'int32 b'",
     ),
     "a comment of C": msg(

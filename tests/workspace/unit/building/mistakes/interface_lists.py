@@ -19,7 +19,7 @@ def interfaces(
     return Case(files, f"src/m/CMakeLists.txt:{line}", at, message, hint)
 
 
-NOT_RECURSIVE = "refer to others by a number or a name: not even an array may be of its own type"
+NOT_RECURSIVE = "refer to others by a number or a name: not even an array may hold the same type"
 
 ERRORS = {
     "a listed file that does not exist": interfaces(

@@ -135,7 +135,7 @@ ERRORS = {
         "src/a/package.xml:8",
         "b</depend>",
         "dependency cycle: a -> b -> a",
-        "remove one of these dependencies, or move what both need into a package of its own",
+        "remove one of these dependencies, or move what both need into a separate package",
     ),
 }
 

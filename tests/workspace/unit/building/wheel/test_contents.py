@@ -79,7 +79,7 @@ def test_an_incomplete_build(workspace):
 def test_a_removed_build_folder(workspace):
     for path in (workspace / "build/p").iterdir():
         path.unlink()
-    with pytest.raises(LauncherError, match="does not tell what is installed"):
+    with pytest.raises(LauncherError, match="does not list what is installed"):
         found(workspace)
 
 
