@@ -1,6 +1,6 @@
 """Draw the running fleet's graph: `make picture` writes docs/assets/fleet.svg.
 
-Starts the whole system in a domain of its own, waits until every node is in the graph, draws the
+Starts the whole system in a separate domain, waits until every node is in the graph, draws the
 graph, and stops the system.
 """
 

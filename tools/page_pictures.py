@@ -1,7 +1,7 @@
 """Make the screenshots of the page: `python -m tools.page_pictures docs/assets/page [NAME...]`.
 
 Starts the fleet, a launch file whose processes fail, and a warehouse of 50 robots, one after the
-other, each in a domain of its own, opens their pages in Chromium and looks at them.
+other, each in a separate domain, opens their pages in Chromium and looks at them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Record the console: `make drill` and `make picker` write pictures into docs/assets/.
 
-Starts the whole system in a domain of its own in a real pseudo-terminal, types what a scene types,
+Starts the whole system in a separate domain in a real pseudo-terminal, types what a scene types,
 and draws what a terminal emulator shows then.
 """
 

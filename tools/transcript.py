@@ -1,7 +1,7 @@
 """`python -m tools.transcript FILE`: replace the transcript of the ROS verbs in a Markdown file.
 
 It starts the fleet, lifecycle nodes of the tests, and the example workspace with its action, each
-in a domain of its own, and runs verbs beside them.
+in a separate domain, and runs verbs beside them.
 """
 
 from __future__ import annotations
