@@ -94,7 +94,7 @@ while len(times) < {PLAYED}:
 print(json.dumps(times), flush=True)
 """
 
-# A pair of nodes that tell at the end what they have spent.
+# A pair of nodes that print at the end what they have spent.
 PAIR = """
 import sys, time, threading, rclpy
 from std_msgs.msg import String

@@ -1,6 +1,6 @@
-"""Warm starts against cold ones: real nodes, on a domain of their own.
+"""Warm starts against cold ones: real nodes, on a separate domain.
 
-A benchmark of the group `warm` is a function of `runs` here or in a module of its own, and a name
+A benchmark of the group `warm` is a function of `runs` here or in another module, and a name
 that begins with `warm-` in `benchmarks.__main__`.
 """
 
@@ -71,7 +71,7 @@ with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
 node.destroy_node()
 rclpy.try_shutdown()
 """
-# robot_1, which tells when it has published its first status.
+# robot_1, which prints when it has published its first status.
 _ROBOT = """#!{python}
 import time
 from rclpy.publisher import Publisher
@@ -132,7 +132,7 @@ class Run:
 
 
 class Domain:
-    """A ROS domain of its own, and how the launcher is started in it."""
+    """A separate ROS domain, and how the launcher is started in it."""
 
     def __init__(self, number: int) -> None:
         self.variables = {
@@ -168,7 +168,7 @@ class Domain:
 
     @contextlib.contextmanager
     def observed(self) -> Iterator[Observer]:
-        """A node that sees the graph; it knows nobody yet.
+        """A node that sees the graph; it has discovered nobody yet.
 
         It announces itself five times a second, as the launcher's own observers do: Fast DDS's
         default of 3 s would be measured instead of the nodes (docs/reference/probe.md).
@@ -189,7 +189,7 @@ class Domain:
 
 
 class Observer:
-    """Tells when it has discovered which node."""
+    """Records when it has discovered which node."""
 
     def __init__(self, program: subprocess.Popen[bytes]) -> None:
         assert program.stdout is not None

@@ -1,4 +1,4 @@
-"""One run of the fault matrix: `python -m benchmarks.faults.cell SPEC`, in namespaces of its own.
+"""One run of the fault matrix: `python -m benchmarks.faults.cell SPEC`, in separate namespaces.
 
 SPEC is JSON (`Spec`); the last line of the output is JSON, too (`Outcome`). Every process in the
 namespace that is not of this program counts as left behind.

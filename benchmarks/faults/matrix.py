@@ -100,7 +100,7 @@ def run_all(specs: Iterable[Spec]) -> Iterable[tuple[Spec, Outcome]]:
 
 
 def run(spec: Spec) -> Outcome:
-    """One run, in namespaces of its own."""
+    """One run, in separate namespaces."""
     command = [*ISOLATED, *INIT, sys.executable, "-m", "benchmarks.faults.cell"]
     done = subprocess.run(
         [*command, json.dumps(asdict(spec))],

@@ -75,7 +75,7 @@ def _damage(found: dict[str, list[Flood]]) -> Row:
 
 
 def _cat(program: Path, path: Path) -> str:
-    """A path that is a word of its own would be taken for a file to send to the host."""
+    """A path that is a separate word would be taken for a file to send to the host."""
     return process("sh", "-c", f"exec {program} {path}", name=program.name)
 
 

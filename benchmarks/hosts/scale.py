@@ -1,6 +1,6 @@
 """Fifty hosts with four processes each: what they cost the operator's computer.
 
-Each host is namespaces of its own with sshd and an agent; the processes only sleep. The operator
+Each host is a set of namespaces with sshd and an agent; the processes only sleep. The operator
 is the launcher with its watchdog and its ssh clients. A share of the hosts cannot be reached from
 the start, or loses its link later.
 """
@@ -37,13 +37,13 @@ class Calm(NamedTuple):
 
     first_exec_s: float
     last_exec_s: float
-    told_s: float
+    reported_s: float
     cost: Cost
     stop_s: float
 
 
 class Trouble(NamedTuple):
-    """A run with hosts whose links are cut: seconds until that is told, and undone; costs."""
+    """A run with hosts whose links are cut: seconds until that is reported, and undone; costs."""
 
     detected_s: float
     cost: Cost
@@ -92,17 +92,17 @@ def _running(
 
 
 def _sleep(program: Path) -> str:
-    """The launcher looks into a program that is a word of its own, which is no exec."""
+    """The launcher looks into a program that is a separate word, which is no exec."""
     return process("sh", "-c", f"exec {program} 100000", name=program.name)
 
 
 def _calm(one: Bench, hosts: Sequence[Host]) -> Calm:
     with _running(one, hosts) as (begun, run, screen, watch):
-        told = screen.await_lines("process started with pid", HOSTS * EACH)
+        reported = screen.await_lines("process started with pid", HOSTS * EACH)
         cost = idle_cost(run.pid, SETTLE_S, IDLE_S)
         execs = watch.execs()
         stop_s = _stop_s(run)
-    return Calm(execs[0] - begun, execs[-1] - begun, _last(told) - begun, cost, stop_s)
+    return Calm(execs[0] - begun, execs[-1] - begun, _last(reported) - begun, cost, stop_s)
 
 
 def _trouble(one: Bench, hosts: Sequence[Host]) -> Trouble:
@@ -173,13 +173,13 @@ def _last(lines: Sequence[Line]) -> float:
 
 def _calm_rows(found: Sequence[Calm]) -> list[Row]:
     what = f"{HOSTS} hosts, {HOSTS * EACH} processes"
-    told = _seconds([one.told_s for one in found])
+    start_s, spread = _seconds([one.reported_s for one in found])
     first = _seconds([one.first_exec_s for one in found])
     last = _seconds([one.last_exec_s for one in found])
     stops = [one.stop_s for one in found]
     return [
         *_cost_rows(what, [one.cost for one in found]),
-        Row(f"{what}: start", told[0], "s", _NONE, f"{told[1]}; exec {first[0]:.2f} to {last[1]}"),
+        Row(f"{what}: start", start_s, "s", _NONE, f"{spread}; exec {first[0]:.2f} to {last[1]}"),
         Row(f"{what}: stop", median(stops), "s", _NONE, _seconds(stops)[1]),
     ]
 
