@@ -132,7 +132,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 
 class ControlBench(Bench):
-    """Runs launch files whose sockets are in a folder of their own."""
+    """Runs launch files whose sockets are in a separate folder."""
 
     def __init__(self, folder: Path, runtime: Path) -> None:
         super().__init__(folder)

@@ -37,7 +37,7 @@ def chromium() -> Iterator[Browser]:
 def page_at(
     started: Browser, url: str, *, problems_allowed: bool = False, **context: Any
 ) -> Iterator[Page]:
-    """An open page, in a session of its own; AssertionError if it reports problems on its console.
+    """An open page, in a new session; AssertionError if it reports problems on its console.
 
     `context` is for `Browser.new_context`: `viewport`, `color_scheme`.
     """

@@ -18,12 +18,12 @@ def drill(terminal: ScreenTerminal) -> None:
     warned, recovered = count(terminal, SILENCE), count(terminal, RECOVERY)
     terminal.enter("kill robot_2")
     terminal.wait_for("robot_2-4 ended in ")
-    terminal.wait_until(lambda: "robot_2 stopped" in terminal.text, "the bar tells")
+    terminal.wait_until(lambda: "robot_2 stopped" in terminal.text, "the bar shows it")
     terminal.wait_until(lambda: count(terminal, SILENCE) > warned, "the monitor's warning")
     terminal.enter("start robot_2")
     terminal.wait_for("robot_2-4 started with pid ")
     terminal.wait_until(lambda: count(terminal, RECOVERY) > recovered, "that it is back")
-    terminal.wait_until(lambda: "robot_2 stopped" not in terminal.text, "the bar tells")
+    terminal.wait_until(lambda: "robot_2 stopped" not in terminal.text, "the bar shows it")
 
 
 def picker(terminal: ScreenTerminal) -> None:

@@ -1,4 +1,4 @@
-"""Podman with a store of its own, and the image that an exported recipe builds."""
+"""Podman with a separate store, and the image that an exported recipe builds."""
 
 from __future__ import annotations
 

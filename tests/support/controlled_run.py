@@ -83,7 +83,7 @@ class ControlledRun:
         return Connection(self.socket, timeout_s=TIMEOUT_S)
 
     def ask(self, verb: str, *names: str, **options: Any) -> dict[str, Any]:
-        """The result of a verb, asked over a connection of its own."""
+        """The result of a verb, asked over a separate connection."""
         with self.connect() as connection:
             result = connection.ask(verb, names, timeout_s=TIMEOUT_S, **options).result
         fit_result(verb, result)

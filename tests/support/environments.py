@@ -23,7 +23,7 @@ class Environment:
 
     @property
     def variables(self) -> dict[str, str]:
-        """The variables of a shell that knows nothing of ROS."""
+        """The variables of a shell without ROS."""
         names = ("PYTHONPATH", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH")
         dropped = {*names, "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "PYTHONHOME", "VIRTUAL_ENV"}
         # The Makefile's files of pip are relative to the checkout.

@@ -26,7 +26,7 @@ def export(
     target: Path = FLEET,
     env: Mapping[str, str] | None = None,
 ) -> str:
-    """Export the target to the folder; what was told on standard error."""
+    """Export the target to the folder; what was written to standard error."""
     command = [
         sys.executable,
         "-m",

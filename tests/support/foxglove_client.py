@@ -1,4 +1,4 @@
-"""A client of Foxglove's WebSocket protocol, which decodes messages by the schemas it is told."""
+"""A client of Foxglove's WebSocket protocol, which decodes messages by the schemas that it gets."""
 
 from __future__ import annotations
 
@@ -100,12 +100,12 @@ class FoxgloveClient:
     def call(self, name: str, request: dict[str, Any]) -> Any:
         """The decoded answer of a service, or the text of a failure."""
         service = self.wait(lambda: self.services.get(name), f"service {name}")
-        asked, told = service["request"], service["response"]
-        encode = serialize_dynamic(asked["schemaName"], asked["schema"])[asked["schemaName"]]
-        answer = self.call_raw(service["id"], asked["encoding"], encode(request))
+        sent, reply = service["request"], service["response"]
+        encode = serialize_dynamic(sent["schemaName"], sent["schema"])[sent["schemaName"]]
+        answer = self.call_raw(service["id"], sent["encoding"], encode(request))
         if isinstance(answer, str):
             return answer
-        decode = generate_dynamic(told["schemaName"], told["schema"])[told["schemaName"]]
+        decode = generate_dynamic(reply["schemaName"], reply["schema"])[reply["schemaName"]]
         return decode(answer[1])
 
     def call_raw(self, service: int, encoding: str, payload: bytes) -> tuple[str, bytes] | str:
@@ -129,8 +129,8 @@ class FoxgloveClient:
 
     def updates(self, name: str) -> list[Any]:
         """The values of a parameter that came unasked."""
-        told = [one for values in self.values if "id" not in values for one in values["parameters"]]
-        return [one.get("value") for one in told if one["name"] == name]
+        pushed = [one["parameters"] for one in self.values if "id" not in one]
+        return [one.get("value") for values in pushed for one in values if one["name"] == name]
 
     def _read(self) -> None:
         with contextlib.suppress(ConnectionClosed):

@@ -34,15 +34,15 @@ def main(disk: str, storage: str) -> None:
     sink.error = OSError("full")
     sink.finish()
     found = [int(text_of(one.data).split()[0]) for one in Bag(folder).messages()]
-    told = metadata.read(folder)
+    described = metadata.read(folder)
     report = {
         "whole": check.check(folder).is_whole and sink.is_whole,
         "written": len(written),
         "first ones": found == written[: len(found)],
         "found": len(found),
-        "told": told is not None and told.extent.total,
+        "described": described is not None and described.extent.total,
         "files": sorted(os.listdir(folder)),
-        "listed": [] if told is None else [file.path for file in told.files],
+        "listed": [] if described is None else [file.path for file in described.files],
     }
     print(json.dumps(report))
 

@@ -1,4 +1,4 @@
-"""A service and a client that tell of their calls, and call ten times a second.
+"""A service and a client that publish their calls, and call ten times a second.
 
 `python -m tests.support.introspected_service` prints `ready` and runs until its stdin is closed.
 """

@@ -18,7 +18,7 @@ import psutil
 from launcher.run.monitor import shared_memory
 from tests.support.repository import REPOSITORY
 
-# Fast DDS prints this of a port that somebody else on the machine takes or gives up just then.
+# Fast DDS prints this of a port that another process on the machine opens or closes just then.
 _PORT_COMPLAINT = "Failed init_port fastrtps_port"
 
 
@@ -98,7 +98,7 @@ class NodeProcess:
         self.wait()
 
     def catches(self, signum: int) -> bool:
-        """Whether the process has a handler of its own for the signal by now."""
+        """Whether the process has installed a handler for the signal by now."""
         status = Path(f"/proc/{self.pid}/status").read_text(encoding="ascii")
         mask = re.search(r"^SigCgt:\t(\w+)$", status, re.MULTILINE)
         return mask is not None and bool(int(mask[1], 16) >> (signum - 1) & 1)

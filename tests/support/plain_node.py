@@ -67,7 +67,7 @@ def careful(name: str) -> None:
 
 
 def threads(name: str) -> None:
-    """Several threads of its own, and one that only prints."""
+    """Several threads, and one that only prints."""
     rclpy.init()
     node = Plain(name)
     threading.Thread(target=lambda: print(f"{name} has a thread"), daemon=True).start()
@@ -106,7 +106,7 @@ def in_background(node: Node) -> threading.Thread:
 
 
 def client(name: str) -> None:
-    """Calls its own service, from a second node in a context of its own, then ends."""
+    """Calls its own service, from a second node in another context, then ends."""
     context = Context()
     rclpy.init(context=context)
     rclpy.init()
@@ -155,7 +155,7 @@ def exits(name: str) -> None:
 
 
 def words(name: str) -> None:
-    """Ends at once, and tells what it was given."""
+    """Ends at once, and prints what it was given."""
     print("words", *remove_ros_args(sys.argv)[1:], end="")
     print(" and", len(sys.argv), file=sys.stdout)
     print("to stderr", file=sys.stderr)

@@ -41,7 +41,7 @@ class ProbeProcess:
 
     def __exit__(self, kind: object, error: object, trace: object) -> None:
         if not self._reader.is_alive():
-            self._process.kill()  # it has nobody to tell its last words
+            self._process.kill()  # nobody reads its last answers
         ended = self.end()
         if error is None:
             assert ended == (0, "")

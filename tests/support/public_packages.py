@@ -154,7 +154,7 @@ ament_export_include_directories(include)
         "include/vision_msgs/create.hpp": "#pragma once\n",
     },
 )
-# A header-only library upon the C++ type support, in a folder of its own.
+# A header-only library upon the C++ type support, in a separate folder.
 GEOGRAPHIC_MSGS = Package(
     "geographic_msgs",
     "unique_identifier_msgs std_msgs geometry_msgs builtin_interfaces",

@@ -23,7 +23,7 @@ Verb = Callable[..., Answer]
 
 @contextlib.contextmanager
 def ros_domain(log_dir: object) -> Iterator[dict[str, str]]:
-    """The environment of a domain of its own."""
+    """The environment of a separate domain."""
     with leased_domain() as domain_id:
         yield {
             **os.environ,
@@ -46,7 +46,7 @@ def talking(env: dict[str, str], module: str, *words: str) -> Iterator[subproces
     )
     try:
         assert program.stdout is not None
-        # Fast DDS may complain first, on standard output: of a port that somebody just gives up.
+        # Fast DDS may complain first, on standard output: of a port that another process closes.
         assert "ready\n" in iter(program.stdout.readline, "")
         yield program
     finally:
@@ -98,7 +98,7 @@ def empty_domain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str,
 
 @pytest.fixture
 def observer(env: dict[str, str]) -> Iterator[Observer]:
-    """An observer of the shared domain that knows every participant."""
+    """An observer of the shared domain that has discovered every participant."""
     domain_id = int(env["ROS_DOMAIN_ID"])
     with Observer(domain_id) as observer:
         wait_until(

@@ -1,4 +1,4 @@
-"""An action server whose answers are lost: a client knows of them only by the status topic.
+"""An action server whose answers are lost: only the status topic reports the end of a goal.
 
 `python -m tests.support.silent_task_server` prints `ready` and runs until its stdin is closed. It
 accepts and ends every goal; of the requests for a result only the second one is answered.
@@ -34,7 +34,7 @@ class SilentServer(Node):
         )
         for name, kind, callback in (
             ("send_goal", kinds.SendGoalService, self._accept),
-            ("get_result", kinds.GetResultService, self._tell),
+            ("get_result", kinds.GetResultService, self._get_result),
             ("cancel_goal", kinds.CancelGoalService, lambda request, response: response),
         ):
             self.create_service(kind, f"execute/_action/{name}", callback, callback_group=group)
@@ -44,7 +44,7 @@ class SilentServer(Node):
         END.wait()
         return response
 
-    def _tell(self, request: object, response: object) -> object:
+    def _get_result(self, request: object, response: object) -> object:
         if not self._is_asked:
             self._is_asked = True
             self._publish(request.goal_id, GoalStatus.STATUS_SUCCEEDED)
@@ -53,8 +53,8 @@ class SilentServer(Node):
         return response
 
     def _publish(self, goal_id: object, status: int) -> None:
-        told = GoalStatus(goal_info=GoalInfo(goal_id=goal_id), status=status)
-        self._status.publish(GoalStatusArray(status_list=[told]))
+        shown = GoalStatus(goal_info=GoalInfo(goal_id=goal_id), status=status)
+        self._status.publish(GoalStatusArray(status_list=[shown]))
 
 
 def wait_for_end() -> None:

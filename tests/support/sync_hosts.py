@@ -1,4 +1,4 @@
-"""Hosts to synchronize without ssh: a shell of this machine with a home of its own."""
+"""Hosts to synchronize without ssh: a shell of this machine with a separate home."""
 
 from __future__ import annotations
 

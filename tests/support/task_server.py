@@ -1,7 +1,7 @@
 """An action server for fleet_interfaces/action/ExecuteTask, which the example workspace has.
 
 `python -m tests.support.task_server` prints `ready` and runs until its stdin is closed. The word
-`task` of a goal says what becomes of it: `work` N feedbacks (N is the id of the task), `wait` for
+`task` of a goal says how it ends: `work` N feedbacks (N is the id of the task), `wait` for
 its cancellation, `fail`, `refuse`.
 """
 

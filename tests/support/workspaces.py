@@ -1,4 +1,4 @@
-"""Workspaces with interfaces of their own, built once for all workers of a test run."""
+"""Workspaces that define interfaces, built once for all workers of a test run."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def test_the_bag_is_whole(tmp_path: Path, storage: dict[str, object]):
     report = json.loads(done.stdout)
     assert report["whole"], report
     assert report["first ones"], report
-    assert report["found"] == report["told"], report
+    assert report["found"] == report["described"], report
     assert report["found"] >= report["written"] / 2, report
     assert report["files"] == sorted([*report["listed"], metadata.FILE]), report
 

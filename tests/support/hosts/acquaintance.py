@@ -1,7 +1,7 @@
-"""`python -m tests.support.hosts.acquaintance NAME`: a node that says its name, and whom it hears.
+"""`python -m tests.support.hosts.acquaintance NAME`: publishes its name, and prints others.
 
-Publishes NAME ten times a second on `/names`, and prints each name that it hears: at once, and then
-every 20 messages of it.
+Publishes NAME ten times a second on `/names`, and prints each name that it receives: at once, and
+then every 20 messages of it.
 """
 
 from __future__ import annotations

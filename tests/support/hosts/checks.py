@@ -50,7 +50,7 @@ def answers(lab: Lab, host: Remote) -> bool:
 
 
 def heard(speaker: Computer, hearer: Computer, **env: str) -> int:
-    """The first number that a node on one host hears from a node on another."""
+    """The first number that a node on one host receives from a node on another."""
     speak = module("tests.support.number_publisher", "numbers", "1000000", "100")
     hear = module("tests.support.hosts.first_number", "numbers")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL}

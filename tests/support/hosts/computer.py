@@ -100,7 +100,7 @@ class Computer:
         return [Process(pid=pid, words=words) for pid, words in found if words]
 
     def link_down(self) -> None:
-        """Pull the plug: nobody is told, no packet passes."""
+        """Pull the plug: nothing announces it, and no packet passes."""
         self.port.set("down")
 
     def link_up(self) -> None:

@@ -1,4 +1,4 @@
-"""`python -m tests.support.hosts.first_number TOPIC`: prints the first Int32 that it hears."""
+"""`python -m tests.support.hosts.first_number TOPIC`: prints the first Int32 that it receives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A host without systemd: namespaces of its own, and sshd."""
+"""A host without systemd: separate namespaces, and sshd."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Host(Remote):
         self.start_sshd()
 
     def power_off(self) -> None:
-        """All processes end at once, and nobody on the network is told."""
+        """All processes end at once, and nothing is sent to the network."""
         self.link_down()
         if self._boot is not None:
             self._boot.end()

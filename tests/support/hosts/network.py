@@ -1,4 +1,4 @@
-"""The network of a lab: a bridge in a namespace of its own, and a namespace for each computer."""
+"""The network of a lab: a bridge in a separate namespace, and a namespace for each computer."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Network:
         return self._add_bridged("operator", OPERATOR_ADDRESS)
 
     def add(self, name: str, *, multicast: bool = True, routed: bool = False) -> Port:
-        """A namespace with `eth0`, on the bridge or, if `routed`, in a subnet of its own.
+        """A namespace with `eth0`, on the bridge or, if `routed`, in a separate subnet.
 
         Without multicast the host is in the subnet of the bridge, but behind a router, which
         passes no multicast on.

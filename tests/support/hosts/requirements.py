@@ -42,7 +42,7 @@ def why_no_hosts() -> str:
 
 
 def needs_clocks() -> None:
-    """Skip the test where hosts cannot have clocks of their own."""
+    """Skip the test where hosts cannot have separate clocks."""
     if clock.library() is None:
         pytest.skip("not installed: faketime")
 

@@ -32,7 +32,7 @@ done
 shift
 exec "$@"
 """
-# Never start systemd without a tree of its own: it would empty the machine's /tmp.
+# Never start systemd without a separate tree: it would empty the machine's /tmp.
 _CONTAINER = ("--boot", "--register=no", "--keep-unit", "--console=pipe", "--link-journal=no")
 _UNCHANGED = ("--resolv-conf=off", "--timezone=off")
 
@@ -71,7 +71,7 @@ class Robot(Remote):
         self.link_up()
 
     def power_off(self) -> None:
-        """All processes end at once, and nobody on the network is told."""
+        """All processes end at once, and nothing is sent to the network."""
         self.link_down()
         if self.pid:
             # Without its systemd the container ends; without nspawn, it would go on.

@@ -104,10 +104,10 @@ class LoopbackLink:
     def _change(self, state: LinkState, reason: str) -> None:
         if state is LinkState.UNREACHABLE:
             self.state = state
-            tell = functools.partial(
+            report = functools.partial(
                 self.context.listener.link_changed, self.host.name, state, reason
             )
-            self.reactor.call_later(0, tell)
+            self.reactor.call_later(0, report)
             return
         self._to_run.append(("changed", (state, reason)))
 

@@ -1,4 +1,4 @@
-"""The host's side: a process driver of its own, which reports to whoever listens."""
+"""The host's side: a separate process driver, which reports to whoever listens."""
 
 from __future__ import annotations
 
