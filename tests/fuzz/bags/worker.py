@@ -19,6 +19,7 @@ from typing import Any
 
 import launcher.bag.ros.player as play_module
 from launcher.cli.dispatch import main
+from launcher.ros.snapshot.ros_graph import GraphSnapshot
 from tests.fuzz.bags.mutations import mutate
 from tests.fuzz.bags.seeds import mutable
 
@@ -65,6 +66,9 @@ class _Observer:
 
     def prefetched_graph(self) -> None:
         return None
+
+    def graph_snapshot(self) -> GraphSnapshot:
+        return GraphSnapshot(domain_id=0, nodes=(), infos=())
 
 
 @contextlib.contextmanager
