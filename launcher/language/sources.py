@@ -224,12 +224,33 @@ class _Loader(SourceFileLoader):
     """Writes no byte code next to launch files."""
 
     def get_code(self, fullname: str) -> Any:
-        return self.source_to_code(text_file.read_bytes(self.path), self.path)
+        return self.source_to_code(self._source(), self.path)
+
+    def _source(self) -> bytes:
+        return text_file.read_bytes(self.path)
+
+
+class _LaunchFileLoader(_Loader):
+    """Executes no program that was given as a launch file: it might never end."""
+
+    def _source(self) -> bytes:
+        source = super()._source()
+        if _REQUIRED.encode() not in source:
+            # Imported only for what is probably an error.
+            from launcher.language.diagnostics import programs
+
+            error = _without_function(self.path)
+            if programs.explain(error, source, self.path, _REQUIRED):
+                raise error
+        return source
 
 
 def load_python_launch_file_as_module(python_launch_file_path: FilePath) -> ModuleType:
     """Execute a launch file as a module; exceptions of the file are passed on."""
-    loader = _Loader(_MODULE_NAME, os.fsdecode(python_launch_file_path))
+    return _module(_Loader(_MODULE_NAME, os.fsdecode(python_launch_file_path)))
+
+
+def _module(loader: _Loader) -> ModuleType:
     spec = spec_from_loader(_MODULE_NAME, loader)
     if spec is None:
         raise RuntimeError("Failed to load module spec!")
@@ -242,13 +263,11 @@ def get_launch_description_from_python_launch_file(
     python_launch_file_path: FilePath,
 ) -> LaunchDescription:
     """The result of the file's `generate_launch_description()`; its exceptions are passed on."""
-    module = load_python_launch_file_as_module(python_launch_file_path)
+    path = os.fsdecode(python_launch_file_path)
+    module = _module(_LaunchFileLoader(_MODULE_NAME, path))
     function = getattr(module, _REQUIRED, None)
     if function is None:
-        path = os.fsdecode(python_launch_file_path)
-        error = InvalidPythonLaunchFileError(
-            f"launch file at '{path}' does not contain the required function '{_REQUIRED}()'"
-        )
+        error = _without_function(path)
         # Imported only for an error.
         from launcher.language.diagnostics import launch_tests
 
@@ -256,6 +275,12 @@ def get_launch_description_from_python_launch_file(
         raise error
     description: LaunchDescription = function()
     return description
+
+
+def _without_function(path: str) -> InvalidPythonLaunchFileError:
+    return InvalidPythonLaunchFileError(
+        f"launch file at '{path}' does not contain the required function '{_REQUIRED}()'"
+    )
 
 
 def get_launch_description_from_frontend_launch_file(
