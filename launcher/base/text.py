@@ -31,6 +31,11 @@ def suggest(word: str, known: Iterable[str], likeness: float | None = None) -> s
     return anagrams[0] if len(anagrams) == 1 else None
 
 
+def launch_stem(word: str) -> str:
+    """`first` for `first.launch`, `first.py` and `first_launch.xml`, to look for similar files."""
+    return re.sub(r"([._]launch)?(\.(py|xml|ya?ml))?$", "", word, count=1)
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """`did you mean 'dispatcher'?`; None if no known word is similar."""
     similar = suggest(word, known)

@@ -6,7 +6,7 @@ import os
 import re
 from types import CodeType, FunctionType, MethodType
 
-from launcher.base.text import suggest
+from launcher.base.text import launch_stem, suggest
 from launcher.language.configurations import ROS_NAMES
 from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import FileLine
@@ -63,7 +63,7 @@ def _near_file(path: str, origin: FileLine | None) -> str | None:
     files = [one for one in os.listdir(folder) if os.path.isfile(os.path.join(folder, one))]
     # Without the suffix, which makes all names of launch files similar.
     stems = {_SUFFIX.sub("", one): one for one in sorted(files)}
-    near = suggest(_SUFFIX.sub("", name), stems)
+    near = suggest(_SUFFIX.sub("", name), stems) or suggest(launch_stem(name), stems)
     if near is not None:
         return f"did you mean '{stems[near]}'?"
     for below in _folders(folder):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from launcher.base.errors import PackageNotFoundError, UsageError
 from launcher.base.program import program
-from launcher.base.text import did_you_mean, one_of, shown_path, suggest
+from launcher.base.text import did_you_mean, launch_stem, one_of, shown_path, suggest
 from launcher.packages.finder import (
     executables,
     files_in_share,
@@ -101,7 +101,7 @@ def _near_file(path: Path) -> str | None:
 
 def _similar(path: Path, files: Sequence[str]) -> str | None:
     stems = [_stem(Path(file)) for file in files]
-    stem = suggest(_stem(path), stems)  # the suffixes alone make names similar
+    stem = suggest(launch_stem(path.name), stems)  # the suffixes alone make names similar
     near = [file for file, one in zip(files, stems, strict=True) if one == stem]
     return f"did you mean {one_of(near)}?" if near else None
 

@@ -43,6 +43,15 @@ def test_a_missing_include_in_the_working_directory_has_its_line_and_a_near_name
     assert str(error.where).endswith("x.launch.py:8")
 
 
+def test_a_missing_include_without_its_suffix_has_the_file_with_it(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "go.launch.py").write_text("")
+
+    error = fault(tmp_path, description("IncludeLaunchDescription('go.launch')"))
+
+    assert error.hint == "did you mean 'go.launch.py'?"
+
+
 def test_a_missing_include_of_a_yaml_file_has_its_line_and_a_near_name(tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.launch.yaml").write_text("")

@@ -57,12 +57,22 @@ def test_package_and_file_are_looked_up_as_ros2_launch_does(project, prefix):
         (["../launch/plan.launch.py"], "did you mean 'plant.launch.py'?"),
         (["../launch/shop.launch.py"], "available: plant.launch.py"),
         (["shop", "til.launch.xml"], "did you mean 'till.launch.xml'?"),
+        (["shop", "till.launch"], "did you mean 'till.launch.xml'?"),
+        (["shop", "till.py"], "did you mean 'till.launch.xml'?"),
     ],
 )
 def test_a_misspelt_target_gets_the_nearest_one(project, prefix, words, hint):
     with pytest.raises(UsageError) as caught:
         locate(words, prefix)
     assert caught.value.hint == hint
+
+
+def test_all_files_that_a_name_without_its_suffix_may_mean_are_offered(project):
+    for name in ("go.launch.py", "go.launch.xml"):
+        Path(name).touch()
+    with pytest.raises(UsageError) as caught:
+        locate(["go.launch"], {})
+    assert caught.value.hint == "did you mean 'go.launch.py' or 'go.launch.xml'?"
 
 
 def test_a_launch_file_here_is_offered_for_its_name(project, prefix):
@@ -80,6 +90,9 @@ def test_a_launch_file_here_is_offered_for_its_name(project, prefix):
         ("deep", "plant.launch.py", "../launch/plant.launch.py"),
         ("deep", "../plant.launch.py", "../launch/plant.launch.py"),
         (".", "plan.launch.py", "launch/plant.launch.py"),
+        (".", "plant.launch", "launch/plant.launch.py"),
+        ("launch", "plant.launch", "plant.launch.py"),
+        ("launch", "./plant.xml", "plant.launch.py"),
         (".", "shop.launch.py", None),
     ],
 )
