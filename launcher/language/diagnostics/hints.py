@@ -8,6 +8,7 @@ from launcher.base.errors import LauncherError
 from launcher.base.text import did_you_mean
 from launcher.language.diagnostics import import_hints
 from launcher.language.diagnostics.error_details import details
+from launcher.language.diagnostics.keywords import OF_MARKUP
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 ENDLESS = "remove an include or a call, or give it a condition that becomes false"
 _UNKNOWN_KEYWORD = re.compile(r"unexpected keyword argument '(\w+)'")
-_OF_MARKUP = {"exec": "executable", "pkg": "package"}  # attributes of XML
 _MISSING_CONFIGURATION = re.compile(r"launch configuration '(.*)' does not exist")
 _MISSING_VARIABLE = re.compile(r"environment variable '(.*)' does not exist")
 _EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'$")
@@ -75,7 +75,7 @@ def without_hint(message: str) -> str:
 
 
 def _near_keyword(name: str, context: LaunchContext | None) -> str | None:
-    meant = _OF_MARKUP.get(name)
+    meant = OF_MARKUP.get(name)
     return f"did you mean '{meant}'?" if meant else did_you_mean(name, _keywords())
 
 

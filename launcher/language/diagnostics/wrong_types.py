@@ -6,7 +6,7 @@ import ast
 import re
 
 from launcher.base.model.record import Record
-from launcher.language.diagnostics import not_texts, source_code, wrong_objects
+from launcher.language.diagnostics import keywords, not_texts, source_code, wrong_objects
 from launcher.language.diagnostics.origin import FileLine, is_own_file
 from launcher.language.entity import LaunchDescriptionEntity
 
@@ -58,6 +58,9 @@ def sentence(error: BaseException, place: FileLine | None) -> Sentence | None:
         return Sentence(message=message, hint=hint, word=word)
     if not isinstance(error, TypeError):
         return None
+    misspelt = keywords.sentence(error, place)
+    if misspelt is not None:
+        return Sentence(*misspelt)
     if _REMAP_LENGTH.match(text):
         return _remappings("each entry of remappings is a pair of names", place)
     found = _POSITIONAL.match(text)

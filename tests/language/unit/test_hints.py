@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from launcher.base.errors import LaunchFileError
 from launcher.launch.plan.planner import make_plan
 from tests.language.unit.test_errors import HEAD
@@ -213,3 +215,72 @@ def test_a_misspelt_class_and_a_keyword_of_xml_are_suggested(tmp_path: Path):
     )
     node = "Node(pkg='p', executable='e')"
     assert fault(tmp_path, description(node), "y.launch.py").hint == "did you mean 'package'?"
+
+
+# ---- keyword arguments
+
+
+@pytest.mark.parametrize(
+    ("entry", "message", "meant"),
+    [
+        ("Node(exectuable='x', package='p')", "Node has no argument 'exectuable'", "executable"),
+        ("Node(package='p', exec='x')", "Node has no argument 'exec'", "executable"),
+        ("Node(pkg='p', exec='x')", "Node has no argument 'pkg'", "package"),
+        ("LogInfo(mesage='x')", "LogInfo has no argument 'mesage'", "msg"),
+        ("LogInfo(text='x')", "LogInfo has no argument 'text'", "msg"),
+        ("TimerAction(period=1.0, action=[])", "TimerAction has no argument 'action'", "actions"),
+        (
+            "launch.actions.ExecuteProcess(comand=['ls'])",
+            "ExecuteProcess has no argument 'comand'",
+            "cmd",
+        ),
+        (
+            "RegisterEventHandler(OnProcessExit(on_exti=[]))",
+            "OnProcessExit has no argument 'on_exti'",
+            "on_exit",
+        ),
+    ],
+)
+def test_a_misspelt_argument_that_is_required_gets_the_near_name(tmp_path, entry, message, meant):
+    imports = "    import launch\n    from launch.event_handlers import OnProcessExit\n"
+    error = fault(tmp_path, imports + description(entry))
+
+    assert (error.message, error.hint) == (message, f"did you mean '{meant}'?")
+    assert str(error.where).endswith("x.launch.py:10")
+    assert error.source_line is not None
+    assert error.source_line[(error.column or 0) - 1 :].startswith(message.split("'")[1])
+
+
+def test_a_misspelt_argument_over_several_lines_is_shown_in_its_line(tmp_path):
+    error = fault(tmp_path, description("Node(\n    package='p',\n    exectuable='x')"))
+
+    assert str(error.where).endswith("x.launch.py:10")
+    assert error.hint == "did you mean 'executable'?"
+
+
+@pytest.mark.parametrize(
+    ("entry", "meant"),
+    [
+        ("LogInfo(msg=LaunchConfiguration('x', defualt='x'))", "default"),
+        ("LogInfo(msg='x', condition=IfCondition(predicate='x'))", "predicate_expression"),
+        ("RegisterEventHandler(OnProcessExit(target_acton=1, on_exit=[]))", "target_action"),
+        ("ComposableNode(package='a', plugn='b')", "plugin"),
+    ],
+)
+def test_a_misspelt_argument_gets_the_near_name_of_its_class(tmp_path, entry, meant):
+    imports = (
+        "    from launch.conditions import IfCondition\n"
+        "    from launch.event_handlers import OnProcessExit\n"
+        "    from launch_ros.descriptions import ComposableNode\n"
+    )
+    error = fault(tmp_path, imports + description(entry))
+
+    assert "unexpected keyword argument" in error.message
+    assert error.hint == f"did you mean '{meant}'?"
+
+
+def test_a_required_argument_that_nothing_stands_for_is_named_as_missing(tmp_path):
+    error = fault(tmp_path, description("Node(package='p', name='x')"))
+
+    assert "missing 1 required keyword-only argument: 'executable'" in error.message
+    assert error.hint is None
