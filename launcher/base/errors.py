@@ -3,6 +3,7 @@
     LauncherError            exit code 1
     +-- SeveralErrors        independent errors; exit code of the first
     +-- UsageError           exit code 2
+    |   +-- UnknownVerbError
     +-- LaunchFileError      exit code 2
         +-- PackageNotFoundError
         +-- ExecutableNotFoundError
@@ -118,6 +119,10 @@ class UsageError(LauncherError):
     """The command line is wrong."""
 
     exit_code = ExitCode.USAGE
+
+
+class UnknownVerbError(UsageError):
+    """The first word is no verb and nothing to launch; --debug shows no traceback of it."""
 
 
 class LaunchFileError(LauncherError):

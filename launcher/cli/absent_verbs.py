@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 
-from launcher.base.errors import LauncherError, PackageNotFoundError, UsageError
+from launcher.base.errors import LauncherError, PackageNotFoundError, UnknownVerbError, UsageError
 from launcher.base.program import program
 from launcher.base.synonyms import REST, SYNONYMS, TARGET, meant_lines
 from launcher.base.text import several, suggest
@@ -22,7 +22,7 @@ from launcher.packages.finder import files_in_share, share_directory
 
 
 def refuse(words: Sequence[str]) -> None:
-    """UsageError unless a launch file or a package has the name of this verb."""
+    """UnknownVerbError unless a launch file or a package has the name of this verb."""
     verb = words[0]
     if not _is_target(words):
         if verb in CONSOLE_VERBS:
@@ -30,7 +30,7 @@ def refuse(words: Sequence[str]) -> None:
         else:
             message = f"ros2cli's verb '{verb}' does not exist here"
         hint = {**ABSENT_VERBS, **CONSOLE_VERBS}[verb] or "PROGRAM --help lists the verbs"
-        raise UsageError(message, hint=hint.replace("PROGRAM", program()))
+        raise UnknownVerbError(message, hint=hint.replace("PROGRAM", program()))
 
 
 def _is_target(words: Sequence[str]) -> bool:
@@ -68,7 +68,7 @@ def explained(words: Sequence[str], error: LauncherError | None = None) -> Launc
         return error
     what = "launch file or package" if behind else "launch file"
     message = f"unknown verb '{shown_word(word)}', and there is no {what} of this name"
-    return UsageError(message, hint=_meant(words, behind, error))
+    return UnknownVerbError(message, hint=_meant(words, behind, error))
 
 
 def _without_file(package: str, share: str) -> UsageError:

@@ -13,6 +13,7 @@ from launcher.base.errors import (
     ExitCode,
     LauncherError,
     PackageNotFoundError,
+    UnknownVerbError,
     UsageError,
 )
 from launcher.base.option import HELP
@@ -44,7 +45,7 @@ def main(words: Sequence[str]) -> int:
             words = choose_workspace(words)
         return _dispatch(words)
     except LauncherError as error:
-        if debug:
+        if debug and not isinstance(error, UnknownVerbError):
             raise
         print(error.render(), file=sys.stderr)
         return error.exit_code

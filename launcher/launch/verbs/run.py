@@ -57,10 +57,15 @@ def main(words: Sequence[str]) -> int:
     package, executable = parsed.package, parsed.executable
     for word, what in ((package, "a package"), (executable, "an executable")):
         if word is not None and (not word or word[0] == os.sep or ".." in word.split(os.sep)):
-            raise UsageError(f"'{word}' is not the name of {what}", hint=f"usage: {COMMAND.usage}")
+            hint = _of_file(word) or f"usage: {COMMAND.usage}"
+            raise UsageError(f"'{word}' is not the name of {what}", hint=hint)
     if executable is None:
         raise _without_executable(package)
-    found = str(find_executable(package, executable, os.environ))
+    try:
+        found = str(find_executable(package, executable, os.environ))
+    except PackageNotFoundError as error:
+        error.hint = _of_file(package) or error.hint
+        raise
     argv = [*(parsed.prefix or []), found, *parsed.words]
     provide_log_root(os.environ)
     try:
@@ -81,9 +86,23 @@ def _without_executable(package: str) -> LauncherError:
 
         is_launch_file = package in launch_names(os.environ)
         meant = package if is_launch_file else executable_command(package, os.environ)
-        error.hint = f"did you mean `{program()} {meant}`?" if meant else error.hint
+        near = f"did you mean `{program()} {meant}`?" if meant else error.hint
+        error.hint = _of_file(package) or near
         return error
     return UsageError("the executable is missing", hint=f"executables of {package}: {names}")
+
+
+def _of_file(word: str) -> str | None:
+    """The hint for the path of a file in the place of a package; None if it is none."""
+    if not os.path.isfile(word):
+        return None
+    from launcher.language.frontends.locate import SUFFIXES
+
+    path = shlex.quote(word)
+    if word.endswith(SUFFIXES):
+        return f"did you mean `{program()} {path}`?"
+    command = f"python3 {path}" if word.endswith(".py") else path if os.sep in path else f"./{path}"
+    return f"it is a file, and `run` takes a package; a file needs no package: `{command}`"
 
 
 def _become(argv: list[str]) -> NoReturn:

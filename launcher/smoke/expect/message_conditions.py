@@ -18,6 +18,7 @@ _BUILTINS = {
     f.__name__: f
     for f in (abs, all, any, bool, dict, float, int, isinstance, len, list, max, min, round)
 } | {f.__name__: f for f in (set, sorted, str, sum, tuple, zip, range, enumerate)}
+_CONSTANTS = {"true": "True", "false": "False", "null": "None", "none": "None"}  # as in YAML
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+")
 # The methods of these are available. Others lead elsewhere, as the frame of a generator does.
 _PLAIN = (bool, dict, float, int, list, range, set, str, tuple)
@@ -177,7 +178,11 @@ def _check_names(tree: ast.AST) -> None:
     known |= {node.arg for node in nodes if isinstance(node, ast.arg)}
     for used in names:
         if used.id not in known:
-            raise ValueError(f"unknown name '{used.id}': use m (the message) and json (its data)")
+            meant = _CONSTANTS.get(used.id.lower(), f"m.{used.id}")
+            raise ValueError(
+                f"unknown name '{used.id}', did you mean {meant}? "
+                "m is the message, and json its data"
+            )
 
 
 @dataclass(frozen=True, slots=True)

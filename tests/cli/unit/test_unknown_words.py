@@ -251,3 +251,29 @@ def test_to_test_a_launch_file_is_smoke(project: Path):
     message, hint = refused("test", "mine")
     assert message == f"no package 'mine' in {project}/src"
     assert hint == f"to test a launch file: {PROGRAM} smoke mine"
+
+
+@pytest.mark.parametrize("option", ["-d", "--debug"])
+@pytest.mark.parametrize(("word", "meant"), [("up", "TARGET"), ("bogus", "--help lists the verbs")])
+def test_the_option_for_tracebacks_does_not_hide_what_an_unknown_verb_means(word, meant, option):
+    message, hint = refused(word, option)
+    assert message.startswith(f"unknown verb '{word}'")
+    assert meant in hint
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("run talker.py", "python3 talker.py"),
+        ("run talker.py 5", "python3 talker.py"),
+        ("run ./talker.py", "python3 ./talker.py"),
+        ("run ../{folder}/talker.py", "python3 ../{folder}/talker.py"),
+        ("run talker", "./talker"),
+        ("run launch/mine.launch.py", f"{PROGRAM} launch/mine.launch.py"),
+    ],
+)
+def test_a_file_in_the_place_of_a_package_is_shown_how_to_run(project, line: str, command: str):
+    for name in ("talker.py", "talker"):
+        (project / name).touch()
+    _, hint = refused(*line.format(folder=project.name).split())
+    assert f"`{command.format(folder=project.name)}`" in hint

@@ -94,6 +94,20 @@ def test_an_expression_reaches_nothing_but_the_message(text: str):
 
 
 @pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("place == 'dock'", "m.place"),
+        ("pose.x > 1", "m.pose"),
+        ("m.ok == true", "True"),
+        ("m.ok is null", "None"),
+    ],
+)
+def test_a_name_that_the_message_may_have_is_offered_as_a_field(text: str, meant: str):
+    with pytest.raises(ValueError, match=rf"did you mean {meant}\? m is the message, and json its"):
+        Expression.parse(text)
+
+
+@pytest.mark.parametrize(
     "text",
     [
         *("m.data.format(m)", "[m.data.format][0](m)", "f'{m.data}'.format_map({'a': m})"),
