@@ -91,7 +91,8 @@ class Catalogue:
         try:
             return self._schema_of(type_name)
         except VerbError as error:
-            self._warn_once(f"{name} is not shown: {error.message}")
+            hint = f"; {error.hint}" if error.hint else ""
+            self._warn_once(f"{name} is not shown: {error.message}{hint}")
             return None
 
     def _warn_once(self, text: str) -> None:

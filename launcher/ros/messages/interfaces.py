@@ -15,6 +15,7 @@ from launcher.base.program import program
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import suggest
 from launcher.packages import unbuilt
+from launcher.packages.workspace import current
 from launcher.ros.messages.classes import check_fields, class_of, missing_package, parts_of
 from launcher.ros.verb import warn
 
@@ -88,10 +89,23 @@ def _hint(type_name: str, package: str, name: str, kind: str, wanted: str) -> st
         return f"{package}/{kind}/{whole} is made of: {', '.join(parts)}"
     near = near_miss(type_name, [kind])
     if near is None:
-        return f"no such type is installed: {type_name}"
+        outside = _outside(package) if name else None
+        return f"no such type is installed: {type_name}" + (f"; {outside}" if outside else "")
     last = near.rsplit("/", 1)[1]
     same_package = near.startswith(f"{package}/") and last != name
     return f"did you mean {last}? ({near})" if same_package else f"did you mean {near}?"
+
+
+def absent(package: str) -> str | None:
+    """What to do about the types of a package that are not found; None if the package is there."""
+    return unbuilt.hint(package, os.environ) or _outside(package)
+
+
+def _outside(package: str) -> str | None:
+    """The hint for a package that a workspace may have, where none is visible."""
+    if package in interface_packages() or current() is not None:
+        return None
+    return "types of a workspace are found only in its folder, or with --workspace DIR"
 
 
 def near_miss(type_name: str, kinds: Iterable[str] = KINDS) -> str | None:
@@ -124,7 +138,9 @@ def warn_if_unknown(full: str) -> None:
             warn(f"hint: {not_built}")
             return
         near = near_miss(full)
-        warn(f"hint: {f'did you mean {near}?' if near else f'no type {full} is installed here'}")
+        outside = _outside(full.partition("/")[0])
+        none = f"no type {full} is installed here" + (f"; {outside}" if outside else "")
+        warn(f"hint: {f'did you mean {near}?' if near else none}")
 
 
 def of_type(

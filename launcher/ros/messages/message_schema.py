@@ -8,6 +8,7 @@ from typing import NamedTuple
 from launcher.base import strict_json
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import (
+    absent,
     code_of,
     definition_path,
     interface_packages,
@@ -105,9 +106,10 @@ def _source(full: str, *, needed_by: str = "", services: bool = False) -> _Sourc
             interface = f"{package}/{kind}/{name.removesuffix(suffix)}"
             if name.endswith(suffix) and interface in known:
                 return _Source(interface, suffix)
+    hint = absent(package) if package else None
     if needed_by:
-        raise VerbError(f"{needed_by} needs {full}, which is not installed")
-    raise VerbError(f"no definition of {full} is installed")
+        raise VerbError(f"{needed_by} needs {full}, which is not installed", hint=hint)
+    raise VerbError(f"no definition of {full} is installed", hint=hint)
 
 
 def _definition(full: str, needed_by: str) -> str:

@@ -278,6 +278,24 @@ def test_what_is_not_installed_is_told(name: str):
         schema_text(name)
 
 
+@pytest.mark.parametrize("look_up", [schema_text, load_message])
+def test_a_type_that_a_workspace_may_have_is_said_where_to_find(look_up, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("LAUNCHER_WORKSPACE", raising=False)
+    said = "types of a workspace are found only in its folder, or with --workspace DIR"
+    with pytest.raises(VerbError) as caught:
+        look_up("my_robot_interfaces/msg/Count")
+    assert (caught.value.hint or "").endswith(said)
+    (tmp_path / "install").mkdir()
+    (tmp_path / "install" / ".colcon_install_layout").write_text("isolated")
+    with pytest.raises(VerbError) as caught:
+        look_up("my_robot_interfaces/msg/Count")
+    assert said not in (caught.value.hint or "")
+    with pytest.raises(VerbError) as caught:
+        look_up("std_msgs/msg/Nothing")
+    assert said not in (caught.value.hint or "")
+
+
 @pytest.mark.basic  # the generator is slow
 def test_a_missing_dependency_is_told(every_kind: Path):
     index = every_kind.parent / "ament_index/resource_index/rosidl_interfaces" / PACKAGE
