@@ -44,13 +44,11 @@ def explain(error: BaseException, source: bytes, path: str, required: str) -> bo
 
 def _evidence(source: bytes, path: str, required: str) -> int | None:
     """The line that shows a program; None if it may be a launch file."""
-    if _SHELL.match(source):
-        return 1
     try:
         tree = ast.parse(source)
         dump = ast.dump(tree)
     except (SyntaxError, ValueError, RecursionError):
-        return None
+        return 1 if _SHELL.match(source) else None
     is_named = path.endswith("launch.py") and "__main__" not in dump
     if is_named or required in dump or _DYNAMIC.search(dump) or _imports_launch(tree):
         return None
