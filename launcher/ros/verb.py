@@ -306,14 +306,19 @@ class _EscapingStream:
     """A stream to a terminal that control characters of nodes cannot change."""
 
     def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+        self.terminal = stream
 
     def write(self, text: str) -> int:
-        self._stream.write(escape_controls(text))
+        self.terminal.write(escape_controls(text))
         return len(text)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
+        return getattr(self.terminal, name)
+
+
+def unescaped(stream: Any) -> TextIO:
+    """The terminal itself, for control characters that no node has sent."""
+    return cast("TextIO", stream.terminal if isinstance(stream, _EscapingStream) else stream)
 
 
 @contextlib.contextmanager

@@ -14,7 +14,9 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from launcher.base.text import escape_controls
 from launcher.posix.keys import read_keys
+from launcher.ros.verb import unescaped
 
 _REDRAW_S = 0.2
 
@@ -60,11 +62,16 @@ def _is_in_foreground() -> bool:
 
 
 class StatusLine:
-    """One line on the terminal that is drawn again and again; nothing without a terminal."""
+    """One line on the terminal that is drawn again and again; nothing without a terminal.
+
+    `escaped_output` would show the control characters that this takes as text, so it writes them to
+    the terminal itself, and nothing else.
+    """
 
     def __init__(self, render: Callable[[int], str]) -> None:
         self._render = render
-        self.enabled = sys.stderr.isatty()
+        self.enabled = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self._terminal = unescaped(sys.stderr)
         self._next_s = 0.0
         self._drawn = False
 
@@ -74,20 +81,27 @@ class StatusLine:
             return
         self._next_s = time.monotonic() + _REDRAW_S
         width = shutil.get_terminal_size().columns
-        self._write(f"\r{self._render(width - 1)[: width - 1]}\x1b[K")
+        text = escape_controls(self._render(width - 1))[: width - 1]
+        self._control(f"\r{text}\x1b[K")
         self._drawn = True
 
     def print(self, text: str) -> None:
         """A line that stays, above the status."""
         self.clear()
-        self._write(f"{text}\n")
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()
         self.draw(now=True)
 
     def clear(self) -> None:
         if self._drawn:
-            self._write("\r\x1b[K")
+            self._control("\r\x1b[K")
             self._drawn = False
 
-    def _write(self, text: str) -> None:
-        sys.stderr.write(text)
-        sys.stderr.flush()
+    def close(self) -> None:
+        """Remove it for good, so that what follows stays alone: lines of ours, then the prompt."""
+        self.clear()
+        self.enabled = False
+
+    def _control(self, text: str) -> None:
+        self._terminal.write(text)
+        self._terminal.flush()

@@ -149,12 +149,12 @@ class _Player:
                 self._clock.set_paused(self._options.start_paused, now + self._options.delay_s)
                 while self._play_once(keys) and self._options.loop:
                     self._jump(self._first_ns)
-            self._status.clear()
+            self._status.close()
             limit_s = self._options.acked_s
             if not self._publishers.wait_for_all_acked(limit_s):
                 warn(f"not everything was received after {limit_s:g} s")
         finally:
-            self._status.clear()
+            self._status.close()
             self._source.close()
 
     def _greet(self, has_keys: bool) -> None:

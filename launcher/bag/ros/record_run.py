@@ -6,7 +6,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -104,7 +104,7 @@ class _RecordRun:
 
     def run(self) -> int:
         signal.signal(signal.SIGUSR1, self._want_snapshot)
-        with Keys(enabled=self._options.keyboard) as keys:
+        with closing(self._status), Keys(enabled=self._options.keyboard) as keys:
             self._greet(keys.enabled)
             while not self._is_over():
                 self._handle(keys)
@@ -114,7 +114,6 @@ class _RecordRun:
                 self._report_missing()
                 self._status.draw()
                 time.sleep(PERIOD_S)
-        self._status.clear()
         return self._finish()
 
     def _want_snapshot(self, *_: object) -> None:
