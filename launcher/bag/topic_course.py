@@ -40,9 +40,13 @@ class Course:
 
     Of a topic that is slow compared to the parts, each interval between two messages counts in all
     parts that it covers, so that a steady topic is steady.
+
+    A part in `alone` has a single message, with none near it: it is in a bar, but a rate needs two
+    messages, so it is neither the least nor the highest.
     """
 
     parts_hz: tuple[float | None, ...]
+    alone: frozenset[int] = frozenset()
 
     @property
     def least_hz(self) -> float | None:
@@ -53,7 +57,11 @@ class Course:
         return max(self._known(), default=None)
 
     def _known(self) -> Iterator[float]:
-        return (one for one in self.parts_hz if one is not None)
+        return (
+            rate
+            for part, rate in enumerate(self.parts_hz)
+            if rate is not None and part not in self.alone
+        )
 
 
 def course(times_ns: Sequence[int], start_ns: int, end_ns: int, parts: int) -> Course:
@@ -62,18 +70,23 @@ def course(times_ns: Sequence[int], start_ns: int, end_ns: int, parts: int) -> C
         return Course((None,) * max(parts, 0))
     width_ns = (end_ns - start_ns) / parts
     numbers, covered = [0.0] * parts, [0.0] * parts
+    alone: set[int] = set()
 
     def part_of(time_ns: float) -> int:
         return max(0, min(parts - 1, int((time_ns - start_ns) / width_ns)))
 
-    def add(part: int, number: float, time_ns: float) -> None:
+    def add(part: int, number: float, time_ns: float, *, is_single: bool = False) -> None:
+        if is_single and not covered[part]:
+            alone.add(part)
+        else:
+            alone.discard(part)
         numbers[part] += number
         covered[part] += time_ns
 
     for first, last in _streaks(times_ns):
         streak = times_ns[first], times_ns[last]
         if streak[0] == streak[1]:
-            add(part_of(streak[0]), last - first + 1, width_ns)
+            add(part_of(streak[0]), last - first + 1, width_ns, is_single=first == last)
             continue
         for part in range(part_of(streak[0]), part_of(streak[1]) + 1):
             begin = max(streak[0], start_ns + part * width_ns)
@@ -85,7 +98,8 @@ def course(times_ns: Sequence[int], start_ns: int, end_ns: int, parts: int) -> C
         tuple(
             number * NS / min(max(time_ns, 1.0), width_ns) if time_ns else None
             for number, time_ns in zip(numbers, covered, strict=True)
-        )
+        ),
+        frozenset(alone),
     )
 
 

@@ -184,6 +184,26 @@ def test_a_slow_topic_is_steady_and_a_single_message_counts():
     assert topic_course.bar([1.0, 4.0, 8.0, None]) == "▁▄█ "
 
 
+def test_a_rate_needs_two_messages(tmp_path: Path, capsys):
+    once = message("/once", 4.0, "x")
+    folder = write_bag(tmp_path / "b", sorted([*counting("/a", 80), once], key=lambda m: m.log_ns))
+    (row,) = [row for row in printed(capsys, folder).splitlines() if row.startswith("/once")]
+    assert row.split()[2:] == ["-"] * 4  # behind its name and its bar
+    (document,) = json.loads(printed(capsys, folder, "--json"))["bags"]
+    rate = next(topic["rate"] for topic in document["topics"] if topic["name"] == "/once")
+    assert (rate["min_hz"], rate["mean_hz"], rate["max_hz"]) == (None, None, None)
+
+
+def test_a_message_alone_behind_a_gap_has_no_rate():
+    second = 10**9
+    times = [*range(0, 4 * second, second), 90 * second]
+    found = topic_course.course(times, 0, 100 * second, 1000)
+    assert (found.least_hz, found.most_hz) == pytest.approx((1.0, 1.0))
+    assert found.parts_hz[900] is not None  # it is in the bar
+    wide = topic_course.course([0, 1, 2, 9 * second, 9 * second + 50], 0, 10 * second, 2)
+    assert wide.least_hz is not None
+
+
 @pytest.mark.parametrize(
     "words", [["info", "B"], ["convert", "B", "-o", "C.csv"], ["compare", "B", "B"]]
 )
