@@ -13,6 +13,7 @@ from typing import Any
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
+from launcher.base.program import without_program
 from launcher.base.run_verb import Verb
 from launcher.control.console.bar import short_names
 from launcher.control.console.requests import CLEAR, CLEAR_HELP, SHELL_HELP, SHELL_VERBS, runs_here
@@ -45,7 +46,7 @@ class WordCompleter(Completer):
         self, document: Document, complete_event: CompleteEvent
     ) -> AsyncGenerator[Completion, None]:
         """Those of a verb of shells are computed by a separate process, as shells do."""
-        *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
+        before, word = _words(document)
         if before and runs_here(before[0]):
             for candidate, meta in await self._ask([*before, word]):
                 end = "" if candidate.endswith(_OPEN_ENDS) else " "
@@ -58,7 +59,7 @@ class WordCompleter(Completer):
     def get_completions(
         self, document: Document, complete_event: CompleteEvent
     ) -> Iterable[Completion]:
-        *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
+        before, word = _words(document)
         if _GLOB.search(word) and before:
             yield from self._expanded(word)
             return
@@ -105,6 +106,12 @@ class WordCompleter(Completer):
         meant = names or labels
         if meant:
             yield Completion(" ".join(meant), -len(word), display=f"{word}: {len(meant)}")
+
+
+def _words(document: Document) -> tuple[list[str], str]:
+    """Those in front of the word at the cursor, without the program's name; that word."""
+    *before, word = re.split(r"\s+", document.text_before_cursor.lstrip())
+    return without_program(before), word
 
 
 def _label(process: Mapping[str, Any]) -> str:

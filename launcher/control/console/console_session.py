@@ -34,6 +34,7 @@ from launcher.control.console.requests import (
     problem,
     read_call,
     read_shell_words,
+    split,
 )
 from launcher.control.console.shell_verbs import ShellVerbs
 from launcher.control.console.short_forms import killed_text
@@ -256,7 +257,7 @@ class ConsoleSession:
 
     async def _answer(self, line: str) -> None:
         try:
-            if line.split() == [CLEAR]:
+            if split(line) == [CLEAR]:
                 self._application.renderer.clear()
                 return
             if (words := read_shell_words(line)) is not None:

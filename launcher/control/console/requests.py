@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from launcher.base.errors import LauncherError, UsageError
-from launcher.base.program import browse, program
+from launcher.base.program import browse, program, without_program
 from launcher.base.run_verb import Call
 from launcher.base.synonyms import meant_verb
 from launcher.base.verb_table import VERBS as COMMAND_VERBS
@@ -51,35 +51,39 @@ def runs_here(name: str) -> bool:
 
 def read_shell_words(line: str) -> list[str] | None:
     """The words of a verb of the command line; None for other lines. UsageError."""
-    words = _split(line)
+    words = split(line)
     named = words[1:2] if words[0] == "help" else words[:1]
     return words if any(map(runs_here, named)) else None
 
 
 def read_call(line: str) -> Call:
     """Parse a line; UsageError."""
-    name, *words = _split(line)
+    name, *words = split(line)
     verb = find(name)
     if verb is None:
-        _refuse_shell_verb(name, line)
+        _refuse_shell_verb(name, words)
         known = [*(verb.name for verb in VERBS), *filter(runs_here, SHELL_VERBS), CLEAR]
         hint = meant_verb(name, known) or "`help all` lists all verbs"
         raise UsageError(f"unknown verb '{name}'", hint=hint)
     return parse(verb, words)
 
 
-def _split(line: str) -> list[str]:
+def split(line: str) -> list[str]:
+    """The words of a line that is not empty; the program's name in front is none. UsageError.
+
+    People paste commands from the documentation. The name alone is `help`.
+    """
     try:
-        return shlex.split(line)
+        return without_program(shlex.split(line)) or ["help"]
     except ValueError as error:
         hint = "quotes come in pairs, as in a shell; \\' is a literal quote"
         raise UsageError(f"the line is not finished: {error}", hint=hint) from None
 
 
-def _refuse_shell_verb(name: str, line: str) -> None:
+def _refuse_shell_verb(name: str, words: list[str]) -> None:
     """UsageError with the command for another shell, such as `launcher attach`."""
     if name in NEEDING_A_SHELL:
-        hint = f"in another shell: {program()} {line.strip()}"
+        hint = f"in another shell: {program()} {shlex.join((name, *words))}"
         raise UsageError(f"'{name}' is a verb for shells", hint=hint)
 
 

@@ -114,8 +114,10 @@ def test_a_misspelt_verb_or_name_gets_a_suggestion(bench: Bench):
     terminal.wait_for_prompt()
     terminal.enter("kil robot_2")
     terminal.wait_for("error: unknown verb 'kil'", "hint: did you mean 'kill'?")
-    terminal.enter("kill robo_2")
+    terminal.enter("launcher kill robo_2")
     terminal.wait_for("unknown process 'robo_2'")
+    terminal.enter("python -m launcher clear")
+    terminal.wait_until(lambda: "robo_2" not in terminal.text, "an empty screen")
     terminal.ctrl_c()
     assert terminal.exit_code() == 0
 

@@ -47,6 +47,8 @@ def test_a_blank_follows_what_was_completed():
         ("help r", []),
         ("format c", ["compact"]),
         ("nonsense r", []),
+        ("launcher un", ["unmute"]),
+        ("python -m launcher kill robot_1 r", ["robot_2", "robot_*"]),
     ],
 )
 def test_what_fits_at_the_cursor_is_offered(typed: str, offered: list[str]):
@@ -73,8 +75,9 @@ def asked_for(text: str) -> tuple[list[str], list[str]]:
     return asked, asyncio.run(all_of(WordCompleter(lambda: FLEET, ask)))
 
 
-def test_words_of_a_verb_for_shells_are_asked_for():
-    asked, offered = asked_for("topic echo /ch")
+@pytest.mark.parametrize("program", ["", "launcher "])
+def test_words_of_a_verb_for_shells_are_asked_for(program: str):
+    asked, offered = asked_for(f"{program}topic echo /ch")
     assert asked == ["topic", "echo", "/ch"]
     assert offered == ["/chatter ", "'a b' ", "--field="]
 

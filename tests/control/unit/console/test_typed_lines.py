@@ -65,6 +65,35 @@ def test_verbs_of_shells_run_here(line: str, words: list[str] | None):
     assert read_shell_words(line) == words
 
 
+PROGRAMS = ("launcher", "python -m launcher", "python3.12 -m launcher", ".venv/bin/launcher")
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_name_of_the_program_is_dropped(name: str):
+    call = read_call(f"{name} send robot_1 'hello  world'")
+    assert (call.verb.name, call.names) == ("send", ("robot_1",))
+    assert call.options == {"text": "hello  world"}
+    assert read_shell_words(f"{name} topic pub /a b 'c d'") == ["topic", "pub", "/a", "b", "c d"]
+    assert read_shell_words(f"{name} help topic") == ["help", "topic"]
+    assert read_shell_words(f"{name} ps") is None
+    with pytest.raises(UsageError, match="is a verb for shells") as raised:
+        read_call(f"{name} launch 'a b'")
+    assert raised.value.hint == f"in another shell: {program()} launch 'a b'"
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_the_name_of_the_program_alone_is_answered_as_help(name: str):
+    assert read_shell_words(name) is None
+    call = read_call(name)
+    assert (call.verb.name, call.options) == ("help", {})
+
+
+def test_other_programs_are_none_of_ours():
+    for line in ("python -m launchers ps", "python -m", "launchers ps"):
+        with pytest.raises(UsageError, match=f"unknown verb '{line.split()[0]}'"):
+            read_call(line)
+
+
 @pytest.mark.parametrize("line", ["attach", "launch system", "agent"])
 def test_a_verb_for_shells_is_told_with_its_command(line: str):
     with pytest.raises(UsageError, match="is a verb for shells") as raised:
