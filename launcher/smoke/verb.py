@@ -269,10 +269,11 @@ def _print_schema() -> int:
 def _script(parsed: Parsed, launch_file: str) -> Script:
     """The script from the file and the options, which take precedence."""
     script = Script()
-    path = parsed.expect
+    path, absent = parsed.expect, ""
     if path is None and not parsed.no_file:
         found = loader.beside(launch_file)
         path = None if found is None else str(found)
+        absent = f" (there is no {loader.usual(launch_file)})" if found is None else ""
     if path is not None:
         script = loader.load(path)
     script = replace(script, expectations=(*script.expectations, *parsed.expectations))
@@ -282,7 +283,8 @@ def _script(parsed: Parsed, launch_file: str) -> Script:
         script = replace(script, ready_within_s=parsed.ready_within_s)
     script = replace(script, chaos=_chaos(parsed, script))
     if not script.expectations:
-        print("smoke: no expectations, except that no process exits unexpectedly", file=sys.stderr)
+        text = f"no expectations{absent}, except that no process exits unexpectedly"
+        print(f"smoke: {text}", file=sys.stderr)
     return script
 
 

@@ -27,13 +27,20 @@ SUFFIXES = (".expect.yaml", ".expect.yml")
 
 def beside(launch_file: str) -> Path | None:
     """The expectation file next to a launch file: `system.expect.yaml` for `system.*`."""
-    folder, name = Path(launch_file).parent, Path(launch_file).name
+    return next(filter(Path.is_file, _names(launch_file)), None)
+
+
+def usual(launch_file: str) -> Path:
+    """Where one would write it."""
+    return next(_names(launch_file))
+
+
+def _names(launch_file: str) -> Iterator[Path]:
+    path = Path(launch_file)
     for end in (".launch.", "_launch.", "-launch.", "."):
-        stem, found, _ = name.partition(end)
-        paths = [folder / f"{stem}{suffix}" for suffix in SUFFIXES] if found else []
-        for path in filter(Path.is_file, paths):
-            return path
-    return None
+        stem, found, _ = path.name.partition(end)
+        if found:
+            yield from (path.with_name(f"{stem}{suffix}") for suffix in SUFFIXES)
 
 
 def load(path: str) -> Script:

@@ -10,6 +10,7 @@ import pytest
 
 from launcher.base.errors import LauncherError
 from launcher.smoke import verb as smoke
+from launcher.smoke.preflight import loader
 
 pytestmark = pytest.mark.usefixtures("command_folder")
 
@@ -158,3 +159,25 @@ def test_words_that_smoke_does_not_take(line):
     with pytest.raises(LauncherError) as caught:
         smoke.main([F, *line.split()])
     assert caught.value.exit_code == 2
+
+
+NONE = "smoke: no expectations{}, except that no process exits unexpectedly\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "where"),
+    [
+        (F, " (there is no {}/a.expect.yaml)"),
+        (f"{F} --no-file", ""),
+        (f"{F} --expect-node /a", None),
+    ],
+)
+def test_without_expectations_the_place_where_they_belong_is_named(smoked, capsys, line, where):
+    smoked(line)
+    message = "" if where is None else NONE.format(where.format(Path.cwd()))
+    assert capsys.readouterr().err == message
+
+
+@pytest.mark.parametrize("name", ["system.launch.py", "system_launch.xml", "system.py"])
+def test_the_file_beside_a_launch_file_has_its_name(tmp_path: Path, name: str):
+    assert loader.usual(str(tmp_path / name)) == tmp_path / "system.expect.yaml"

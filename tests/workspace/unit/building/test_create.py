@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import errno
 import os
+import runpy
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -86,6 +87,26 @@ def test_a_package_of_nodes(workspace):
         "  python -m launcher build",
         "  python -m launcher test demo",
         "  python -m launcher launch demo demo.launch.py",
+    ]
+
+
+def test_everything_beside_the_launch_file_is_installed(workspace, monkeypatch):
+    create("demo")
+    folder = workspace / "src/demo"
+    for name in ("demo.expect.yaml", "demo.supervise.yaml", "other.launch.xml", "shared.py"):
+        (folder / "launch" / name).touch()
+    (folder / "launch/__pycache__").mkdir()  # a folder would make setuptools give up
+    given = {}
+    monkeypatch.setattr("setuptools.setup", lambda **values: given.update(values))
+    monkeypatch.chdir(folder)
+    runpy.run_path("setup.py")
+
+    assert dict(given["data_files"])["share/demo/launch"] == [
+        "launch/demo.expect.yaml",
+        "launch/demo.launch.py",
+        "launch/demo.supervise.yaml",
+        "launch/other.launch.xml",
+        "launch/shared.py",
     ]
 
 
