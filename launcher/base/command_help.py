@@ -47,6 +47,8 @@ def explanation(option: Option) -> str:
     one_of = " | ".join(option.choices)
     text = ": ".join(filter(None, (option.help, one_of)))
     has_default = option.default and isinstance(option.default, (int, float, str))
+    if "(default: " in option.help:  # as the user writes it: 100M, not the number of bytes
+        return text
     return f"{text} (default: {option.default})" if has_default else text
 
 

@@ -67,7 +67,7 @@ COMMAND = Command(
     options=(
         option("-t, --topic-name", "only names of topics"),
         option("-v, --verbose", "QoS, size of each topic, and calls of services"),
-        option("--sort KEY", "order of topics (default: name)", choices=_SORTS, default="name"),
+        option("--sort KEY", "order of topics", choices=_SORTS, default="name"),
         option("--no-rates", "no rates over time"),
         _STORAGE,
         JSON,

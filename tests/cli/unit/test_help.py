@@ -7,12 +7,15 @@ from collections.abc import Callable
 import pytest
 
 import launcher
+from launcher.bag.verbs import record
+from launcher.base.command_help import explanation
 from launcher.base.verb_table import CONTROL_VERBS, INTERNAL, TASK_OF, TASKS, VERBS
 from launcher.cli.dispatch import main
 from launcher.cli.overview import overview
 from launcher.launch.launch_options import RUN_GROUPS
 from launcher.run.part import OPTION_GROUPS
 from launcher.run.parts import ROWS
+from tools.command_reference import commands
 
 Said = tuple[str, str, object]  # on stdout, on stderr, exit code
 
@@ -120,3 +123,12 @@ def test_the_version_is_printed_alone(run, word):
 )
 def test_two_dashes_are_accepted_before_every_word(run, line, same):
     assert run(*line.split()) == run(*same.split())
+
+
+def test_no_option_is_explained_with_two_defaults():
+    for command in commands():
+        grouped = (one for _, group in command.groups for one in group)
+        for one in (*command.arguments, *command.options, *grouped):
+            assert explanation(one).count("(default") <= 1, (command.name, one.spelling)
+    explained = {one.spelling: explanation(one) for one in record.COMMAND.options}
+    assert explained["--max-cache-size BYTES"].endswith("(default: 100M)")
