@@ -136,7 +136,8 @@ def log_folder(facts: DoctorFacts) -> Verdict:
     if facts.log_obstacle is None:
         if not facts.kept_runs:
             return _ok(facts.log_folder)
-        runs = f"{count(facts.kept_runs, 'older run')} that failed or have a snapshot"
+        have = "has" if facts.kept_runs == 1 else "have"
+        runs = f"{count(facts.kept_runs, 'older run')} that failed or {have} a snapshot"
         text = f"{facts.log_folder} has {runs}, {facts.kept_bytes / MB:.0f} MiB"
         if facts.kept_bytes < LARGE_LOGS_BYTES:
             return _ok(text)

@@ -156,7 +156,8 @@ def _folders(member: CheckedHost) -> Iterator[HostFinding]:
             repair = f"{program()} doctor --fix, there" if path == SHM else "remove files there"
             yield problem("disk", member, text, repair)
         elif folder["inodes"] and folder["free_inodes"] < MIN_FREE_INODES:
-            text = f"{count(folder['free_inodes'], 'inode')} are free where {path} is"
+            are = "is" if folder["free_inodes"] == 1 else "are"
+            text = f"{count(folder['free_inodes'], 'inode')} {are} free where {path} is"
             yield problem("disk", member, text, "remove small files there")
         if not folder["writable"]:
             text = f"{member.user or 'the user'} cannot write to {folder['existing']}, for {path}"

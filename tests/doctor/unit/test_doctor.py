@@ -135,6 +135,12 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             "/home/me/.ros/log has 37 older runs that failed or have a snapshot, 1024 MiB",
             "delete those that are not needed",
         ),
+        (
+            {"kept_runs": 1, "kept_bytes": 1024 * MB},
+            "note",
+            "/home/me/.ros/log has 1 older run that failed or has a snapshot, 1024 MiB",
+            "delete those that are not needed",
+        ),
         ({"open_files": 256}, "problem", "only 256", "ulimit -n 4096"),
         ({"open_files": 256, "open_files_hard": 256}, "problem", "only 256", "limits.conf"),
     ],

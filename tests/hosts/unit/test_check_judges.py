@@ -138,6 +138,7 @@ def survey(*members: CheckedHost, lost: tuple[tuple[str, str, str], ...] = ()) -
         ({"folders": [folder("a", free=10**6)]}, "disk", "1 MiB are free where a is"),
         ({"folders": [folder("/dev/shm", free=10**6)]}, "disk", "1 MiB are free"),
         ({"folders": [folder("a", free_inodes=7)]}, "disk", "7 inodes are free"),
+        ({"folders": [folder("a", free_inodes=1)]}, "disk", "1 inode is free"),
         ({"folders": [folder("a", writable=False)]}, "disk", "robot cannot write to /, for a"),
         ({"port_errors": {"unicast": "port 7410: in use"}}, "discovery", "no UDP port"),
     ],
