@@ -11,7 +11,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/launch", sorted(glob("launch/*"))),
+        (f"share/{PACKAGE}/launch", sorted(glob("launch/*.*"))),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
