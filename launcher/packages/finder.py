@@ -69,18 +69,23 @@ def own_package(name: str, env: Mapping[str, str]) -> Overlay | None:
 def find_executable(package: str, executable: str, env: Mapping[str, str]) -> Path:
     """The program `executable` of `package`.
 
-    Raises PackageNotFoundError or ExecutableNotFoundError.
+    Raises PackageNotFoundError or ExecutableNotFoundError. Whoever asks is about to run it, so this
+    is the place that warns of interfaces that it needs and does not find.
     """
-    libexec = package_prefix(package, env) / "lib" / package
+    prefix, _, source = _located(package, env)
+    libexec = prefix / "lib" / package
     scripts = dict(programs(package)) if _is_overlay(libexec) else {}
-    if executable in scripts:
-        return scripts[executable]
-    program = libexec / executable
-    if _is_program(program):
-        return program
-    scripts = scripts or dict(programs(package))
-    if executable in scripts:
-        return scripts[executable]
+    found = scripts.get(executable)
+    if found is None and _is_program(libexec / executable):
+        found = libexec / executable
+    scripts = scripts or ({} if found else dict(programs(package)))
+    found = found or scripts.get(executable)
+    if found is not None:
+        if source is not None and env is os.environ:  # the environment of nodes to be started
+            from launcher.packages.unbuilt import warn_of_dependencies
+
+            warn_of_dependencies(package, source, env)
+        return found
     names = [*_executables(libexec), *scripts]
     own = own_package(package, env) if _is_overlay(libexec) else None
     where = (
@@ -127,37 +132,30 @@ def package_names(env: Mapping[str, str]) -> set[str]:
 # ---- where a package is
 
 
-def _located(name: str, env: Mapping[str, str]) -> tuple[Path, Path]:
-    """(prefix, share folder); PackageNotFoundError."""
+def _located(name: str, env: Mapping[str, str]) -> tuple[Path, Path, str | None]:
+    """(prefix, share folder, source folder if it is linked or used); PackageNotFoundError."""
     prefix = _indexed(name, env)
     if prefix is not None:
         manifest = f"{prefix}/share/{name}/package.xml"
-        if env is os.environ and os.path.islink(manifest):  # built in a workspace
-            _warn_of_dependencies(name, os.path.dirname(os.path.realpath(manifest)))
-        return prefix, prefix / "share" / name
+        is_built = os.path.islink(manifest)  # in a workspace
+        source = os.path.dirname(os.path.realpath(manifest)) if is_built else None
+        return prefix, prefix / "share" / name, source
     own = _own(name)
     if own is not None:
         from launcher.packages.overlay import announce
 
         if env is os.environ:  # the environment of nodes that will be started
             announce(own.prefix)
-            _warn_of_dependencies(name, own.source)
-        return Path(own.prefix), Path(own.share)
+        return Path(own.prefix), Path(own.share), own.source
     inherited = _indexed(name, env, inherited=True)
     if inherited is not None:
-        return inherited, inherited / "share" / name
+        return inherited, inherited / "share" / name, None
     prefix = _distribution_prefix(name)
     if prefix is None:
         from launcher.packages.unknown import package_not_found
 
         raise package_not_found(name, package_names(env), search_prefixes(env))
-    return prefix, prefix / "share" / name
-
-
-def _warn_of_dependencies(name: str, source: str) -> None:
-    from launcher.packages.unbuilt import warn_of_dependencies
-
-    warn_of_dependencies(name, source, os.environ)
+    return prefix, prefix / "share" / name, None
 
 
 def _indexed(name: str, env: Mapping[str, str], *, inherited: bool = False) -> Path | None:

@@ -130,12 +130,18 @@ def around() -> Iterator[tuple[str, str]]:
 
 def beside(source: str) -> dict[str, str]:
     """Package -> source folder of all in the `src/` of a workspace that a package is in."""
+    root = src_of(source)
+    return {} if root is None else {name: folder for name, folder in _below(root) if name}
+
+
+def src_of(source: str) -> str | None:
+    """The `src/` that a package is in; None if it is in none."""
     root = source
     while os.path.basename(root) != "src":
         if os.path.dirname(root) == root:
-            return {}
+            return None
         root = os.path.dirname(root)
-    return {name: folder for name, folder in _below(root) if name}
+    return root
 
 
 def without_name(package: str) -> str | None:

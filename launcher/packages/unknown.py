@@ -10,7 +10,7 @@ from launcher.base.errors import PackageNotFoundError
 from launcher.base.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
-from launcher.packages import source_packages
+from launcher.packages import source_packages, unbuilt
 from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 
@@ -87,5 +87,5 @@ def no_executable_hint(
     if problem is not None:
         return f"{source}/setup.py could not be read: {problem}"
     if os.path.isfile(os.path.join(source, "CMakeLists.txt")):
-        return f"{source} is not built: {program()} build"
+        return f"{source} is {unbuilt.remedy(package, source)}"
     return f"{source}/setup.py has no console_scripts in its entry_points"

@@ -8,11 +8,10 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.base.errors import UsageError
-from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.hosts.sync import local_packages
 from launcher.hosts.sync.release_tree import Tree, TreeEntry
-from launcher.packages import overlay, source_packages
+from launcher.packages import overlay, source_packages, unbuilt
 from launcher.packages.environment import packages, underlays
 from launcher.packages.source_packages import MARKERS
 from launcher.packages.workspace import MARKER, Workspace
@@ -253,7 +252,7 @@ def _report_unbuilt(brought: Brought, workspace: Workspace | None, named: Sequen
     for name, folder in brought.unbuilt.items():
         is_of_workspace = workspace is not None and folder.startswith(f"{workspace.root}/src/")
         if name in needed or is_of_workspace:
-            brought.tree.left_out[folder] = f"{name} is not built: {program()} build"
+            brought.tree.left_out[folder] = f"{name} is {unbuilt.remedy(name, folder)}"
 
 
 def _program(path: str, target: str) -> TreeEntry:

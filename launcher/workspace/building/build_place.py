@@ -13,6 +13,7 @@ from pathlib import Path
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.program import program
 from launcher.base.text import shown_path
+from launcher.packages.unbuilt import way_to
 from launcher.packages.workspace import MARKER, VARIABLE, absolute, is_install
 from launcher.workspace.building import sources
 
@@ -160,8 +161,21 @@ def _of(path: str) -> Place:
         )
     raise UsageError(
         f"no workspace at {shown_path(start)} or above it",
-        hint="a workspace is a folder with packages in src/; a package has a package.xml",
+        hint=_one_below(start)
+        or "a workspace is a folder with packages in src/; a package has a package.xml",
     )
+
+
+def _one_below(folder: str) -> str | None:
+    """The hint that names a workspace directly below a folder."""
+    try:
+        names = sorted(name for name in os.listdir(folder) if not name.startswith("."))
+    except OSError:
+        return None
+    roots = (os.path.join(folder, name) for name in names)
+    found = (root for root in roots if _has_packages(os.path.join(root, "src")))
+    root = next(found, None)
+    return root and f"there is one in {way_to(root)}"
 
 
 def _in_workspace(root: str, start: str, package: str | None) -> Place:

@@ -147,7 +147,7 @@ def test_a_package_of_cmake_that_is_not_built_says_so(work: Path):
     with pytest.raises(ExecutableNotFoundError) as caught:
         finder.find_executable("bot", "talk", os.environ)
     assert caught.value.message == f"executable 'talk' not found in the source folder '{work}/bot'"
-    assert caught.value.hint == f"{work}/bot is not built: {program()} build"
+    assert caught.value.hint == f"{work}/bot is not built: {program()} build bot"
 
 
 def test_a_file_that_setup_py_leaves_out_is_reported(work: Path, capsys):

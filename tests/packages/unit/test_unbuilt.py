@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from std_srvs.srv import SetBool
 
-from launcher.base.errors import PackageNotFoundError
+from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.ros_errors import VerbError
 from launcher.packages import finder, unbuilt
 from launcher.packages.source_packages import MARKERS
@@ -32,6 +32,7 @@ def ws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working directory is a workspace where `bot` needs `more`, and that `bot_msgs`."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr(unbuilt, "_checked", set())
+    monkeypatch.setattr(unbuilt, "program", lambda: "launcher")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "prefix"))
     src = tmp_path / "ws/src"
     write_package(src, "bot", depends="<exec_depend>more</exec_depend>")
@@ -55,12 +56,55 @@ def test_interfaces_that_are_not_built_are_told_once_before_the_start(ws, capsys
         manifest = install(ws, "bot").parents[3] / "bot/package.xml"
         manifest.parent.mkdir()
         manifest.symlink_to(ws / "src/bot/package.xml")
+        program = ws.parent / "prefix/lib/bot/bot_talker"
+        program.parent.mkdir(parents=True)
+        program.touch(0o755)
 
     for _ in range(2):
-        finder.share_directory("bot", os.environ)
+        finder.find_executable("bot", "bot_talker", os.environ)
 
     expected = "warning: bot needs bot_msgs, which is not built\nhint: launcher build\n"
-    assert capsys.readouterr().err.replace("python -m launcher", "launcher") == expected
+    assert capsys.readouterr().err == expected
+
+
+def test_nothing_is_told_of_a_package_that_is_only_looked_at(ws: Path, capsys):
+    finder.share_directory("bot", os.environ)
+    finder.package_prefix("bot", os.environ)
+    assert finder.executables("bot", os.environ) == ["bot_talker"]
+    with pytest.raises(ExecutableNotFoundError):
+        finder.find_executable("bot", "tolker", os.environ)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("layout", ["isolated", "merged"])
+def test_above_the_workspace_that_has_built_them_its_place_is_told(
+    ws: Path, monkeypatch, capsys, layout: str
+):
+    prefix = "install" if layout == "merged" else "install/bot_msgs"
+    write(ws, {"install/.colcon_install_layout": layout, f"{prefix}/{MARKERS}/bot_msgs": ""})
+    monkeypatch.chdir(ws.parent)
+    there = "built in ./ws: cd ws, or --workspace ws"
+
+    finder.find_executable("bot", "bot_talker", os.environ)
+
+    said = "warning: bot needs bot_msgs, which is not found from this folder\n"
+    assert capsys.readouterr().err == f"{said}hint: it is {there}\n"
+    hint = f"bot_msgs is in {ws}/src/bot_msgs, and {there}"
+    assert unbuilt.hint("bot_msgs", os.environ) == hint
+
+    monkeypatch.chdir(ws)
+    monkeypatch.setenv("LAUNCHER_WORKSPACE", "")
+    assert str(unbuilt.hint("bot_msgs", os.environ)).endswith(f" built in {ws}: --workspace {ws}")
+
+
+def test_above_the_workspace_the_command_to_build_names_it(ws: Path, monkeypatch, capsys):
+    monkeypatch.chdir(ws.parent)
+
+    finder.find_executable("bot", "bot_talker", os.environ)
+
+    expected = "warning: bot needs bot_msgs, which is not built\nhint: launcher build ws\n"
+    assert capsys.readouterr().err == expected
+    assert str(unbuilt.hint("bot_msgs", os.environ)).endswith(", and not built: launcher build ws")
 
 
 def test_nothing_is_searched_for_a_package_that_is_in_no_workspace(ws: Path, monkeypatch):
@@ -71,7 +115,7 @@ def test_nothing_is_searched_for_a_package_that_is_in_no_workspace(ws: Path, mon
 
 def test_nothing_is_told_of_interfaces_that_are_built(ws: Path, capsys):
     install(ws, "bot_msgs")
-    finder.share_directory("bot", os.environ)
+    finder.find_executable("bot", "bot_talker", os.environ)
     assert capsys.readouterr().err == ""
     assert unbuilt.hint("bot_msgs", os.environ) is None
 
@@ -89,7 +133,7 @@ def test_a_moved_workspace_is_not_told_to_be_unbuilt(
     marker.parent.mkdir(parents=True)
     marker.symlink_to(target.format(root=ws))
 
-    finder.share_directory("bot", os.environ)
+    finder.find_executable("bot", "bot_talker", os.environ)
 
     assert ("not built" in capsys.readouterr().err) is is_told
     assert (unbuilt.hint("bot_msgs", os.environ) is not None) is is_told

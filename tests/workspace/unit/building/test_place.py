@@ -65,6 +65,13 @@ def test_a_folder_beside_src_needs_a_workspace_that_was_built(root: Path):
     assert build_place.find([str(root / "docs")]).root == str(root)
 
 
+def test_above_a_workspace_the_error_names_it(root: Path, monkeypatch):
+    monkeypatch.chdir(root.parent)
+    with pytest.raises(UsageError, match="no workspace") as caught:
+        build_place.find([])
+    assert caught.value.hint == "there is one in ./ws: cd ws, or --workspace ws"
+
+
 def test_the_variable_names_a_workspace_below_the_home_folder(root: Path, monkeypatch):
     monkeypatch.setenv("HOME", str(root.parent))
     monkeypatch.setenv("LAUNCHER_WORKSPACE", "~/ws")
