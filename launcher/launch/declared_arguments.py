@@ -43,15 +43,19 @@ def explain_option(
 ) -> None:
     """Change the hint if the launch file has an argument of this name: `--enable-debug`.
 
+    It says how arguments are written if a value is given and the name is near to nothing.
+
     `words` are those that are no option, the target among them, `given` are all of them, and
     `flags` the options, which a misspelt name may be nearer to.
     """
     flag, has_value, value = error.word.partition("=")
     if not flag.startswith("--"):
         return
-    declared: list[DeclareLaunchArgument] = []
+    declared: list[DeclareLaunchArgument] | None = None
     with contextlib.suppress(Exception, SystemExit), silence():
         declared = declared_arguments(_target([word for word in words if ":=" not in word]))
+    if declared is None:  # it is not found, or cannot be read
+        return
     known = {_plain(argument.name): argument for argument in declared}
     name = _plain(flag)
     is_off = name not in known and name.removeprefix("no_") in known
@@ -61,6 +65,14 @@ def explain_option(
         argument = known[near]
         meant = value if has_value else _value(argument, given, error.word, is_off=is_off)
         error.hint = f"did you mean {argument.name}:={meant}?"
+        return
+    value = value or _behind(given, error.word)
+    is_after_target = words[0] in given[: list(given).index(error.word)]
+    if value and is_after_target and (error.hint or "").startswith("usage: "):
+        listed = ", ".join(argument.name for argument in declared) or "no argument"
+        error.hint = (
+            f"launch arguments are written {name}:={value}; this launch file declares {listed}"
+        )
 
 
 def _plain(name: str) -> str:
@@ -82,5 +94,10 @@ def _value(
         return "false"
     if default_of(argument).lower() in SWITCH:
         return "true"
+    return _behind(given, word) or "VALUE"
+
+
+def _behind(given: Sequence[str], word: str) -> str:
+    """The word behind an option if it may be its value; else empty."""
     behind = list(given)[list(given).index(word) + 1 :]
-    return behind[0] if behind and behind[0][0] != "-" and ":=" not in behind[0] else "VALUE"
+    return behind[0] if behind and behind[0][:1] != "-" and ":=" not in behind[0] else ""

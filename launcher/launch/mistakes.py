@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import linecache
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
 from launcher.base.errors import (
     LauncherError,
@@ -78,8 +78,11 @@ def _near(name: str, known: KnownNames) -> str | None:
     return did_you_mean(name, sorted(known.names)) or did_you_mean(name, sorted(known.texts))
 
 
-def explain_word(error: WordAfterFileError) -> UsageError:
-    """The error about a word behind a launch file, with what it was probably meant to be."""
+def explain_word(error: WordAfterFileError, flags: Container[str]) -> UsageError:
+    """The error about a word behind a launch file, with what it was probably meant to be.
+
+    `flags` are the options of the command.
+    """
     word = error.word
     with silence():
         plan = make_plan(str(error.path), ())
@@ -97,9 +100,12 @@ def explain_word(error: WordAfterFileError) -> UsageError:
             "running launch"
         )
         return error
-    if word in (*VERBS, *CONTROL_VERBS) and word not in arguments:
+    meant = [f"--{word}"] if f"--{word}" in flags else []
+    if word in (*VERBS, *CONTROL_VERBS):
         target = f" {file.partition('.launch.')[0]}" if word in _OF_LAUNCH_FILES else ""
-        error.hint = f"did you mean `{program()} {word}{target}`?"
+        meant.append(f"`{program()} {word}{target}`")
+    if meant and word not in arguments:
+        error.hint = f"did you mean {', or '.join(meant)}?"
         return error
     near = word if word in arguments else suggest(word, [*arguments, *nodes])
     if near in arguments:

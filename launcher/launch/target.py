@@ -66,7 +66,7 @@ class LaunchRequest(Record):
     @classmethod
     def of(cls, parsed: Parsed) -> LaunchRequest:
         """The request of a parsed command line, with the path of the launch file; UsageError."""
-        targets, arguments = split_words(parsed.words)
+        targets, arguments = split_words(parsed.words, parsed.command)
         if not targets:
             usage = f"usage: {parsed.command.usage}"
             raise UsageError("the launch file is missing", hint=usage)
@@ -81,7 +81,7 @@ class LaunchRequest(Record):
                 )
             arguments.append(("launch-prefix-filter", pattern))
         return cls(
-            path=_launch_file(targets),
+            path=_launch_file(targets, parsed.command),
             arguments=tuple(arguments),
             lenient=given.get("lenient", False),
             noninteractive=given.get("noninteractive", False),
@@ -103,12 +103,15 @@ def read_words(command: Command, words: Sequence[str]) -> Parsed:
     if isinstance(parsed.problem, UnknownOptionError):
         from launcher.launch.declared_arguments import explain_option
 
-        flags = [flag for option in command.all_options for flag in option.flags]
-        explain_option(parsed.problem, parsed.words, words, flags)
+        explain_option(parsed.problem, parsed.words, words, _flags(command))
     return parsed
 
 
-def _launch_file(words: Sequence[str]) -> str:
+def _flags(command: Command) -> list[str]:
+    return [flag for option in command.all_options for flag in option.flags]
+
+
+def _launch_file(words: Sequence[str], command: Command) -> str:
     """The absolute path of the launch file; UsageError."""
     if len(words) == 1 and os.path.isfile(words[0]):
         return shown_path(os.path.join(os.getcwd(), words[0].removeprefix("./")))
@@ -120,23 +123,27 @@ def _launch_file(words: Sequence[str]) -> str:
     except WordAfterFileError as error:
         from launcher.launch.mistakes import explain_word
 
-        raise explain_word(error) from None
+        raise explain_word(error, _flags(command)) from None
 
 
 _EMPTY_VALUE = "a value cannot be empty; omit the argument to use its default"
 
 
-def split_words(words: Iterable[str]) -> tuple[list[str], list[tuple[str, str]]]:
+def split_words(
+    words: Iterable[str], command: Command | None = None
+) -> tuple[list[str], list[tuple[str, str]]]:
     """(the words that name the launch file, the arguments in order); UsageError.
 
-    As with `ros2 launch`, the first `:=` separates and the last of two equal names counts.
+    As with `ros2 launch`, the first `:=` separates and the last of two equal names counts. A word
+    that is neither may be an option of `command` without its dashes.
     """
     targets: list[str] = []
     arguments: list[tuple[str, str]] = []
     for word in words:
         name, separator, value = word.partition(":=")
         if not separator:
-            _expect_target(word, targets, arguments)
+            if arguments or len(targets) == 2:
+                raise _no_argument(word, targets, command)
             targets.append(word)
             continue
         if not name or not value:
@@ -148,13 +155,13 @@ def split_words(words: Iterable[str]) -> tuple[list[str], list[tuple[str, str]]]
     return targets, arguments
 
 
-def _expect_target(word: str, targets: Sequence[str], arguments: Sequence[tuple[str, str]]) -> None:
-    if not arguments and len(targets) < 2:
-        return
+def _no_argument(word: str, targets: Sequence[str], command: Command | None) -> UsageError:
     name, _, value = word.partition("=" if "=" in word else ":")
     if not value and len(targets) == 2 and targets[-1].isidentifier():
         name, value = targets[-1], word
     hint = f"did you mean {name}:={value}?" if value else None
-    raise UsageError(
+    if command is not None and f"--{word}" in _flags(command):
+        hint = f"did you mean --{word}?"
+    return UsageError(
         f"malformed launch argument '{word}', expected format '<name>:=<value>'", hint=hint
     )

@@ -201,6 +201,30 @@ def test_other_options_are_not_taken_for_an_argument(line: str, hint: str):
     assert refused(*line.split())[1] == hint
 
 
+@pytest.mark.parametrize("line", ["mine --colours 5", "mine --colours=5 --lenient"])
+def test_an_option_with_a_value_that_nothing_has_is_shown_as_an_argument(line: str):
+    declared = "this launch file declares enable_debug, robot_count, map-file"
+    assert refused(*line.split())[1] == f"launch arguments are written colours:=5; {declared}"
+
+
+def test_a_launch_file_behind_an_option_is_not_its_value():
+    assert refused("--colours", "mine")[1].startswith("usage: ")
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("mine private", "did you mean --private?"),
+        ("mine robot_count:=5 private", "did you mean --private?"),
+        ("mine help", "did you mean --help?"),
+        ("mine debug", f"did you mean --debug, or `{PROGRAM} debug`?"),
+        ("plan mine lenient", "did you mean --lenient?"),
+    ],
+)
+def test_an_option_without_its_dashes(line: str, hint: str):
+    assert refused(*line.split())[1] == hint
+
+
 def test_a_launch_file_with_a_mistake_does_not_hide_that_of_the_option(project: Path):
     (project / "launch" / "broken.launch.py").write_text("import sys; sys.exit(3)", "utf-8")
     assert refused("broken", "--enable-debug")[0] == "unknown option '--enable-debug'"
