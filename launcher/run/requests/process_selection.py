@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
@@ -11,16 +12,21 @@ from launcher.base.run_verb import FOR_ALL, BadCallError
 from launcher.base.text import one_of, suggest
 
 _PATTERN = "*?["
+_SUFFIXES = (".py", ".sh")  # of a program, which may be left out
 _SHOWN = 12  # names in a message
 
 
 class ProcessNames(Record):
-    """All names of a process; `nodes` are full names of ROS nodes (`/fleet/robot_1`)."""
+    """All names of a process; `nodes` are full names of ROS nodes (`/fleet/robot_1`).
+
+    `programs` select it if no other name does: `talker` for a process of talker.py.
+    """
 
     name: str
     label: str
     nodes: tuple[str, ...] = ()
     namespace: str | None = None
+    programs: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, spec: ProcessSpec) -> ProcessNames:
@@ -28,11 +34,16 @@ class ProcessNames(Record):
             nodes = tuple(node for one in spec.members for node in cls.of(one).nodes)
             return cls(spec.name, spec.label, nodes)
         ros = spec.ros
+        stem, suffix = os.path.splitext(spec.label)
+        programs: tuple[str, ...] = (stem,) if suffix in _SUFFIXES else ()
         if ros is None:
-            return cls(spec.name, spec.label)
+            return cls(spec.name, spec.label, programs=programs)
         namespace = ros.namespace or "/"
-        nodes = () if ros.node_name is None else (_full_name(namespace, ros.node_name),)
-        return cls(spec.name, spec.label, nodes, namespace)
+        if ros.node_name is None:
+            programs += tuple(_full_name(namespace, name) for name in programs)
+            return cls(spec.name, spec.label, (), namespace, programs)
+        node = _full_name(namespace, ros.node_name)
+        return cls(spec.name, spec.label, (node,), namespace, programs)
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -53,8 +64,9 @@ def resolve(words: Iterable[str], processes: Sequence[ProcessNames]) -> list[int
     """Indices in `processes` that the words select, in order and without repetition.
 
     A word is the name of a process, its label, its node with or without namespace, a glob pattern
-    of any of these (`robot_*`), or a namespace, which selects all below it. Raises BadCallError
-    for a word that selects nothing, or several processes without being a pattern.
+    of any of these (`robot_*`), or a namespace, which selects all below it; if none of these, its
+    program without `.py` or `.sh`. Raises BadCallError for a word that selects nothing, or several
+    processes without being a pattern.
     """
     found: dict[int, None] = {}
     for word in words:
@@ -89,17 +101,25 @@ def _select(word: str, processes: Sequence[ProcessNames]) -> list[int]:
         return exact
     found = [i for i, one in enumerate(processes) if word in one.all]
     if not found and any(character in word for character in _PATTERN):
-        found = [i for i, one in enumerate(processes) if any(fnmatchcase(n, word) for n in one.all)]
+        found = _like(word, [one.all for one in processes])
+        found = found or _like(word, [one.programs for one in processes])
         return found or _unknown(word, processes)
+    if not found and word.startswith("/"):
+        below = [i for i, one in enumerate(processes) if _is_below(word, one)]
+        if below:
+            return below
+    found = found or [i for i, one in enumerate(processes) if word in one.programs]
     if len(found) > 1:
         raise BadCallError(
             "ambiguous-name",
             f"'{word}' is ambiguous: {_listed([processes[i].name for i in found], 'or')}",
             f"choose one, or '{word}*' for all of them",
         )
-    if not found and word.startswith("/"):
-        found = [i for i, one in enumerate(processes) if _is_below(word, one)]
     return found or _unknown(word, processes)
+
+
+def _like(pattern: str, names: Sequence[tuple[str, ...]]) -> list[int]:
+    return [i for i, some in enumerate(names) if any(fnmatchcase(one, pattern) for one in some)]
 
 
 def _is_below(group: str, one: ProcessNames) -> bool:

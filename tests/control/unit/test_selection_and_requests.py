@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import UsageError
+from launcher.base.model.spec import ProcessSpec, RosIdentity
 from launcher.base.run_verb import BadCallError
 from launcher.control.protocol import RequestError, parse_request, raw_item, raw_reply
 from launcher.control.verbs import VERBS, find, parse
@@ -89,6 +90,47 @@ def test_a_name_that_looks_like_a_pattern_is_first_a_name():
     assert resolve(["a[b]"], odd) == [0]
     assert resolve(["a[b]-1"], odd) == [0]
     assert resolve(["a[bc]"], odd) == [1]
+
+
+def scripts(*labels: str, **ros: str) -> list[ProcessNames]:
+    """The names of processes whose launch file does not name their nodes."""
+    return [
+        ProcessNames.of(
+            ProcessSpec(
+                name=f"{label}-{n}",
+                label=label,
+                argv=(f"./{label}",),
+                env={},
+                ros=RosIdentity(**ros),
+            )
+        )
+        for n, label in enumerate(labels, 1)
+    ]
+
+
+@pytest.mark.parametrize("word", ["talker", "/fleet/talker", "t?lker"])
+def test_the_suffix_of_a_program_may_be_left_out(word: str):
+    assert resolve([word], scripts("talker.py", "listener.sh", namespace="/fleet")) == [0]
+
+
+def test_a_pattern_finds_programs_without_their_suffix():
+    assert resolve(["robot_?"], scripts("robot_1.py", "robot_2.sh", "a.out")) == [0, 1]
+    with pytest.raises(BadCallError, match="unknown process 'a'"):
+        resolve(["a"], scripts("a.out"))
+
+
+def test_a_name_or_a_node_comes_before_a_program_without_its_suffix():
+    (script,) = scripts("robot.py")
+    node = ProcessNames("arm-2", "arm", ("/robot",), "/")
+    assert resolve(["robot"], [script, node]) == [1]
+    assert resolve(["/robot"], [script, ProcessNames("arm-2", "arm", (), "/robot")]) == [1]
+    assert resolve(["robot"], [script, ProcessNames("robot-2", "robot")]) == [1]
+
+
+def test_two_programs_that_differ_in_their_suffix_are_ambiguous():
+    with pytest.raises(BadCallError, match=r"'do' is ambiguous: do.py-1 or do.sh-2") as error:
+        resolve(["do"], scripts("do.py", "do.sh"))
+    assert error.value.code == "ambiguous-name"
 
 
 def test_a_near_miss_is_offered_by_the_name_of_the_process():
