@@ -99,7 +99,11 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "runs[id, pid, socket, problem, target, arguments[], started_wall_s, log_dir, "
             "domain_id, processes[]]",
         ),
-        _form("ps", f"processes[{_PROCESS}], sampled_every_s, unknown_response?[]"),
+        _form(
+            "ps",
+            f"processes[{_PROCESS}], sampled_every_s, unknown_response?[], "
+            "unanswered?[name, asked, reason]",
+        ),
         _form("top", f"processes[{_PROCESS}], sampled_every_s", lines=True, page="as `ps`"),
         _form(
             "info",

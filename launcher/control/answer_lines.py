@@ -72,13 +72,23 @@ def table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def notes(result: Mapping[str, Any]) -> list[str]:
     """What `ps` shows below its table."""
-    period_s, unknown = result["sampled_every_s"], result.get("unknown_response")
+    period_s, unanswered = result["sampled_every_s"], result.get("unanswered", ())
     found = []
     if period_s > 1:
         found.append(f"CPU and memory are sampled every {period_s:g} s: there are many processes")
-    if unknown:
-        found.append(f"no parameter services to ask: {', '.join(unknown)}")
+    uptimes = {row["name"]: row["uptime_s"] for row in result["processes"]} if unanswered else {}
+    for asked, reason in dict.fromkeys((one["asked"], one["reason"]) for one in unanswered):
+        names = [one["name"] for one in unanswered if one["reason"] == reason]
+        if asked:
+            names = [f"{name}{_started(uptimes.get(name))}" for name in names]
+            found.append(f"{reason}: {', '.join(names)}; it hangs or has no parameter services")
+        else:
+            found.append(f"not asked, {reason}: {', '.join(names)}")
     return found
+
+
+def _started(uptime_s: float | None) -> str:
+    return "" if uptime_s is None else f" (started {_duration(int(uptime_s))} ago)"
 
 
 def unreachable(row: Mapping[str, Any]) -> str:

@@ -141,10 +141,11 @@ class Service:
         }
 
     def _do_ps(self, call: Call, exchange: Exchange) -> None:
-        def answer(unknown: Sequence[str] = ()) -> None:
+        def answer(unanswered: Sequence[Mapping[str, Any]] = ()) -> None:
             result = self._rows(call)
             if call.options.get("responsive"):
-                result["unknown_response"] = list(unknown)
+                result["unknown_response"] = [one["name"] for one in unanswered if one["asked"]]
+                result["unanswered"] = list(unanswered)
             text = [*answer_lines.table(result["processes"]), *answer_lines.notes(result)]
             exchange.reply(result, text)
 

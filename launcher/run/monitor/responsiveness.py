@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
     from launcher.run.run import Run
 
+    Unanswered = dict[str, Any]  # `name`, whether it was `asked`, and the `reason`
+
 PERIOD_S = 1.0
 LOOK_S = 15.0  # after the last look the helper goes on for so long
 ASK_S = 10.0  # its start takes a second, discovery up to three, and silence is noticed after three
@@ -50,6 +52,8 @@ class Responsiveness(Part):
         # By domain; None: it does not work there.
         self._helpers: dict[str, JsonLinesProcess | None] = {}
         self._sent: dict[str, list[dict[str, Any]]] = {}
+        # By name of the process: the pid of its last life that has answered.
+        self._answered: dict[str, int] = {}
 
     def begin(self) -> None:
         if not self.run.shutdown.has_begun:
@@ -61,11 +65,11 @@ class Responsiveness(Part):
         if self._timer is None:
             self._tick()
 
-    def ask(self, processes: Sequence[Process], done: Callable[[list[str]], None]) -> None:
-        """Call `done` when it is known which of these answer, with the names of the others.
+    def ask(self, processes: Sequence[Process], done: Callable[[list[Unanswered]], None]) -> None:
+        """Call `done` when it is known which of these answer, with those of which that is unknown.
 
-        Also one that has not answered before is named, unless that is watched during the whole run:
-        then it is a node of which no answer can be expected.
+        One that has not answered before is not responding if its services are there, unless it is
+        watched during the whole run: then it may be starting.
         """
         self._is_asked = self._until_s != math.inf
         now = self._reactor.now()
@@ -79,20 +83,36 @@ class Responsiveness(Part):
         processes: Sequence[Process],
         since_s: float,
         until_s: float,
-        done: Callable[[list[str]], None],
+        done: Callable[[list[Unanswered]], None],
     ) -> None:
         now = self._reactor.now()
-        wanted = {process for nodes in self._wanted().values() for process in nodes.values()}
-        unknown = [
-            one.name
-            for one in processes
-            if one in wanted and not (one.answers or one.silence is not None)
-        ]
-        if (now < since_s or (unknown and now < until_s)) and self._timer is not None:
+        unanswered = self._unanswered(processes)
+        is_open = any(one["asked"] for one in unanswered) and now < until_s
+        if (now < since_s or is_open) and self._timer is not None:
             again = functools.partial(self._look_again, processes, since_s, until_s, done)
             self._reactor.call_later(POLL_S, again)
         else:
-            done(unknown)
+            done(unanswered)
+
+    def _unanswered(self, processes: Sequence[Process]) -> list[Unanswered]:
+        """Those of the running ones that neither answer nor are silent, and why."""
+        asked = {p: d for d, nodes in self._wanted().items() for p in nodes.values()}
+        found: list[Unanswered] = []
+        for process in processes:
+            if process.machine.state is not ProcessState.RUNNING:
+                continue
+            is_asked = process in asked and self._helpers.get(asked[process], self) is not None
+            if is_asked and (process.answers or process.silence is not None):
+                continue
+            if is_asked:
+                is_same = process.child and self._answered.get(process.name) == process.child.pid
+                reason = "does not answer any more" if is_same else "has never answered"
+            elif process in asked:
+                reason = "the program that asks is not running"
+            else:
+                reason = _why_unasked(process)
+            found.append({"name": process.name, "asked": is_asked, "reason": reason})
+        return found
 
     def _tick(self) -> None:
         if self._reactor.now() > self._until_s:
@@ -175,6 +195,8 @@ class Responsiveness(Part):
 
     def _answers(self, process: Process, now: float) -> None:
         process.answers, silence, process.silence = True, process.silence, None
+        if process.child is not None:
+            self._answered[process.name] = process.child.pid
         if silence is not None:
             silent_s = silence.elapsed_s(now)
             self._log.log("INFO", process.name, f"responds again, after {silent_s:.0f} s")
@@ -213,6 +235,19 @@ def _should_answer(process: Process) -> bool:
     is_running = process.child is not None and process.machine.state is ProcessState.RUNNING
     is_held = process.machine.is_suspended or process.debugger is not None
     return is_running and not is_held and process.host is None
+
+
+def _why_unasked(process: Process) -> str:
+    """Of one that is running."""
+    if process.host is not None:
+        return "on another host"
+    if full_node_name(process.spec.argv) is None:
+        return "no node name in the launch file"
+    if process.machine.is_suspended:
+        return "paused"
+    if process.debugger is not None:
+        return "under a debugger"
+    return "another process has the same node name"
 
 
 def _state(dump: Dump) -> str:

@@ -132,6 +132,25 @@ def test_how_often_resources_are_sampled_is_told_only_if_it_is_seldom():
     assert seldom == ["CPU and memory are sampled every 5 s: there are many processes"]
 
 
+def test_who_was_not_asked_and_who_has_not_answered_is_below_the_table_with_the_reason():
+    unnamed = "no node name in the launch file"
+    result = {
+        "sampled_every_s": 1.0,
+        "processes": [{"name": "hang.py-1", "uptime_s": 12.3}, {"name": "c-4", "uptime_s": None}],
+        "unanswered": [
+            {"name": "hang.py-1", "asked": True, "reason": "has never answered"},
+            {"name": "a-2", "asked": False, "reason": unnamed},
+            {"name": "b-3", "asked": False, "reason": unnamed},
+            {"name": "c-4", "asked": True, "reason": "does not answer any more"},
+        ],
+    }
+    assert notes(result) == [
+        "has never answered: hang.py-1 (started 12 s ago); it hangs or has no parameter services",
+        f"not asked, {unnamed}: a-2, b-3",
+        "does not answer any more: c-4; it hangs or has no parameter services",
+    ]
+
+
 def test_a_node_that_does_not_respond_and_a_debugger_are_told_with_the_state():
     hangs = {**ROW, "not_responding_s": 4.7}
     assert table([hangs])[1].split("  ")[1].strip() == "RUNNING, not responding 4 s"

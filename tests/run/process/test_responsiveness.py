@@ -171,7 +171,37 @@ def test_ps_asks_on_request_also_a_node_that_never_answered(bench: ControlBench)
         hang(bench, "arm", "sleep")  # what is known of it is out of date
         said = run.shell("ps", "--responsive").stdout
         assert said.count("running, not responding") == 2
-        assert f"no parameter services to ask: {rows['mute']['name']}" in said
+        assert f"has never answered: {rows['mute']['name']} (started " in said
+
+
+@pytest.mark.thorough
+def test_ps_says_which_processes_it_does_not_ask_and_why(bench: ControlBench):
+    late, anonymous = node(bench, "late", "--late"), node(bench, "own")
+    anonymous = anonymous.replace("name='own', ", "", 1)
+    hang(bench, "late", "sleep")
+    actions = late + anonymous + node(bench, "held") + 'sh("exec sleep 1000", name="other")'
+    with bench.launch(actions, "--responsive") as run:
+        wait_until_watched(run, "held")
+        run.ask("pause", "held")
+        found = run.ask("ps", responsive=True)["unanswered"]
+        assert found == [
+            {"name": "late-1", "asked": True, "reason": "has never answered"},
+            {"name": "own-2", "asked": False, "reason": "no node name in the launch file"},
+            {"name": "held-3", "asked": False, "reason": "paused"},
+            {"name": "other-4", "asked": False, "reason": "no node name in the launch file"},
+        ]
+        said = run.shell("ps", "--responsive").stdout
+        assert "not asked, no node name in the launch file: own-2, other-4\n" in said
+        assert "has never answered: late-1 (started " in said
+
+
+@pytest.mark.thorough
+def test_ps_says_that_a_name_of_two_nodes_is_asked_once(bench: ControlBench):
+    with bench.launch(node(bench, "arm") + node(bench, "arm")) as run:
+        wait_until(lambda: run.screen.count("ready") == 2, "all have begun")
+        (left,) = run.ask("ps", responsive=True)["unanswered"]
+        reason = "another process has the same node name"
+        assert left == {"name": "arm-1", "asked": False, "reason": reason}
 
 
 @pytest.mark.thorough
