@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import re
 
 from launcher.base.text import did_you_mean, suggest
@@ -35,7 +36,10 @@ _NOT_PROVIDED = re.compile(r"^(launch[\w.]*)\.(\w+) is not provided")
 def hint(error: BaseException, message: str) -> str | None:
     """Where the name is that an import, or a use of it, did not find."""
     if isinstance(error, ModuleNotFoundError) and error.name:
-        return _module_hint(error.name)
+        from launcher.packages import unbuilt
+
+        package = error.name.partition(".")[0]
+        return unbuilt.hint(package, os.environ) or _module_hint(error.name)
     if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
         name = getattr(error, "name", None) or ""
         return _from_import(name) or _near_name(name)

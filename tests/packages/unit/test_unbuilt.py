@@ -10,6 +10,7 @@ from std_srvs.srv import SetBool
 
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.ros_errors import VerbError
+from launcher.language.diagnostics import import_hints
 from launcher.packages import finder, unbuilt
 from launcher.packages.source_packages import MARKERS
 from launcher.ros.messages import interfaces
@@ -153,6 +154,12 @@ def test_a_type_of_a_package_that_is_not_built_is_no_unknown_one(ws: Path, capsy
         assert str(caught.value.hint).startswith(said)
     warn_if_unknown("bot_msgs/msg/Word")
     assert said in capsys.readouterr().err
+
+
+def test_a_launch_file_that_imports_them_fails_with_the_hint(ws: Path):
+    error = ModuleNotFoundError("No module named 'bot_msgs'", name="bot_msgs")
+    said = f"bot_msgs is in {ws}/src/bot_msgs, and not built: launcher build"
+    assert import_hints.hint(error, str(error)) == said
 
 
 def install_types(ws: Path, package: str, texts: dict[str, str]) -> Path:
