@@ -83,7 +83,8 @@ def test_the_forms_of_differences(verb: Verb, env: dict[str, str], tmp_path: Pat
         assert watching.stdout is not None
         once = ("topic", "pub", "/new", "std_msgs/msg/String", "--once", "-w", "0")
         # It does not show the graph that it begins with: nothing says when it looks for changes.
-        wait_until(lambda: verb(*once).code == 0 and has_output(watching.stdout), "a change")
+        # Separate processes: one whose destruction of a node hangs ends itself.
+        wait_until(lambda: launcher(env, *once).code == 0 and has_output(watching.stdout), "a change")
         fit("graph --watch", watching.stdout.readline())
 
 
