@@ -13,6 +13,7 @@ from tests.support.ros_domain import ros_domain, talking
 from tests.support.screen_terminal import ScreenTerminal
 
 PROMPT = "$ at the prompt"
+COLUMNS = 300  # the path of a bag is long, and must not break a row
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def in_a_shell(env: dict[str, str], words: str, **more: str) -> ScreenTerminal:
     """A shell that runs `launcher bag WORDS` and then writes its prompt."""
     script = f"trap : INT; {sys.executable} -m launcher bag {words}; printf '{PROMPT}'"
     environment = {**env, "TERM": "xterm-256color", **more}
-    return ScreenTerminal(["sh", "-c", script], env=environment, columns=120)
+    return ScreenTerminal(["sh", "-c", script], env=environment, columns=COLUMNS)
 
 
 def ended(terminal: ScreenTerminal) -> list[str]:
@@ -49,7 +50,7 @@ def test_the_status_of_a_recording_is_one_line_that_goes_away(domain, tmp_path: 
         assert row.startswith("recording  0:0")
         terminal.ctrl_c()
         first, last = ended(terminal)
-    assert first == f"recording into {folder} (space pauses)"[:120]
+    assert first == f"recording into {folder} (space pauses)"
     assert "1 topic" in last
     assert last.startswith("wrote ")
 
