@@ -136,7 +136,7 @@ def test_what_the_run_itself_writes_is_not_answered(line: str, shown: str):
 @pytest.mark.parametrize(("word", "verb"), [("exit", "quit"), ("q", "quit"), ("?", "help")])
 def test_the_help_names_every_spelling(word: str, verb: str):
     assert read_call(word).verb.name == verb
-    text = answer(None, read_call("help all"), 120, colour=False)  # type: ignore[arg-type]
+    text = answer(None, read_call("help all"), 120, colour=False)
     assert re.search(rf"^{re.escape(verb)} .*{re.escape(word)}", text, re.M)
     assert re.search("^clear +clear the screen", text, re.M)
 
