@@ -7,6 +7,8 @@ SIGCHLD, nohup SIGHUP, and a shell without job control SIGINT and SIGQUIT of wha
 
 from __future__ import annotations
 
+import sys
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import signal
@@ -21,6 +23,7 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 # Python ignores these, and what is exec'd would do so, too.
 OF_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
 EVERY = frozenset(signal.valid_signals())
+_AGAIN_S = 0.02  # by then, Python has left the destructor
 
 
 def take_over() -> None:
@@ -59,6 +62,48 @@ class Handled:
     def __exit__(self, *exc: object) -> None:
         for signum, before in self._before.items():
             signal.signal(signum, signal.SIG_DFL if before is None else before)
+
+
+class RaisedBySignal(BaseException):
+    """What a handler raises to leave all blocks in order, as KeyboardInterrupt does for SIGINT."""
+
+    def __init__(self, signum: int) -> None:
+        super().__init__(signum)
+        self.signum = signum
+
+
+def repeat_dropped() -> None:
+    """Send a signal again whose exception Python drops.
+
+    It prints `Exception ignored in` and goes on where that is raised in a destructor or the
+    callback of a weak reference, such as each import has: a Ctrl-C meanwhile would be lost.
+    """
+    report = sys.unraisablehook
+
+    def repeat(dropped: sys.UnraisableHookArgs) -> None:
+        if issubclass(dropped.exc_type, KeyboardInterrupt):
+            _send_later(signal.SIGINT)
+        elif isinstance(dropped.exc_value, RaisedBySignal):
+            _send_later(dropped.exc_value.signum)
+        else:
+            report(dropped)
+
+    sys.unraisablehook = repeat
+
+
+def _send_later(signum: int) -> None:
+    """Send it to this thread, where exceptions of handlers are raised.
+
+    Now, it would be raised in `sys.unraisablehook`, and be dropped once more.
+    """
+    import _thread
+    import time
+
+    def send(thread: int) -> None:
+        time.sleep(_AGAIN_S)
+        signal.pthread_kill(thread, signum)
+
+    _thread.start_new_thread(send, (_thread.get_ident(),))
 
 
 class Endable(Handled):

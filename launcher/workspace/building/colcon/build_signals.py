@@ -9,18 +9,18 @@ from collections.abc import Iterator
 from types import FrameType
 
 from launcher.base.errors import ExitCode
-from launcher.posix.dispositions import Handled
+from launcher.posix.dispositions import Handled, RaisedBySignal
 
 _ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
-class BuildTerminated(BaseException):
+class BuildTerminated(RaisedBySignal):
     """SIGTERM, SIGHUP or SIGQUIT; Ctrl-C is a KeyboardInterrupt."""
 
 
 @contextlib.contextmanager
 def end_the_build() -> Iterator[None]:
-    """Raise Terminated for them, so that blocks are left in order."""
+    """Raise BuildTerminated for them, so that blocks are left in order."""
 
     def end(number: int, _: FrameType | None) -> None:
         raise BuildTerminated(number)
