@@ -90,7 +90,7 @@ types: $(VENV)/.dev
 
 ## browser: tests of the pages in a real Chromium (3 minutes)
 browser: $(VENV)/.dev
-	$(PY) -m pytest -m browser
+	$(PY) -m pytest -n 3 -m browser
 
 ## fuzz: 3000 damaged bags through all verbs of bag (5 minutes); ARGS="--first 3000" for others
 fuzz: $(VENV)/.dev
