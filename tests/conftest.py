@@ -78,6 +78,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_finish() -> None:
     """Let tests begin with the same handlers: those of imports count no longer."""
     _handle_signals()
+    gc.freeze()  # twelve thousand tests stay, and each collection would look through them
 
 
 def _handle_signals() -> None:

@@ -264,6 +264,7 @@ def bag_of(folder: Path, topics: Iterable[Topic], count: int = 5) -> str:
     return str(folder)
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_played_is_named_and_the_rest_is_played(domain, tmp_path: Path):
     bag = bag_of(tmp_path / "bag", [*REFUSED, string_topic("/chatter")])
     with listening(domain, f"/chatter={STRING}") as listener:
@@ -274,6 +275,7 @@ def test_what_cannot_be_played_is_named_and_the_rest_is_played(domain, tmp_path:
         assert [bytes.fromhex(one[1]) for one in heard(listener, 5)] == PADDED[:5]
 
 
+@pytest.mark.thorough
 def test_topics_that_other_nodes_publish_are_named_in_one_warning(domain, tmp_path: Path):
     topics = map(string_topic, ("/bag/text", "/chatter", "/rosout"))
     bag = bag_of(tmp_path / "bag", topics)

@@ -220,6 +220,7 @@ EARLY = """
 """
 
 
+@pytest.mark.thorough
 def test_a_question_from_before_the_prompt_stays_above_it_and_is_in_the_log(bench: Bench):
     terminal = bench.screen_terminal(EARLY)
     terminal.wait_for("[asker-1] Name?")

@@ -97,6 +97,7 @@ LIVELY = """
 """
 
 
+@pytest.mark.thorough
 def test_keys_act_on_the_chosen_process_while_others_end_and_start(bench: Bench):
     bench.env["NO_COLOR"] = "1"
     terminal = bench.screen_terminal(TICKS + LIVELY, columns=100, rows=24)

@@ -48,6 +48,7 @@ def verbs_of(bench: Bench) -> list[str]:
     return [line for line in bench.survivors() if "launcher topic pub" in line]
 
 
+@pytest.mark.thorough
 def test_what_a_verb_prints_is_shown_as_an_answer(terminal: ScreenTerminal):
     terminal.enter("interface show std_msgs/msg/String")
     terminal.wait_for("> interface show std_msgs/msg/String", "| string data")
@@ -133,6 +134,7 @@ def test_the_verb_ends_with_the_run(terminal: ScreenTerminal, bench: Bench):
     wait_until(lambda: not bench.survivors(), "nothing is left")
 
 
+@pytest.mark.thorough
 def test_a_killed_console_leaves_no_verb(terminal: ScreenTerminal, bench: Bench):
     stream(terminal)
     assert verbs_of(bench)

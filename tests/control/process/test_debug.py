@@ -64,6 +64,7 @@ def test_it_waits_for_an_editor_runs_on_with_it_and_a_restart_is_normal(
     assert control_bench.survivors() == []
 
 
+@pytest.mark.thorough
 def test_without_waiting_at_a_port_of_ones_own_from_a_shell(control_bench: ControlBench, arm: str):
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))

@@ -118,6 +118,7 @@ def test_a_subscription_exists_while_a_client_wants_it(server: Server, observer:
     wait_until(lambda: not listeners(observer, topic), "the last client has gone")
 
 
+@pytest.mark.thorough
 def test_topics_appear_and_vanish(client: FoxgloveClient, env: dict[str, str]):
     pub = ("topic", "pub", "/sometimes", "std_msgs/msg/String", "data: here", "-r", "10")
     with going_on(env, *pub):
@@ -367,6 +368,7 @@ def test_changes_of_parameters_are_told_to_those_who_want_them(
         launcher(env, "param", "set", "/talker", "name", "sample")
 
 
+@pytest.mark.thorough
 def test_the_connections_are_told_and_their_changes(client: FoxgloveClient, env: dict[str, str]):
     def known(field: str, ids: str) -> dict[str, list[str]]:
         updates = [one for update in client.connections for one in update[field]]

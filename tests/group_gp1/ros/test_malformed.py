@@ -44,6 +44,7 @@ CASES = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "topic", "profile", "good", "sign_of_life"), CASES, ids=["robot_1", "monitor"]
 )

@@ -234,6 +234,7 @@ def test_wheels_are_not_needed_where_the_environment_is_there(site_with_venv: Si
     assert list(house.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_broken_wheel_leaves_the_old_release(site_with_venv: Site, tmp_path: Path):
     site, house = site_with_venv, tmp_path / "house"
     site.sync(brought(a="1"))

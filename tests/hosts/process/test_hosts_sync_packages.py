@@ -159,6 +159,7 @@ def test_a_link_out_of_a_package_is_an_error(own: Path, tmp_path: Path):
         collect(None)
 
 
+@pytest.mark.thorough
 def test_the_launcher_is_brought_whole(own: Path, site: Site):
     site.sync(collect(None))
 

@@ -50,7 +50,9 @@ def calls_with(value: str, module: str) -> Iterator[str]:
             yield f"{cls.__name__}({', '.join(map('='.join, given.items()))})"
 
 
-@pytest.mark.parametrize("value", UNFITTING)
+@pytest.mark.parametrize(
+    "value", [UNFITTING[0], *(pytest.param(v, marks=pytest.mark.thorough) for v in UNFITTING[1:])]
+)
 @pytest.mark.parametrize("module", SWEPT)
 def test_no_argument_of_a_public_class_makes_a_fault_of_the_launcher(module, value, tmp_path: Path):
     head = "import warnings\nwarnings.simplefilter('ignore')\nfrom launch.conditions import *\n"

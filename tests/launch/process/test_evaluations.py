@@ -277,6 +277,7 @@ def test_it_runs(launched_system):
 """
 
 
+@pytest.mark.thorough
 def test_the_fixture_of_pytest_evaluates_the_launch_file_once(tallied: Tallied):
     (tallied.folder / "test_it.py").write_text(PYTEST)
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_it.py"]

@@ -78,7 +78,7 @@ UNLIKE_XML = """<launch>
 """
 
 
-@pytest.mark.parametrize("kind", ["py", "xml"])
+@pytest.mark.parametrize("kind", ["py", pytest.param("xml", marks=pytest.mark.thorough)])
 def test_a_plan_is_the_same_in_every_process(workspace: Workspace, kind: str):
     more = "from launch import Condition, Substitution; from launch_ros.actions import Node"
     workspace.HEAD = f"{more}{Workspace.HEAD}"

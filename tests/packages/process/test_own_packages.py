@@ -102,6 +102,7 @@ def test_an_editable_package_is_used_from_its_source(home: Home, tmp_path: Path,
     assert "new file" in home.launcher(tmp_path, "--no-log-files", name, "new.launch.xml")
 
 
+@pytest.mark.thorough
 def test_an_installed_package_is_found_in_the_environment(home: Home, tmp_path: Path):
     name = "installed_pkg"
     home.install(write_package(tmp_path / "src", name))

@@ -71,6 +71,7 @@ def verb(homeless: Bench, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.thorough
 def test_verbs_run_and_find_the_files_of_the_last_run(homeless: Bench):
     run_node(homeless)
     for words, text in (

@@ -192,7 +192,7 @@ def test_goals_that_fail_and_that_are_refused(site):
     assert (refused.lines[-1], refused.code) == ("Goal was rejected.", 1)
 
 
-@pytest.mark.parametrize("in_background", [False, True])
+@pytest.mark.parametrize("in_background", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_ctrl_c_cancels_the_goal(site, in_background: bool):
     with site.pursuing("--feedback", in_background=in_background) as program:
         assert read_until(program, "Feedback:") == "Feedback:\n"

@@ -56,6 +56,7 @@ def pids_in(answer: Answer) -> dict[str, int | None]:
     return {row["name"]: row["pid"] for row in answer.json()["nodes"]}
 
 
+@pytest.mark.thorough
 def test_the_verbs_work_on_a_running_system_as_documented(tmp_path):
     with ros_domain(tmp_path) as env, launched("system", "--no-control", env=env):
         wait_until(

@@ -35,6 +35,7 @@ def test_nodes_are_those_with_a_lifecycle(lifecycle):
     assert lifecycle("nodes", "--json", "--all").json()["nodes"][0] == {"name": "/_hidden"}
 
 
+@pytest.mark.thorough
 def test_states_are_printed_as_by_ros2(lifecycle):
     assert lifecycle("get", "pump").out == "unconfigured [1]\n"
     assert lifecycle("get").lines == [

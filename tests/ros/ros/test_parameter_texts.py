@@ -137,6 +137,7 @@ launch:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("suffix", "text"), [("xml", XML), ("yaml", YAML)])
 def test_markup_has_texts_too_and_a_number_without_a_point(
     printed: Printed, suffix: str, text: str
@@ -146,6 +147,7 @@ def test_markup_has_texts_too_and_a_number_without_a_point(
     assert found["x"] == {"serial": "1e5", "other": "0483", "axis": "y", "speed": 0.001}
 
 
+@pytest.mark.thorough
 def test_a_value_without_a_type_is_a_number_where_ros_2_makes_it_one(printed: Printed):
     found = printed(
         """
@@ -159,6 +161,7 @@ def test_a_value_without_a_type_is_a_number_where_ros_2_makes_it_one(printed: Pr
     assert found["x"] == {"v": 2e6, "several": [0.001, 0.002], "mixed": ["1e-3", "a"]}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "given", ["ParameterFile({path!r}, allow_substs=True)", "copied({path!r})"]
 )
@@ -204,6 +207,7 @@ def test_what_dump_prints_another_node_gets_with_the_same_types(
     assert (found["speed"], found["group.a"], found["group.b"]) == (2.0, 1, True)
 
 
+@pytest.mark.thorough
 def test_dump_leaves_out_what_has_no_value(env: dict[str, str]):
     with talking(env, "tests.support.parameter_node"):
         dumped = launcher(env, "param", "dump", "/tunable")

@@ -60,7 +60,13 @@ def helper_of(run: ControlledRun) -> psutil.Process | None:
     return None
 
 
-@pytest.mark.parametrize("kind", FACTS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=() if kind in ("node", "lifecycle") else pytest.mark.thorough)
+        for kind in FACTS
+    ],
+)
 def test_a_process_starts_when_a_node_has_what_it_waits_for(graph_bench: ControlBench, kind: str):
     fact, lack = FACTS[kind]
     rules = f"late: {{ready_when: {fact}}}\nworker: {{after: late}}\n"

@@ -43,6 +43,7 @@ def test_hz_counts_in_simulated_time(run):
     assert last_rate(fast) > 2 * last_rate(slow)
 
 
+@pytest.mark.thorough
 def test_delay_compares_with_simulated_time(run):
     words = ("topic", "delay", "/points", "--for", "2.5", "-s", "--json")
     answer = eventually(lambda: run(*words), lambda answer: answer.lines)

@@ -76,6 +76,7 @@ def test_one_process_judges_each_content_once(evaluator: Evaluator):
     assert evaluator.judged([wanted], contents[3:]) == [(True, None)]
 
 
+@pytest.mark.thorough
 def test_one_who_cannot_wait_asks_again(evaluator: Evaluator):
     wanted, content = Expression.parse(ENDLESS), {"n": 1}
     with pytest.raises(NotYetError):

@@ -254,6 +254,7 @@ def test_a_launch_file_that_does_not_load_is_shown(folder: pytest.Pytester):
     result.stdout.fnmatch_lines(["the launcher ended with *", "*nonsense*"])
 
 
+@pytest.mark.thorough
 def test_what_is_left_behind_fails_the_test(folder: pytest.Pytester):
     left = Path("/dev/shm") / f"left_{uuid.uuid4().hex}"
     script = (

@@ -90,6 +90,7 @@ GO = LaunchConfiguration("go")
     assert not path.exists()
 
 
+@pytest.mark.thorough
 def test_an_interrupted_recording_leaves_nothing(bench: Bench, path: Path):
     bench.write(PATIENT)
     run = bench.start(f"--record={path}", "--for=60")

@@ -145,6 +145,7 @@ def test_verbs_about_ros_work(ros_host: RosHost, words: tuple[str, ...], expecte
     assert "Traceback" not in answers[-1].err
 
 
+@pytest.mark.thorough
 def test_the_fleet_runs_with_a_console_that_cannot_start(ros_host: RosHost):
     words = ("-m", "launcher", "group_gp1", "system.launch.py")
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}

@@ -92,6 +92,7 @@ def wait_until_both_log(run: ControlledRun) -> None:
         wait_until(lambda text=text: text in run.screen.partition(started)[2], text)
 
 
+@pytest.mark.thorough
 def test_an_edit_of_one_program_restarts_the_group(bench: ControlBench):
     program = bench.folder / "edited.py"
     text = PROGRAM.read_text()

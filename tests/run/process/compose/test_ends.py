@@ -40,6 +40,7 @@ def test_a_node_that_fails_takes_the_others_with_it(bench: ControlBench, style, 
     assert not text or re.search(rf"\[{style}-2\] {text}: ", run.screen)
 
 
+@pytest.mark.thorough
 def test_a_restart_is_that_of_the_group(bench: ControlBench):
     actions = f"{plain('exits')}, {plain('careful')}"
     policy = "*=on-failure,max=1,delay=0.1"

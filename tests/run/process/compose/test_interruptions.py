@@ -119,6 +119,7 @@ def test_an_interrupt_that_a_destructor_drops_comes_again(bench: ControlBench, t
     assert "escalating" not in run.screen
 
 
+@pytest.mark.thorough
 def test_a_timer_is_refused_if_its_node_would_be_called(bench: ControlBench, tmp_path: Path):
     action = script(tmp_path / "timers.py", TIMERS)
     with bench.launch(f"{action}, {plain('careful')}", "--compose", "*") as run:
@@ -129,6 +130,7 @@ def test_a_timer_is_refused_if_its_node_would_be_called(bench: ControlBench, tmp
         assert run.screen.count(text) == 1, run.screen
 
 
+@pytest.mark.thorough
 def test_an_interrupt_waits_for_the_end_of_an_import(bench: ControlBench, tmp_path: Path):
     (tmp_path / "slow_to_import.py").write_text(IMPORT, encoding="utf-8")
     action = script(tmp_path / "importing.py", IMPORTING.format(folder=str(tmp_path)))
@@ -139,6 +141,7 @@ def test_an_interrupt_waits_for_the_end_of_an_import(bench: ControlBench, tmp_pa
     assert "escalating" not in run.screen
 
 
+@pytest.mark.thorough
 def test_an_interrupt_reaches_a_thread_that_starts_others(bench: ControlBench, tmp_path: Path):
     """Python gives a new thread the identity of the one that starts it, until it runs."""
     actions = ", ".join(script(tmp_path / f"starting_{n}.py", STARTING) for n in range(8))

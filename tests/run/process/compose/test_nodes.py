@@ -104,12 +104,9 @@ STREAMS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("streams", "times"),
-    [
-        ("pipe", 1),
-        *(pytest.param(streams, 3, marks=pytest.mark.thorough) for streams in STREAMS),
-    ],
+    ("streams", "times"), [("pipe", 1), *((streams, 3) for streams in STREAMS)]
 )
 def test_no_line_of_python_is_torn_and_no_end_is_lost(
     bench: ControlBench, streams: str, times: int

@@ -49,6 +49,7 @@ def test_mistakes_are_reported_before_anything_is_built(tmp_path: Path):
     assert not (tmp_path / "install").exists()
 
 
+@pytest.mark.thorough
 def test_the_packages_without_mistakes_are_built_if_asked(tmp_path: Path):
     python_package(tmp_path / "src", "right")
     python_package(tmp_path / "src", "running", "cpp")
