@@ -89,7 +89,7 @@ def main() -> int:
     try:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        dispositions.repeat_dropped()
+        dispositions.repeat_dropped_signals()
         open_standard_files()
         print_all_characters()
         return flushed(run())

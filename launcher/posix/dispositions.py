@@ -23,7 +23,7 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 # Python ignores these, and what is exec'd would do so, too.
 OF_PYTHON = (signal.SIGPIPE, signal.SIGXFSZ)
 EVERY = frozenset(signal.valid_signals())
-_AGAIN_S = 0.02  # by then, Python has left the destructor
+_AGAIN_S = 0.02  # by then, Python has left the destructor; otherwise it is repeated once more
 
 
 def take_over() -> None:
@@ -72,7 +72,7 @@ class RaisedBySignal(BaseException):
         self.signum = signum
 
 
-def repeat_dropped() -> None:
+def repeat_dropped_signals() -> None:
     """Send a signal again whose exception Python drops.
 
     It prints `Exception ignored in` and goes on where that is raised in a destructor or the

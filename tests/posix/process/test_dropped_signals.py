@@ -12,7 +12,7 @@ from tests.support.verbs import TIMEOUT_S
 
 # As the end of an import: `importlib._bootstrap._get_module_lock.<locals>.cb` is such a callback.
 INTERRUPTED_IN_CALLBACK = """
-import os, signal, sys, time, weakref
+import os, signal, sys, weakref
 
 class Lock:
     pass
@@ -29,7 +29,7 @@ from launcher.__main__ import main
 
 def verb(words):
     interrupt(signal.SIGINT)
-    time.sleep(TIMEOUT_S)
+    signal.pause()
 
 launcher.cli.dispatch.main = verb
 sys.exit(main())
@@ -38,18 +38,18 @@ AS_A_BUILD = """
 from launcher.posix import dispositions
 from launcher.workspace.building.colcon import build_signals
 
-dispositions.repeat_dropped()
+dispositions.repeat_dropped_signals()
 try:
     with build_signals.end_the_build():
         interrupt(signal.SIGTERM)
-        time.sleep(TIMEOUT_S)
+        signal.pause()
 except build_signals.BuildTerminated as stop:
     sys.exit(build_signals.interrupted(stop, "ended"))
 """
 ANOTHER_EXCEPTION = """
 from launcher.posix import dispositions
 
-dispositions.repeat_dropped()
+dispositions.repeat_dropped_signals()
 def fail(_):
     raise ValueError("in a callback")
 lock = Lock()
@@ -59,8 +59,7 @@ del lock
 
 
 def run(program: str) -> subprocess.CompletedProcess[str]:
-    source = INTERRUPTED_IN_CALLBACK + program.replace("TIMEOUT_S", str(TIMEOUT_S))
-    command = [sys.executable, "-c", source]
+    command = [sys.executable, "-c", INTERRUPTED_IN_CALLBACK + program]
     return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
 
 
