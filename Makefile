@@ -65,7 +65,7 @@ test: lint
 thorough: lint
 	$(call run_tests,thorough or hypothesis,--hypothesis-profile=search)
 
-## check: both in one run: every test that needs no browser (28 minutes)
+## check: both in one run: every test that needs no browser (26 minutes)
 check: lint
 	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
 

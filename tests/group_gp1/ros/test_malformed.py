@@ -40,11 +40,13 @@ TIMEOUT_S = 120.0
 COUNT = r"Dropped a malformed payload on (\S+) \((\d+) so far\): (.+)"
 CASES = [
     ("robot_1", topics.TASKS, qos.TASKS, GOOD_TASK, "Task pick_shelf_A3 complete"),
-    ("monitor", topics.STATUS, qos.STATUS, GOOD_STATUS, "Fleet report -- robot_1: 1 tasks"),
+    pytest.param(
+        *("monitor", topics.STATUS, qos.STATUS, GOOD_STATUS, "Fleet report -- robot_1: 1 tasks"),
+        marks=pytest.mark.thorough,
+    ),
 ]
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "topic", "profile", "good", "sign_of_life"), CASES, ids=["robot_1", "monitor"]
 )
