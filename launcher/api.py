@@ -14,7 +14,7 @@ import atexit
 from launcher.base.model.run_options import RunOptions
 from launcher.cli.dispatch import enter_workspace
 from launcher.launch.launch_service_run import script_vocabulary
-from launcher.packages.workspace import source_installation
+from launcher.packages.distribution import source_installation
 
 source_installation()
 enter_workspace()

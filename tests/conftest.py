@@ -24,7 +24,8 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
-from launcher.packages.workspace import ROS_VARIABLES, is_install
+from launcher.packages.distribution import ROS_VARIABLES
+from launcher.packages.workspace import is_install
 from launcher.posix.domain_lease import leased_domain
 from tests.support.waiting import wait_until
 from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once

@@ -16,8 +16,7 @@ Doors:
 * `strict_json`: JSON is written and read nowhere else. `text_file`: files of users, of bounded
   size, and pointers of Git LFS in their place. `xml_tree`: XML with the place of each tag.
   `yaml_bounds`: YAML of others, within bounds; `yaml_dumper`: the writer of YAML.
-* `package_origins`: where well-known packages come from: a wheel, sources, an installation of ROS
-  2. `github`: annotations and summaries of GitHub Actions.
+* `github`: annotations and summaries of GitHub Actions.
 
 Folders: `model/` is the plain data that the interpreter and its drivers exchange; `document/`
 reads YAML files that users write, and makes their JSON Schema.

@@ -1,7 +1,11 @@
-"""An option or argument of a command, and functions that read the values of many."""
+"""An option or argument of a command, and functions that read the values of many.
+
+Tables of options name functions of modules that are imported only when a value is read: `lazy`.
+"""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 from launcher.base.model.record import Record
@@ -143,3 +147,15 @@ def count(text: str, least: int = 0, most: int | None = None) -> int:
         limits = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise ValueError(f"'{text}' is not a whole number {limits}")
     return value
+
+
+def load(path: str) -> Any:
+    """The object that `module:name` stands for; its module is imported now."""
+    module, _, name = path.partition(":")
+    __import__(module)
+    return getattr(sys.modules[module], name)
+
+
+def lazy(path: str, **more: object) -> Callable[[Any], Any]:
+    """A function of one argument that calls the one that `module:name` stands for."""
+    return lambda value: load(path)(value, **more)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import sys
 
 from launcher.base.errors import LauncherError
+from launcher.packages.extras import install_command
 
 # Module -> what brings it: a command, or an extra of this distribution. Beside an installation of
 # ROS 2 the last ones are missing.
 _PACKAGES = {
-    "rclpy": "source the setup file of ROS 2, or pip install 'ros-jazzy-rclpy[fastrtps]'",
+    "rclpy": "ROS",
     "yaml": "pip install pyyaml (Debian, Ubuntu: apt install python3-yaml)",
     "rich": "pip install rich (Debian, Ubuntu: apt install python3-rich)",
     "mcap": "EXTRA bag",
@@ -26,9 +27,12 @@ def absent_module(error: ModuleNotFoundError) -> LauncherError | None:
     hint = _PACKAGES.get(name)
     if hint is None:
         return None
-    if hint.startswith("EXTRA "):
-        from launcher.packages.extras import install_command
+    if hint == "ROS":
+        from launcher.packages.distribution import or_default
 
+        command = install_command(or_default())
+        hint = f"source the setup file of ROS 2, or install its wheels: {command}"
+    elif hint.startswith("EXTRA "):
         hint = install_command(hint.removeprefix("EXTRA "))
     return LauncherError(
         f"this needs the Python package '{name}', which {sys.executable} does not have", hint=hint

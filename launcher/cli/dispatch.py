@@ -27,7 +27,8 @@ from launcher.base.verb_table import (
     VERBS,
     module_of,
 )
-from launcher.packages.workspace import current, source_installation
+from launcher.packages.distribution import source_installation, title
+from launcher.packages.workspace import current
 
 
 def main(words: Sequence[str]) -> int:
@@ -104,7 +105,7 @@ def _dispatch(words: list[str]) -> int:
     verb, *rest = words
     verb = ALIASES.get(verb, verb)
     if verb in ("--version", "-V"):
-        print(importlib.import_module("launcher").__version__)
+        print(f"{importlib.import_module('launcher').__version__} ({title()})")
         return ExitCode.OK
     if verb.partition("=")[0] == "--run":
         raise UsageError(

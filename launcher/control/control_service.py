@@ -9,8 +9,8 @@ import signal
 from collections.abc import Callable, Mapping, Sequence
 
 from launcher import __version__
-from launcher.base.by_name import load
 from launcher.base.model.run_events import Asked
+from launcher.base.option import load
 from launcher.base.run_verb import BadCallError, Call
 from launcher.base.text import count
 from launcher.control import answer_lines, status, verbs
@@ -18,6 +18,7 @@ from launcher.control.log_followers import Logs
 from launcher.control.peer import Exchange
 from launcher.control.protocol import DISCOVERY_VARIABLES, VERSION, Request, to_json
 from launcher.output.filters import Pattern, level_named
+from launcher.packages import distribution
 from launcher.run.output.screen_filters import ScreenFilters, Shown
 from launcher.run.processes.process import Process
 from launcher.run.requests.process_control import ProcessControl
@@ -87,6 +88,7 @@ class Service:
         return {
             "protocol": VERSION,
             "launcher": __version__,
+            "ros": distribution.title(run.env),
             "run": {
                 "id": run.id,
                 "pid": os.getpid(),

@@ -22,11 +22,8 @@ MIN_OPEN_FILES = 1024  # for 200 processes; the usual default
 HIGHEST_DOMAIN = 232
 EPHEMERAL_DOMAINS = range(102, 215)  # their ports are in the ephemeral range of Linux
 FIX = f"{program()} doctor --fix"
-DISTRIBUTIONS = {  # of modules with another name
-    "rclpy": '"ros-jazzy-rclpy[fastrtps]"',
-    "std_msgs.msg": "ros-jazzy-common-interfaces",
-    "yaml": "pyyaml",
-}
+OF_ROS = ("rclpy", "std_msgs.msg")  # modules of the wheels of ROS
+DISTRIBUTIONS = {"yaml": "pyyaml"}  # of modules with another name
 
 Verdict = tuple[Level, str, str | None, bool]  # as in Finding, without its name
 Check = Callable[[DoctorFacts], Verdict]
@@ -58,6 +55,14 @@ def _problem(text: str, advice: str, *, is_fixable: bool = False) -> Verdict:
     return Level.PROBLEM, text, advice, is_fixable
 
 
+@_check("ROS 2")
+def ros_in_use(facts: DoctorFacts) -> Verdict:
+    """Which one it is; its packages and Python's modules may be of different ones."""
+    if facts.ros_conflict is None:
+        return _ok(facts.ros)
+    return _problem(facts.ros_conflict, "start from a shell where only one ROS 2 was sourced")
+
+
 @_check("wheels")
 def wheels(facts: DoctorFacts) -> Verdict:
     errors = facts.import_errors
@@ -69,7 +74,11 @@ def wheels(facts: DoctorFacts) -> Verdict:
     elif facts.settings is not None and facts.settings.refusal is not None:
         advice = "see 'environment' below"
     else:
-        advice = " ".join(["pip install", *(DISTRIBUTIONS.get(m, m) for m in sorted(errors))])
+        others = [DISTRIBUTIONS.get(m, m) for m in sorted(errors) if m not in OF_ROS]
+        steps = [" ".join(["pip install", *others])] if others else []
+        if any(module in errors for module in OF_ROS):
+            steps.append(f"{facts.ros_install}, or source the setup file of an installed ROS 2")
+        advice = "; ".join(steps)
     return _problem(f"cannot be imported: {text}", advice)
 
 

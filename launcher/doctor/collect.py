@@ -27,7 +27,8 @@ from launcher.doctor.network_facts import collect_network, details
 from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root
-from launcher.packages.extras import DISTRIBUTION
+from launcher.packages import distribution
+from launcher.packages.extras import DISTRIBUTION, install_command
 from launcher.posix import log_folder, proc
 from launcher.posix.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.run.monitor import shared_memory
@@ -67,6 +68,9 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
         stale_groups=tuple(group.path for _, group in abandoned_groups()),
         unreachable=unreachable(),
         shared_memory=space(Path(shared_memory.FOLDER)),
+        ros=distribution.title(env),
+        ros_conflict=distribution.conflict(env),
+        ros_install=install_command(distribution.or_default(env)),
         import_errors=import_errors(env),
         prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix, workspace),
         python_prefix=sys.prefix,

@@ -115,6 +115,9 @@ class DoctorFacts(Record):
     stale_groups: tuple[str, ...]  # control groups of runs whose launcher has exited
     unreachable: tuple[Unreachable, ...]
     shared_memory: Space | None
+    ros: str  # which ROS 2 is in use
+    ros_conflict: str | None  # what speaks for another one
+    ros_install: str  # the command that installs its wheels
     import_errors: dict[str, str]  # module -> why it cannot be imported
     prefixes: tuple[Prefix, ...]
     python_prefix: str

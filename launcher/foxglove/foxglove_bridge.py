@@ -23,6 +23,7 @@ from launcher.foxglove.protocol import ProtocolError, ServiceCall
 from launcher.foxglove.publishing import Publication
 from launcher.foxglove.receiver import Receiver
 from launcher.foxglove.service_calls import ServiceCalls
+from launcher.packages.distribution import installed
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.from_yaml import fill
 from launcher.ros.messages.interfaces import load
@@ -92,7 +93,7 @@ class FoxgloveBridge:
                     *(() if self._is_read_only else protocol.WRITING_CAPABILITIES),
                 ],
                 supportedEncodings=list(protocol.ENCODINGS),
-                metadata={"ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy")},
+                metadata={"ROS_DISTRO": installed() or ""},
                 sessionId=f"{os.getpid()}-{self._observer.created_s:.3f}",
             )
         )

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from launcher.base.by_name import lazy
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.record import replace
 from launcher.base.model.run_options import RunOptions
 from launcher.base.model.spec import UNLIMITED
-from launcher.base.option import Option, option
+from launcher.base.option import Option, lazy, option
 from launcher.run.part import DEVELOPMENT, OPTION_GROUPS, OUTPUT, RESOURCES, RESTARTS
 from launcher.run.parts import check_options, part_options
 

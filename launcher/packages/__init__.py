@@ -9,8 +9,10 @@ Doors:
   of search. `source_packages`: packages used from their source folder, by `setup_reader` (a
   separate process: what their setup.py would install) and `overlay` (a prefix of links to that).
   `entry_points`: console scripts that pip has installed.
-* `workspace`: the colcon workspace that a user has named, or the one around the working directory,
-  and the variables of the installed ROS. `activation`: this process sees the workspace, and is
+* `distribution`: which ROS 2 is in use, and the variables that name it. `package_origins`: where
+  well-known packages come from: a wheel, sources, an installation of ROS 2.
+* `workspace`: the colcon workspace that a user has named, or the one around the working directory.
+  `activation`: this process sees the workspace, and is
   executed again where the loader needs `LD_LIBRARY_PATH` from the start. `environment` and
   `hooks`: what its packages set, from colcon's `.dsv` files; no script is run.
 * `python_program`: which commands are Python programs of this interpreter; `imports`: what such a

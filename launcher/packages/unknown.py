@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 
 from launcher.base import text_file
 from launcher.base.errors import PackageNotFoundError
-from launcher.base.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.packages import source_packages, unbuilt
+from launcher.packages.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
 from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 

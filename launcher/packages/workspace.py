@@ -7,15 +7,11 @@ This module is on the way to the first process of every launch: it only looks fo
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Mapping
 
 from launcher.base.errors import UsageError
 
 MARKER = ".colcon_install_layout"  # colcon writes it into `install/`: isolated or merged
-# The distributions of ROS 2 by the first number of the version of rclpy.
-DISTRIBUTIONS = {"3": "humble", "4": "iron", "7": "jazzy", "9": "kilted", "10": "lyrical"}
-ROS_VARIABLES = ("ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION")
 VARIABLE = "LAUNCHER_WORKSPACE"  # names a workspace, as --workspace does; empty: none
 
 
@@ -84,36 +80,6 @@ def _workspace(root: str, name: str) -> Workspace:
     """That of the real folder: by a link to it, its builds would look moved."""
     root = os.path.realpath(root)
     return Workspace(root, os.path.join(root, name))
-
-
-def source_installation() -> None:
-    """Set what sourcing the set-up file of ROS sets, for launch files and all that is started.
-
-    The wheels install the ament index below `sys.prefix` and set no variable (CONFORMANCE 4.23).
-    Those that are set are not changed.
-    """
-    is_set = os.environ.get("AMENT_PREFIX_PATH", "").strip(os.pathsep)
-    if not is_set and os.path.isdir(f"{sys.prefix}/share/ament_index/resource_index/packages"):
-        os.environ["AMENT_PREFIX_PATH"] = sys.prefix
-    if not all(map(os.environ.__contains__, ROS_VARIABLES)):
-        for name, value in ros_variables(os.environ).items():
-            os.environ.setdefault(name, value)
-
-
-def ros_variables(environ: Mapping[str, str]) -> dict[str, str]:
-    """The variables that name the installed ROS; none if there is none, or no `ROS_DISTRO` of an
-    unknown one. The first prefix with rclpy counts, that of the wheels last.
-    """
-    for prefix in (*environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix):
-        try:
-            with open(f"{prefix}/share/rclpy/package.xml", encoding="utf-8") as file:
-                version = file.read().partition("<version>")[2]
-        except (OSError, ValueError):
-            continue
-        distribution = DISTRIBUTIONS.get(version.partition(".")[0].strip())
-        named = {"ROS_DISTRO": distribution} if distribution else {}
-        return {**named, "ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3"}
-    return {}
 
 
 def _hint(folder: str) -> str | None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 
-from launcher.base.by_name import lazy, load
 from launcher.base.model.run_options import RunOptions
-from launcher.base.option import Option, count, option, positive_seconds, seconds
+from launcher.base.option import Option, count, lazy, load, option, positive_seconds, seconds
 from launcher.base.run_verb import Verb
 from launcher.run.part import (
     CONTROL,

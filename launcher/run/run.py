@@ -6,8 +6,8 @@ import functools
 import os
 import time
 
-from launcher.base.by_name import load
 from launcher.base.model.record import Record
+from launcher.base.option import load
 from launcher.output.logs.run_directory import RunDirectory
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.cleanup.watchdog_client import WatchdogClient

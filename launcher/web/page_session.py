@@ -208,6 +208,7 @@ class PageSession:
             "server": feeds.server,
             "run": feeds.run.run,
             "launcher": feeds.run.launcher,
+            "ros": feeds.run.ros,
             "wall": time.time(),
             "read_only": feeds.read_only,
             "frozen": None,

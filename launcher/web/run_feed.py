@@ -73,6 +73,11 @@ class RunFeed:
         """The version of the launcher."""
         return str(self._requests.hello.get("launcher", ""))
 
+    @property
+    def ros(self) -> str:
+        """Which ROS 2 is in use there."""
+        return str(self._requests.hello.get("ros", ""))
+
     async def start(self, socket: Path) -> None:
         """Connect; ControlError."""
         self._socket = socket

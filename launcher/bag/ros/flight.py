@@ -34,6 +34,7 @@ from launcher.base.model.event_entries import entry_of
 from launcher.base.model.run_event import Entry, exit_text
 from launcher.base.model.run_events import Ended
 from launcher.control.client import Connection
+from launcher.packages.distribution import installed
 from launcher.posix import dispositions
 from launcher.posix.socket_directory import ControlError
 from launcher.posix.stdio import keep_for_messages
@@ -97,7 +98,7 @@ class FlightRecorder:
         self._files: FileSink | None = None
         if settings.everything:
             folder = os.path.join(settings.run_folder, "bag")
-            writer = BagWriter(folder, ros_distro=os.environ.get("ROS_DISTRO", "jazzy"))
+            writer = BagWriter(folder, ros_distro=installed() or "")
             self._files = FileSink(writer, _QUEUE_BYTES)
             self._ring = _RingBeside(*keep, self._files)
         regex = None if settings.topics is None else re.compile(settings.topics)
@@ -208,7 +209,7 @@ class FlightRecorder:
         folder = _unused(os.path.join(parent, f"{stamp}-{kind}"))
         try:
             os.makedirs(parent, exist_ok=True)
-            snapshot_folder.write(folder, contents, os.environ.get("ROS_DISTRO", "jazzy"))
+            snapshot_folder.write(folder, contents, installed() or "")
             _prune(parent)
         except OSError as error:
             say(error=f"cannot write {folder}: {error.strerror or error}", asked=asked)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -19,6 +18,7 @@ from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import count
+from launcher.packages.distribution import installed
 from launcher.posix.dispositions import Handled
 from launcher.posix.domains import why_empty
 from launcher.ros.verb import GraphAccess, observing
@@ -52,7 +52,7 @@ def record(access: GraphAccess, options: RecordOptions, recorder_options: Record
             writer = BagWriter(
                 options.folder,
                 options.storage,
-                ros_distro=os.environ.get("ROS_DISTRO", "jazzy"),
+                ros_distro=installed() or "",
                 custom_data=options.custom_data,
             )
         except OSError as error:

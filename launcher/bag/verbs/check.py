@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, JSON, option
 from launcher.base.text import count
+from launcher.packages.distribution import installed
 from launcher.ros.verb import show, warn
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def _check(options: Parsed) -> int:
     if options.repair:
         for report in reports:
             if report.is_damaged:
-                for line in check.repair(report, os.environ.get("ROS_DISTRO", "jazzy")):
+                for line in check.repair(report, installed() or ""):
                     print(line)
         reports = [check.check(path) for path in options.bags]
     show(options, {"bags": [_document(one) for one in reports]}, _lines(reports))

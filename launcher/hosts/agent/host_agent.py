@@ -25,6 +25,7 @@ from launcher.hosts.engine.frames import (
     pack,
 )
 from launcher.hosts.engine.reports import encode_event
+from launcher.packages.distribution import installed
 from launcher.posix.reactor import Reactor
 from launcher.run.processes.machine_events import MachineCommand, MachineEvent
 
@@ -373,6 +374,6 @@ def _about_us() -> dict[str, Any]:
         "python": sys.version.split()[0],
         "free_bytes": free_bytes,
         "wall_s": time.time(),
-        "distro": os.environ.get("ROS_DISTRO", ""),
+        "distro": installed() or "",
         "prefixes": os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep),
     }

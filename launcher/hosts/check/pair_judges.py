@@ -10,7 +10,7 @@ from launcher.base.text import count
 from launcher.hosts.check.host_findings import CheckedHost, HostFinding, Survey
 from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.file.hosts_model import LOCAL, DiscoveryMode
-from launcher.packages.workspace import DISTRIBUTIONS
+from launcher.packages.distribution import of_version
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"
@@ -42,7 +42,7 @@ def distro_of(member: CheckedHost) -> str | None:
     version = member.facts["rclpy"]
     if version is None:
         return member.settings.get("ROS_DISTRO")
-    return DISTRIBUTIONS.get(version.partition(".")[0], f"rclpy {version}")
+    return of_version(version) or f"rclpy {version}"
 
 
 # ---- software and settings

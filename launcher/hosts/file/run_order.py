@@ -13,7 +13,8 @@ from launcher.base import strict_json
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.file import order_json
 from launcher.hosts.file.resolution import resolve
-from launcher.packages.workspace import current, source_installation
+from launcher.packages.distribution import source_installation
+from launcher.packages.workspace import current
 from launcher.posix.dispositions import for_exec
 
 TYPE_CHECKING = False

@@ -38,10 +38,10 @@ from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from launcher.base import strict_json
-from launcher.base.package_origins import INSTRUCTIONS, clone_commands
 from launcher.base.program import program
 from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import error_text
+from launcher.packages.package_origins import INSTRUCTIONS, clone_commands
 from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.helpers.clean_up import limited_clean_up

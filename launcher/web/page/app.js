@@ -167,6 +167,7 @@ export const App = {
             <q-item-section side class="gt-sm"><kbd>{{ one.key }}</kbd></q-item-section>
           </q-item>
         </q-list>
+        <div v-if="hello?.ros" class="app-versions">launcher {{ hello.launcher }}<br>{{ hello.ros }}</div>
       </q-drawer>
       <q-page-container>
         <q-page class="app-page" :data-shown="panel">

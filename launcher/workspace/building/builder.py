@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.packages.workspace import ROS_VARIABLES
+from launcher.packages.distribution import ROS_VARIABLES
 from launcher.workspace.building import lock, preflight, records, sources
 from launcher.workspace.building.build_place import Place, full_folders
 from launcher.workspace.building.build_progress import Progress

@@ -12,9 +12,10 @@ from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, JSON, option
 from launcher.base.program import program
 from launcher.base.verb_table import VERBS
+from launcher.packages.distribution import ROS_VARIABLES
 from launcher.packages.environment import LIBRARIES, merged, read
 from launcher.packages.hooks import Hooks
-from launcher.packages.workspace import ROS_VARIABLES, Workspace, current
+from launcher.packages.workspace import Workspace, current
 from launcher.posix.json_output import print_document
 
 _WHEELS = "AMENT_PREFIX_PATH"

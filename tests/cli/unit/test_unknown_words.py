@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import launcher
+from launcher.packages.distribution import title
 from tests.support.verbs import in_process
 
 EMPTY = """\
@@ -158,7 +159,7 @@ def test_one_word_behind_run(line: str, hint: str):
 
 def test_version_is_a_verb_where_no_launch_file_is(project: Path):
     answer = in_process("version")
-    assert (answer.out, answer.err, answer.code) == (f"{launcher.__version__}\n", "", 0)
+    assert (answer.out, answer.err, answer.code) == (f"{launcher.__version__} ({title()})\n", "", 0)
     (project / "launch" / "version.launch.py").write_text("1 / 0", encoding="utf-8")
     assert "ZeroDivisionError" in in_process("version").err
 

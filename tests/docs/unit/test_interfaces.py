@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from launcher.base.package_origins import INSTRUCTIONS, SOURCES, clone_commands
+from launcher.packages.package_origins import INSTRUCTIONS, SOURCES, clone_commands
 from tests.support.repository import REPOSITORY
 
 FILE = REPOSITORY / INSTRUCTIONS.removeprefix("see ")

@@ -12,6 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher.packages.distribution import title
 from launcher.posix.domain_lease import leased_domain
 from launcher.run.monitor.shared_memory import FOLDER, free, held
 from tests.support import ended_main_thread
@@ -44,8 +45,9 @@ def doctor(
 
 def test_this_environment_is_found_to_be_in_order():
     _, found, done = doctor()
-    in_order = ("wheels", "library path", "AMENT_PREFIX_PATH", "launcher", "log folder")
-    assert [found[name]["level"] for name in in_order] == ["ok"] * 5, found
+    in_order = ("ROS 2", "wheels", "library path", "AMENT_PREFIX_PATH", "launcher", "log folder")
+    assert [found[name]["level"] for name in in_order] == ["ok"] * 6, found
+    assert found["ROS 2"]["text"] == title()
     assert done == []
 
 
@@ -53,6 +55,7 @@ def test_this_environment_is_found_to_be_in_order():
     ("name", "env", "text"),
     [
         ("AMENT_PREFIX_PATH", {"AMENT_PREFIX_PATH": "/gone/away"}, "/gone/away does not exist"),
+        ("ROS 2", {"ROS_DISTRO": "moonshot"}, "ROS_DISTRO is moonshot, but the rclpy in "),
         ("ROS_DOMAIN_ID", {"ROS_DOMAIN_ID": "abc"}, "'abc' is not a domain id"),
         ("log folder", {"ROS_LOG_DIR": f"{__file__}/log"}, "test_doctor.py is not a folder"),
         ("log folder", {"ROS_LOG_DIR": None, "ROS_HOME": "/proc"}, "/proc/log cannot be written"),

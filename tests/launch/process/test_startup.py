@@ -189,7 +189,11 @@ def test_outside_of_a_workspace_nothing_is_imported_but_what_looks_for_it(import
     found = {
         name for name in imported if name.startswith(("launcher.packages", "launcher.workspace"))
     }
-    assert found == {"launcher.packages", "launcher.packages.workspace"}
+    assert found == {
+        "launcher.packages",
+        "launcher.packages.distribution",
+        "launcher.packages.workspace",
+    }
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
-from launcher.base.package_origins import needs_ros
 from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
 from launcher.packages import finder, overlay, source_packages
+from launcher.packages.package_origins import needs_ros
 from tests.support.own_package import write_package
 
 MANIFEST = "<package><name>{}</name></package>"

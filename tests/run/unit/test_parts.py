@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from launcher.base.by_name import load
+from launcher.base.option import load
 from launcher.run import parts
 from launcher.run.part import Part
 from tests.support.repository import REPOSITORY

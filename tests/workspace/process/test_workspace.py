@@ -16,7 +16,8 @@ import pytest
 
 from launcher.doctor.doctor_facts import WorkspaceFacts
 from launcher.doctor.stale_workspace import inspect
-from launcher.packages.workspace import Workspace, ros_variables
+from launcher.packages.distribution import ros_variables
+from launcher.packages.workspace import Workspace
 from tests.support.own_package import MANIFEST, write_package
 from tests.workspace.unit.building.source_tree import interface_package, write
 

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib import metadata
 
-from launcher.base.package_origins import is_of_launcher
 from launcher.base.text import did_you_mean, one_of, several
+from launcher.packages.package_origins import is_of_launcher
 from launcher.workspace.building.checks import origins
 from launcher.workspace.building.checks.cmake_check import CMakeCheck
 from launcher.workspace.building.checks.interface_index import InterfaceIndex

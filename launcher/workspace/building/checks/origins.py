@@ -6,7 +6,8 @@ import difflib
 import re
 from collections.abc import Iterable
 
-from launcher.base.package_origins import (
+from launcher.base.text import did_you_mean
+from launcher.packages.package_origins import (
     clone_commands,
     debian,
     has_wheel,
@@ -15,7 +16,6 @@ from launcher.base.package_origins import (
     needs_ros,
     wheel,
 )
-from launcher.base.text import did_you_mean
 
 # Keys of rosdep for packages of the operating system, and names that no package has.
 _SYSTEM = re.compile(r".*-.*|lib\w*|python3?_?\w*|ament_python|eigen|boost|opencv\d?|numpy|pytest")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from launcher.base import xml_tree
 from launcher.base.text import did_you_mean, suggest
 from launcher.base.xml_tree import XmlElement, XmlError
-from launcher.packages.workspace import ros_variables
+from launcher.packages.distribution import ros_variables
 from launcher.workspace.building.sources.source_text import PackageText, SourceError
 
 # XmlElement of a dependency -> colcon's kinds.

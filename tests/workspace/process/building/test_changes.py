@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from launcher.doctor.stale_workspace import inspect
+from launcher.packages.distribution import ROS_VARIABLES
 from launcher.packages.environment import environment, underlays
-from launcher.packages.workspace import ROS_VARIABLES, Workspace
+from launcher.packages.workspace import Workspace
 from tests.workspace.process.building.small_packages import (
     build,
     built,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launcher.base.package_origins import clone_commands
+from launcher.packages.package_origins import clone_commands
 from tests.workspace.unit.building.mistakes.cases import ABSENT, FIELD, Case, msg, of_file
 from tests.workspace.unit.building.source_tree import interface_package
 

@@ -1,20 +1,22 @@
 """Where well-known packages come from: the launcher, a wheel, sources, or an installation of ROS 2.
 
-Repositories and branches are those of ROS 2 Jazzy's list of packages (rosdistro).
+Repositories and branches are those of the lists of packages of the distributions (rosdistro).
 """
 
 from __future__ import annotations
 
-import os
 import re
 
+from launcher.packages.distribution import or_default
+
 # Without a wheel, to be built from source: repository on GitHub, branch, and the package's folders
-# where it is not the whole repository, "." for the one of its name.
+# where it is not the whole repository, "." for the one of its name. The branch DISTRO is
+# called like the distribution.
 SOURCES = {
     "ackermann_msgs": "ros-drivers/ackermann_msgs ros2",
-    "action_tutorials_interfaces": "ros2/demos jazzy action_tutorials/action_tutorials_interfaces",
+    "action_tutorials_interfaces": "ros2/demos DISTRO action_tutorials/action_tutorials_interfaces",
     "actuator_msgs": "rudislabs/actuator_msgs main",
-    "ament_cmake_auto": "ament/ament_cmake jazzy .",
+    "ament_cmake_auto": "ament/ament_cmake DISTRO .",
     "angles": "ros/angles ros2 .",
     "apriltag_msgs": "christianrauch/apriltag_msgs master",
     "autoware_common_msgs": "autowarefoundation/autoware_msgs main .",
@@ -29,18 +31,18 @@ SOURCES = {
     "autoware_v2x_msgs": "autowarefoundation/autoware_msgs main .",
     "autoware_vehicle_msgs": "autowarefoundation/autoware_msgs main .",
     "can_msgs": "ros-industrial/ros_canopen dashing-devel .",
-    "composition_interfaces": "ros2/rcl_interfaces jazzy .",
-    "control_msgs": "ros-controls/control_msgs jazzy .",
-    "controller_manager_msgs": "ros-controls/ros2_control jazzy .",
-    "dwb_msgs": "ros-navigation/navigation2 jazzy nav2_dwb_controller/dwb_msgs",
-    "example_interfaces": "ros2/example_interfaces jazzy",
+    "composition_interfaces": "ros2/rcl_interfaces DISTRO .",
+    "control_msgs": "ros-controls/control_msgs DISTRO .",
+    "controller_manager_msgs": "ros-controls/ros2_control DISTRO .",
+    "dwb_msgs": "ros-navigation/navigation2 DISTRO nav2_dwb_controller/dwb_msgs",
+    "example_interfaces": "ros2/example_interfaces DISTRO",
     "four_wheel_steering_msgs": "ros-drivers/four_wheel_steering_msgs ros2",
     "foxglove_msgs": "foxglove/foxglove-sdk main ros/src/foxglove_msgs schemas/ros2",
     "geographic_msgs": "ros-geographic-info/geographic_info ros2 .",
     "gps_msgs": "swri-robotics/gps_umd ros2-devel .",
-    "grid_map_msgs": "ANYbotics/grid_map jazzy .",
+    "grid_map_msgs": "ANYbotics/grid_map DISTRO .",
     "irobot_create_msgs": "iRobotEducation/irobot_create_msgs rolling",
-    "map_msgs": "ros-planning/navigation_msgs jazzy .",
+    "map_msgs": "ros-planning/navigation_msgs DISTRO .",
     "marti_can_msgs": "swri-robotics/marti_messages ros2-devel .",
     "marti_common_msgs": "swri-robotics/marti_messages ros2-devel .",
     "marti_dbw_msgs": "swri-robotics/marti_messages ros2-devel .",
@@ -53,52 +55,71 @@ SOURCES = {
     "mavros_msgs": "mavlink/mavros ros2 .",
     "micro_ros_msgs": "micro-ROS/micro_ros_msgs rolling",
     "moveit_msgs": "moveit/moveit_msgs ros2",
-    "nav2_common": "ros-navigation/navigation2 jazzy .",
-    "nav2_msgs": "ros-navigation/navigation2 jazzy .",
-    "nav_2d_msgs": "ros-navigation/navigation2 jazzy nav2_dwb_controller/nav_2d_msgs",
+    "nav2_common": "ros-navigation/navigation2 DISTRO .",
+    "nav2_msgs": "ros-navigation/navigation2 DISTRO .",
+    "nav_2d_msgs": "ros-navigation/navigation2 DISTRO nav2_dwb_controller/nav_2d_msgs",
     "nmea_msgs": "ros-drivers/nmea_msgs ros2",
     "object_recognition_msgs": "wg-perception/object_recognition_msgs ros2",
     "octomap_msgs": "OctoMap/octomap_msgs ros2",
     "pcl_msgs": "ros-perception/pcl_msgs ros2",
-    "pendulum_msgs": "ros2/demos jazzy .",
+    "pendulum_msgs": "ros2/demos DISTRO .",
     "plotjuggler_msgs": "facontidavide/plotjuggler_msgs ros2",
     "px4_msgs": "PX4/px4_msgs main",
     "realsense2_camera_msgs": "IntelRealSense/realsense-ros ros2-master .",
-    "rmf_charger_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_dispenser_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_door_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_fleet_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_ingestor_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_lift_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_obstacle_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_scheduler_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_site_map_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_task_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_traffic_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "rmf_workcell_msgs": "open-rmf/rmf_internal_msgs jazzy .",
-    "ros_environment": "ros/ros_environment jazzy",
-    "ros_gz_interfaces": "gazebosim/ros_gz jazzy .",
-    "rosapi_msgs": "RobotWebTools/rosbridge_suite jazzy .",
-    "rosbag2_interfaces": "ros2/rosbag2 jazzy .",
-    "rosbridge_msgs": "RobotWebTools/rosbridge_suite jazzy .",
+    "rmf_charger_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_dispenser_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_door_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_fleet_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_ingestor_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_lift_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_obstacle_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_scheduler_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_site_map_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_task_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_traffic_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "rmf_workcell_msgs": "open-rmf/rmf_internal_msgs DISTRO .",
+    "ros_environment": "ros/ros_environment DISTRO",
+    "ros_gz_interfaces": "gazebosim/ros_gz DISTRO .",
+    "rosapi_msgs": "RobotWebTools/rosbridge_suite DISTRO .",
+    "rosbag2_interfaces": "ros2/rosbag2 DISTRO .",
+    "rosbridge_msgs": "RobotWebTools/rosbridge_suite DISTRO .",
     "rtcm_msgs": "tilk/rtcm_msgs master",
-    "sensor_msgs_py": "ros2/common_interfaces jazzy .",
+    "sensor_msgs_py": "ros2/common_interfaces DISTRO .",
     "simulation_interfaces": "ros-simulation/simulation_interfaces main",
-    "statistics_msgs": "ros2/rcl_interfaces jazzy .",
-    "tf2_msgs": "ros2/geometry2 jazzy .",
-    "topic_tools_interfaces": "ros-tooling/topic_tools jazzy .",
-    "turtlebot3_msgs": "ROBOTIS-GIT/turtlebot3_msgs jazzy",
-    "turtlebot4_msgs": "turtlebot/turtlebot4 jazzy .",
+    "statistics_msgs": "ros2/rcl_interfaces DISTRO .",
+    "tf2_msgs": "ros2/geometry2 DISTRO .",
+    "topic_tools_interfaces": "ros-tooling/topic_tools DISTRO .",
+    "turtlebot3_msgs": "ROBOTIS-GIT/turtlebot3_msgs DISTRO",
+    "turtlebot4_msgs": "turtlebot/turtlebot4 DISTRO .",
     "twist_mux_msgs": "ros-teleop/twist_mux_msgs master",
     "ublox_msgs": "KumarRobotics/ublox ros2 . ublox_serialization",
-    "ur_dashboard_msgs": "UniversalRobots/Universal_Robots_ROS2_Driver jazzy .",
+    "ur_dashboard_msgs": "UniversalRobots/Universal_Robots_ROS2_Driver DISTRO .",
     "ur_msgs": "ros-industrial/ur_msgs humble-devel",
     "velodyne_msgs": "ros-drivers/velodyne ros2 .",
     "vision_msgs": "ros-perception/vision_msgs ros2 .",
     "webots_ros2_msgs": "cyberbotics/webots_ros2 master .",
     "xacro": "ros/xacro ros2",
 }
-# With a wheel, which is called ros-jazzy-NAME.
+# Repositories without a branch of that name.
+_OTHER_BRANCHES = {
+    "kilted": {
+        "ROBOTIS-GIT/turtlebot3_msgs": "main",
+        "ros-controls/control_msgs": "master",
+        "turtlebot/turtlebot4": "jazzy",
+    },
+    "lyrical": {
+        "ANYbotics/grid_map": "rolling",
+        "ROBOTIS-GIT/turtlebot3_msgs": "main",
+        "RobotWebTools/rosbridge_suite": "ros2",
+        "UniversalRobots/Universal_Robots_ROS2_Driver": "main",
+        "open-rmf/rmf_internal_msgs": "main",
+        "ros-controls/control_msgs": "master",
+        "ros-controls/ros2_control": "master",
+        "ros-planning/navigation_msgs": "rolling",
+        "turtlebot/turtlebot4": "jazzy",
+    },
+}
+# With a wheel, which is called ros-DISTRO-NAME: those of all distributions with wheels.
 _NAMES = """
 action_msgs actionlib_msgs ament_cmake ament_cmake_core ament_cmake_cppcheck
 ament_cmake_cpplint ament_cmake_export_definitions ament_cmake_export_dependencies
@@ -110,9 +131,9 @@ ament_cmake_python ament_cmake_ros ament_cmake_target_dependencies ament_cmake_t
 ament_cmake_uncrustify ament_cmake_vendor_package ament_cmake_version ament_cppcheck
 ament_cpplint ament_flake8 ament_index_cpp ament_index_python ament_lint ament_package
 ament_pep257 ament_uncrustify builtin_interfaces common_interfaces diagnostic_msgs
-domain_coordinator fastcdr fastrtps fastrtps_cmake_module foonathan_memory_vendor
+fastcdr foonathan_memory_vendor
 geometry_msgs gmock_vendor gtest_vendor libyaml_vendor lifecycle_msgs nav_msgs pybind11_vendor
-python_cmake_module rcl rcl_action rcl_interfaces rcl_lifecycle rcl_logging_interface
+rcl rcl_action rcl_interfaces rcl_lifecycle rcl_logging_interface
 rcl_logging_spdlog rcl_yaml_param_parser rclpy rcpputils rcutils rmw rmw_dds_common
 rmw_fastrtps_cpp rmw_fastrtps_shared_cpp rmw_implementation rmw_implementation_cmake
 rosgraph_msgs rosidl_adapter rosidl_cli rosidl_cmake rosidl_core_generators
@@ -127,7 +148,12 @@ spdlog_vendor std_msgs std_srvs stereo_msgs test_interface_files test_msgs trace
 trajectory_msgs type_description_interfaces uncrustify_vendor unique_identifier_msgs
 visualization_msgs
 """
-_WHEELS = frozenset(_NAMES.split())
+_MORE = {
+    "jazzy": "domain_coordinator fastrtps fastrtps_cmake_module python_cmake_module",
+    "kilted": "ament_cmake_ros_core fastdds rmw_security_common rmw_test_fixture "
+    "rmw_test_fixture_implementation",
+}
+_WHEELS = {name: frozenset((_NAMES + more).split()) for name, more in _MORE.items()}
 # The launcher does what they do, or stands for them.
 _LAUNCHER = re.compile(r"launch(_(ros|xml|yaml))?|ros2launch")
 # Only with an installation of ROS 2: they need rclcpp, or other libraries without a wheel.
@@ -162,10 +188,13 @@ def clone_commands(*packages: str) -> list[str]:
 
     Of a repository with more packages, only their folders: the others may need rclcpp.
     """
+    distribution = or_default()
     folders_by_repository: dict[tuple[str, str], list[str]] = {}
     for package in packages:
         if package in SOURCES:
             repository, branch, *given = SOURCES[package].split()
+            if branch == "DISTRO":
+                branch = _OTHER_BRANCHES.get(distribution, {}).get(repository, distribution)
             folders = [package if folder == "." else folder for folder in given]
             folders_by_repository.setdefault((repository, branch), []).extend(folders)
     commands = []
@@ -181,17 +210,17 @@ def clone_commands(*packages: str) -> list[str]:
 
 def debian(package: str) -> str:
     """The package of apt, for the distribution in use."""
-    return f"ros-{os.environ.get('ROS_DISTRO') or 'jazzy'}-{package.replace('_', '-')}"
+    return f"ros-{or_default()}-{package.replace('_', '-')}"
 
 
 def wheel(package: str) -> str:
-    """The distribution of PyPI; there may be none."""
-    return f"ros-jazzy-{package.replace('_', '-')}"
+    """The distribution of PyPI, which has the same name; there may be none."""
+    return debian(package)
 
 
 def has_wheel(package: str) -> bool:
-    """Whether pip installs it as ros-jazzy-NAME."""
-    return package in _WHEELS
+    """Whether pip installs it as ros-DISTRO-NAME."""
+    return package in _WHEELS.get(or_default(), ())
 
 
 def is_of_launcher(package: str) -> bool:
@@ -206,4 +235,8 @@ def is_cpp(package: str) -> bool:
 
 def needs_ros(package: str) -> bool:
     """Whether a package is known to come with ROS 2, and neither from PyPI nor from its sources."""
-    return package not in SOURCES and _INSTALLED.fullmatch(package) is not None
+    if package in SOURCES or has_wheel(package):
+        return False
+    return _INSTALLED.fullmatch(package) is not None or any(
+        package in wheels for wheels in _WHEELS.values()
+    )

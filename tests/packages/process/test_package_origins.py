@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from launcher.base.package_origins import HOST, SOURCES, clone_commands
+from launcher.packages.distribution import or_default
+from launcher.packages.package_origins import HOST, SOURCES, clone_commands
 
+DISTRO = or_default()
 IDENTITY = ["-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
 
 
@@ -47,7 +49,7 @@ def checked_out(env: dict[str, str], *packages: str) -> list[str]:
 
 
 def test_a_repository_that_is_one_package_is_cloned_as_a_whole(env):
-    host(env, "ros2/example_interfaces", "jazzy", "package.xml", "msg/Bool.msg")
+    host(env, "ros2/example_interfaces", DISTRO, "package.xml", "msg/Bool.msg")
     assert checked_out(env, "example_interfaces") == [
         "src/example_interfaces/msg/Bool.msg",
         "src/example_interfaces/package.xml",
@@ -56,8 +58,8 @@ def test_a_repository_that_is_one_package_is_cloned_as_a_whole(env):
 
 def test_of_a_repository_with_other_packages_only_the_wanted_folders_are_there(env):
     files = [f"{name}/package.xml" for name in ("composition_interfaces", "statistics_msgs", "x")]
-    host(env, "ros2/rcl_interfaces", "jazzy", *files)
-    host(env, "ros2/geometry2", "jazzy", "tf2_ros/package.xml", "tf2_msgs/package.xml")
+    host(env, "ros2/rcl_interfaces", DISTRO, *files)
+    host(env, "ros2/geometry2", DISTRO, "tf2_ros/package.xml", "tf2_msgs/package.xml")
     wanted = ("composition_interfaces", "tf2_msgs", "statistics_msgs", "my_msgs")
     assert checked_out(env, *wanted) == [
         "src/geometry2/tf2_msgs/package.xml",
