@@ -190,7 +190,11 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "node, parameters[name, type, description, additional_constraints, read_only, "
             "dynamic_typing, floating_point_range*, integer_range*]",
         ),
-        _form("service info", f"{_TYPED}, clients[], servers[]"),
+        _form(
+            "service info",
+            f"{_TYPED}, clients[], servers[], endpoints[node, role, type_hash, request_reader?*, "
+            "request_writer?*, response_reader?*, response_writer?*]",
+        ),
         _form("service call", "response*", lines=True),
         _form("action info", "name, clients[node, types[]], servers[node, types[]]"),
         _form(

@@ -163,8 +163,8 @@ class _WordReader:
             except LauncherError as error:
                 self._problem = self._problem or error
         try:
-            self._check_exclusive()
             self._fill_arguments()
+            self._check_exclusive()
         except LauncherError as error:
             self._problem = self._problem or error
         known = (*self._command.all_options, *self._command.arguments)
@@ -322,6 +322,11 @@ class _WordReader:
     def _check_exclusive(self) -> None:
         for names in self._command.exclusive:
             flags = [one.flags[-1] for one, *_ in self._given if one and one.name in names]
+            flags += [
+                one.metavar
+                for one in self._command.arguments
+                if one.name in names and one.name in self._values
+            ]
             others = [flag for flag in flags if flag != flags[0]]
             if others:
                 raise UsageError(f"{flags[0]} and {others[0]} exclude each other")

@@ -15,6 +15,7 @@ from launcher.ros.messages.classes import with_library
 if TYPE_CHECKING:
     from rclpy.client import Client
     from rclpy.node import Node
+    from rclpy.qos import QoSProfile
 
     from launcher.ros.discovery.observer import Observer
 
@@ -57,13 +58,19 @@ class ServiceCaller:
     def __exit__(self, *exit_info: object) -> None:
         self._executor.shutdown()
 
-    def client(self, kind: object, name: str) -> Any:
-        """The client of a service, created once; VerbError if the name is not valid."""
+    def client(self, kind: object, name: str, profile: QoSProfile | None = None) -> Any:
+        """The client of a service, created once; VerbError if the name is not valid.
+
+        `profile` is for a client that is created now; without, it is that of services.
+        """
         from rclpy.exceptions import InvalidServiceNameException
+        from rclpy.qos import qos_profile_services_default
 
         if (kind, name) not in self._clients:
+            usual = qos_profile_services_default
             try:
-                self._clients[kind, name] = self.node.create_client(kind, name)
+                created = self.node.create_client(kind, name, qos_profile=profile or usual)
+                self._clients[kind, name] = created
             except InvalidServiceNameException as error:
                 raise VerbError(name_fault(error)) from None
         return self._clients[kind, name]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import yaml
@@ -47,6 +47,13 @@ def fill(message: Any, values: dict[str, Any]) -> list[Stamp]:
     stamps: list[Stamp] = []
     _fill(message, values, "", stamps)
     return stamps
+
+
+def stamp_all(stamps: Iterable[Stamp], clock: Any) -> None:
+    """Set the `auto` and `now` fields to the time of a clock of rclpy."""
+    now = clock.now().to_msg()
+    for stamp in stamps:
+        stamp(now)
 
 
 def _fill(message: Any, values: object, path: str, stamps: list[Stamp]) -> None:

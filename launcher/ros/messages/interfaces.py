@@ -25,6 +25,7 @@ KINDS = ("msg", "srv", "action")
 _MADE_OF = {"msg": ("srv", "action"), "srv": ("action",), "action": ()}
 # What only the classes of this kind have.
 _MARKS = {"msg": "get_fields_and_field_types", "srv": "Request", "action": "Goal"}
+_NOUNS = {"msg": "a message", "srv": "a service", "action": "an action"}
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
 
 
@@ -84,6 +85,8 @@ def _hint(type_name: str, package: str, name: str, kind: str, wanted: str) -> st
     not_built = unbuilt.hint(package, os.environ)
     if not_built is not None:
         return not_built
+    if type_name in interfaces_of(package):
+        return f"{type_name} is {_NOUNS[type_name.split('/')[1]]}, not {_NOUNS[wanted]}"
     if kind != wanted and (parts := parts_of(package, kind, name)):
         whole = name.partition("_")[0]
         return f"{package}/{kind}/{whole} is made of: {', '.join(parts)}"

@@ -157,16 +157,21 @@ class EndpointInfo(Endpoint):
             "Topic type hash": self.type_hash,
             "Endpoint type": self.direction.upper(),
             "GID": self.gid,
-            "QoS profile": "",
-            "  Reliability": self.reliability,
-            "  History (Depth)": "UNKNOWN",  # discovery does not carry it
-            "  Durability": self.durability,
-            "  Lifespan": _duration(self.lifespan_ns),
-            "  Deadline": _duration(self.deadline_ns),
-            "  Liveliness": self.liveliness,
-            "  Liveliness lease duration": _duration(self.lease_ns),
         }
-        return "\n".join(f"{title}: {value}".rstrip() for title, value in lines.items())
+        head = (f"{title}: {value}" for title, value in lines.items())
+        return "\n".join([*head, "QoS profile:", *self.qos_lines()])
+
+    def qos_lines(self, indent: str = "  ") -> list[str]:
+        lines = {
+            "Reliability": self.reliability,
+            "History (Depth)": "UNKNOWN",  # discovery does not carry it
+            "Durability": self.durability,
+            "Lifespan": _duration(self.lifespan_ns),
+            "Deadline": _duration(self.deadline_ns),
+            "Liveliness": self.liveliness,
+            "Liveliness lease duration": _duration(self.lease_ns),
+        }
+        return [f"{indent}{title}: {value}" for title, value in lines.items()]
 
 
 def _duration(nanoseconds: int) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.command_line import Command, Parsed
@@ -110,13 +110,13 @@ def _find(options: Parsed) -> int:
 
 
 def _send_goal(options: Parsed) -> int:
-    from launcher.ros.messages.from_yaml import fill, parse
+    from launcher.ros.messages.from_yaml import fill, parse, stamp_all
     from launcher.ros.messages.interfaces import load
     from launcher.ros.service_caller import ServiceCaller
 
     kind = load(options.action_type, "action", "The passed action type is invalid")
     values = kind.Goal()
-    fill(values, parse(standard_input() if options.stdin else options.goal))
+    stamps = fill(values, parse(standard_input() if options.stdin else options.goal))
     name = full_name(options.action_name)
     with (
         observing(GraphAccess.of(options), lambda graph: name in graph.action_types()) as observer,
@@ -124,7 +124,8 @@ def _send_goal(options: Parsed) -> int:
     ):
         caller.load(kind)
         _refuse_other_type(observer, name, kind, options)
-        return _pursue(caller, kind, name, values, options)
+        clock = observer.node.get_clock()
+        return _pursue(caller, kind, name, values, lambda: stamp_all(stamps, clock), options)
 
 
 def _refuse_other_type(observer: Observer, name: str, kind: object, options: Parsed) -> None:
@@ -141,8 +142,18 @@ def _refuse_other_type(observer: Observer, name: str, kind: object, options: Par
         )
 
 
-def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, options: Parsed) -> int:
-    """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long."""
+def _pursue(
+    caller: ServiceCaller,
+    kind: object,
+    name: str,
+    values: object,
+    stamp: Callable[[], None],
+    options: Parsed,
+) -> int:
+    """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long.
+
+    `stamp` sets the times in `values` that are those of sending.
+    """
     from launcher.ros.goals import Goal
     from launcher.ros.service_caller import NoAnswerError
 
@@ -157,6 +168,7 @@ def _pursue(caller: ServiceCaller, kind: object, name: str, values: object, opti
     _show(options, None, "Waiting for an action server to become available...")
     if not goal.wait_for_server(options.timeout):
         raise NoAnswerError(f"action '{name}' is not available after {options.timeout:g} s")
+    stamp()
     _show(options, None, f"Sending goal:\n     {_yaml(values, options)}")
     try:
         with _interrupts() as goal.interrupts:

@@ -31,6 +31,8 @@ from launcher.ros.verb import (
 from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
 if TYPE_CHECKING:
+    from rclpy.qos import QoSProfile
+
     from launcher.ros.service_caller import ServiceCaller
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
@@ -77,6 +79,7 @@ def _find(options: Parsed) -> int:
 
 def _info(options: Parsed) -> int:
     from launcher.base.ros_errors import VerbError, did_you_mean
+    from launcher.ros import service_endpoints
     from launcher.ros.snapshot.ros_graph import is_hidden
 
     graph, name = graph_snapshot(options), full_name(options.service_name)
@@ -84,18 +87,15 @@ def _info(options: Parsed) -> int:
     if name not in known:
         hint = did_you_mean(name, [one for one in known if not is_hidden(one)])
         raise VerbError(f"Unknown service '{options.service_name}'", hint=hint)
-    clients, servers, types = graph.clients(name), graph.servers(name), known[name]
+    found = service_endpoints.endpoints(graph, name)
     document = {
         "name": name,
-        "types": types,
-        "clients": [one.node for one in clients],
-        "servers": [one.node for one in servers],
+        "types": known[name],
+        "clients": [one.node for one in graph.clients(name)],
+        "servers": [one.node for one in graph.servers(name)],
+        "endpoints": [one.document() for one in found],
     }
-    lines = (
-        f"Type: {types[0] if len(types) == 1 else types}",
-        f"Clients count: {len(clients)}",
-        f"Services count: {len(servers)}",
-    )
+    lines = service_endpoints.info_lines(found, known[name], verbose=options.verbose)
     return show(options, document, lines)
 
 
@@ -115,7 +115,7 @@ def _echo(options: Parsed) -> int:
 
 
 def _call(options: Parsed) -> int:
-    from launcher.ros.messages.from_yaml import fill, parse
+    from launcher.ros.messages.from_yaml import fill, parse, stamp_all
     from launcher.ros.messages.interfaces import load
     from launcher.ros.service_caller import ServiceCaller
     from launcher.ros.verbs.streams import until_interrupted
@@ -124,7 +124,7 @@ def _call(options: Parsed) -> int:
         require_rate(options.rate)
     kind = load(options.service_type, "srv", "The passed service type is invalid")
     request = kind.Request()
-    fill(request, parse(standard_input() if options.stdin else options.values))
+    stamps = fill(request, parse(standard_input() if options.stdin else options.values))
     name = full_name(options.service_name)
     with (
         observing(GraphAccess.of(options), lambda graph: name in graph.service_types()) as observer,
@@ -134,6 +134,7 @@ def _call(options: Parsed) -> int:
         with until_interrupted(is_end=options.rate is not None):
             while True:
                 started = time.monotonic()
+                stamp_all(stamps, observer.node.get_clock())
                 _call_once(caller, kind, request, options)
                 if options.rate is None:
                     break
@@ -160,7 +161,7 @@ def _await_service(caller: ServiceCaller, kind: object, options: Parsed) -> None
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )
-    client = caller.client(kind, options.service_name)
+    client = caller.client(kind, options.service_name, _profile(options))
     if types and caller.wait_for(client, _CONNECT_S):
         return
     # With --json, standard output has answers only.
@@ -170,13 +171,30 @@ def _await_service(caller: ServiceCaller, kind: object, options: Parsed) -> None
         raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
 
 
+def _profile(options: Parsed) -> QoSProfile:
+    from rclpy.qos import qos_profile_services_default
+
+    from launcher.ros.topics.qos import from_options
+
+    return from_options(qos_options(options), qos_profile_services_default)
+
+
 def _call_once(caller: ServiceCaller, kind: object, request: object, options: Parsed) -> None:
     from launcher.ros.messages.to_yaml import to_plain
+    from launcher.ros.service_caller import NoAnswerError, silence
 
     if not options.json:
         print(f"requester: making request: {request!r}\n", flush=True)
-    limit_s = _ANSWER_S if options.timeout is None else options.timeout
-    answer = caller.call(kind, options.service_name, request, limit_s)
+    name, limit_s = options.service_name, options.timeout
+    limit_s = _ANSWER_S if limit_s is None else limit_s
+    future = caller.start(kind, name, request)
+    caller.wait_until_done([future], limit_s)
+    if not future.done():
+        raise NoAnswerError(
+            f"Timed out waiting for response from service {name} (timeout: {limit_s}s)",
+            hint=silence(name, limit_s).hint,
+        )
+    answer = future.result()
     if options.json:
         print_line({"response": to_json_plain(to_plain(answer))})
     else:
@@ -197,7 +215,13 @@ COMMAND = Command(
             HIDDEN,
         ),
         ros_command("service type", "print the type of a service", _type, NAME),
-        ros_command("service info", "show the type of a service, and how many use it", _info, NAME),
+        ros_command(
+            "service info",
+            "show the type of a service, and how many use it",
+            _info,
+            NAME,
+            option("-v, --verbose", "show the clients and servers with their QoS"),
+        ),
         ros_command(
             "service echo",
             "print the requests and responses of a service that has introspection",
@@ -225,6 +249,8 @@ COMMAND = Command(
                 "(default: without end for the service, 30 for a response)",
                 seconds,
             ),
+            groups=QOS,
+            exclusive=(("values", "stdin"),),
             json=JSON_LINES,
         ),
     ),

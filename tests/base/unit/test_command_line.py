@@ -100,6 +100,15 @@ def test_options_that_exclude_each_other_are_named():
         command.parse(["-f", "--once", "a"])
 
 
+def test_an_option_and_an_argument_may_exclude_each_other():
+    command = Command(
+        "x", "", arguments=(option("[YAML]"),), options=(FLAG,), exclusive=(("yaml", "flag"),)
+    )
+    assert (command.parse(["a"]).yaml, command.parse(["-f"]).flag) == ("a", True)
+    with pytest.raises(UsageError, match="--flag and YAML exclude each other"):
+        command.parse(["a", "--flag"])
+
+
 @pytest.mark.parametrize("line", ["-h", "a --help", "--bogus -n x --help", "-n -h"])
 def test_help_wins_over_mistakes(line):
     with pytest.raises(HelpRequested):

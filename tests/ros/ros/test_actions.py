@@ -181,6 +181,17 @@ def test_a_goal_as_json(site):
     assert last == {"version": 1, "event": "ended", "status": "SUCCEEDED", "result": result}
 
 
+@pytest.mark.thorough
+def test_times_that_are_now_are_those_of_sending(site):
+    goal = "assignment: {task: work, task_id: 1, assigned: now}"
+    assert "\n    sec: 0\n" not in site.send_goal(goal).out
+    request = f"{{goal_id: {{uuid: {[*range(1, 17)]}}}, goal: {{{goal}}}}}"
+    words = ("/execute/_action/send_goal", f"{TYPE}_SendGoal", request, "--timeout", "10")
+    called = eventually(lambda: site.call(*words), lambda answer: answer.code == 0)
+    assert "assigned=" in called.out
+    assert "Time(sec=0" not in called.lines[0]
+
+
 def test_goals_that_fail_and_that_are_refused(site):
     failed = site.send_goal("assignment: {task: fail}")
     assert (failed.lines[-1], failed.code) == ("Goal finished with status: ABORTED", 1)

@@ -11,10 +11,13 @@ import pytest
 import yaml
 
 from launcher.posix.ports import participants_by_domain
+from launcher.ros.messages.message_schema import rihs_hash
 from tests.support.ros_domain import ros_domain, talking
+from tests.support.verbs import eventually, launcher
 from tests.support.waiting import wait_until
 
 LISTENER = "/site/east/listener"
+REQUEST = "requester: making request: std_srvs.srv.Trigger_Request()"
 TALKER = ["name", "speed", "start_type_description_service", "tags", "use_sim_time"]
 
 
@@ -267,14 +270,48 @@ def test_the_timeout_of_a_call_limits_the_wait_for_the_service(verb, option):
     assert answer.err.endswith("service '/nobody' is not available after 1.5 s\n"), answer
 
 
+@pytest.mark.thorough
+def test_the_timeout_of_a_call_limits_the_wait_for_the_response(env):
+    words = ("service", "call", "/occupy", "std_srvs/srv/Trigger", "--timeout", "1")
+    late = "Timed out waiting for response from service /occupy (timeout: 1.0s)\n"
+    answer = eventually(lambda: launcher(env, *words), lambda answer: late in answer.err)
+    assert (answer.code, answer.lines[0]) == (1, REQUEST), answer
+
+
+@pytest.mark.thorough
+def test_the_qos_of_a_call(env):
+    words = ("service", "call", "/switch", "std_srvs/srv/SetBool")
+    answer = launcher(env, *words, "--qos-durability", "volatile", "--qos-depth", "2")
+    assert answer.code == 0, answer
+    # its requests are not offered as the service asks for them
+    refused = launcher(env, *words, "--qos-reliability", "best_effort", "--timeout", "4")
+    assert (refused.code, "is not available after 4 s" in refused.err) == (1, True), refused
+
+
+def test_the_clients_and_servers_of_a_service(verb):
+    plain = verb("service", "info", "/switch", "--spin-time", "60")
+    assert plain.lines == ["Type: std_srvs/srv/SetBool", "Clients count: 0", "Services count: 1"]
+    lines = verb("service", "info", "/switch", "-v", "--spin-time", "60").lines
+    assert lines[:3] == plain.lines
+    assert lines[3:7] == [
+        "Node name: talker",
+        "Node namespace: /",
+        "Service type: std_srvs/srv/SetBool",
+        f"Service type hash: {rihs_hash('std_srvs/srv/SetBool')}",
+    ]
+    assert lines[7:9] == ["Endpoint type: SERVER", "Endpoint count: 2"]
+    assert lines[-1] == ""
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
         (["std_srvs/srv/SetBol"], "did you mean SetBool?"),
+        (["std_msgs/msg/String"], "hint: std_msgs/msg/String is a message, not a service\n"),
         (["std_srvs/srv/SetBool", "data: 3"], "'data' takes true or false, got 3"),
         (["std_srvs/srv/Trigger"], "has the type std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
     ],
-    ids=["unknown", "value", "other"],
+    ids=["unknown", "kind", "value", "other"],
 )
 def test_call_errors(verb, words, error):
     answer = verb("service", "call", "/switch", *words)

@@ -65,6 +65,7 @@ def test_words_of_a_ros_verb(line, base, changes):
         "param get /n",
         "param set /n",
         "service call /s",
+        "service call /s T x --stdin",
         "service info",
         "service info /s /t",
         "service echo",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.ros.unit.command_lines.options import BASE, QOS, Line
 
-CALL = {**BASE, "values": "", "stdin": False, "rate": None, "timeout": None}
+CALL = {**BASE, **QOS, "values": "", "stdin": False, "rate": None, "timeout": None}
 SERVICES = {**BASE, "show_types": False, "count_services": False}
 SERVICES["include_hidden_services"] = False
 EVENTS = {
@@ -48,7 +48,13 @@ LINES: list[Line] = [
         CALL,
         {"service_name": "/s", "service_type": "T", "stdin": True},
     ),
-    ("service info /s", BASE, {"service_name": "/s"}),
+    (
+        "service call /s T --qos-profile sensor_data --qos-depth 2",
+        CALL,
+        {"qos_profile": "sensor_data", "qos_depth": 2},
+    ),
+    ("service info /s", BASE, {"service_name": "/s", "verbose": False}),
+    ("service info -v /s", BASE, {"service_name": "/s", "verbose": True}),
     ("service echo /s", EVENTS, {"service_name": "/s"}),
     (
         "service echo /s T --csv --no-arr --no-str -l 5 --timeout 2",
