@@ -134,8 +134,11 @@ class LaunchContext:
 
     # ---- launch configurations
 
-    def _push_launch_configurations(self) -> None:
+    def _push_launch_configurations(self, replaced_by: Configurations | None = None) -> None:
+        """Begin a scope, with copies of the configurations of now or of these."""
         self.__launch_configurations_stack.append(self.__launch_configurations.snapshot())
+        if replaced_by is not None:
+            self.__launch_configurations = replaced_by.snapshot()
 
     def _pop_launch_configurations(self) -> None:
         if not self.__launch_configurations_stack:

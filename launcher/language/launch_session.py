@@ -69,6 +69,7 @@ class LaunchSession:
         self.environment = dict(os.environ)
         self.modules = frozenset(sys.modules)
         self.reads_arguments = False
+        self.distribution: str | None = None  # whose behaviour is wanted
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
@@ -90,6 +91,10 @@ class LaunchSession:
             self.pending.append(((logger, level, text), {"sink": sink, "line": line}))
         else:
             self.sink(logger, level, text, sink=sink, line=line)
+
+    def is_like(self, distribution: str) -> bool:
+        """Whether a difference that came with this distribution of ROS 2 is wanted."""
+        return self.distribution is not None and self.distribution >= distribution
 
     def note_arguments_read(self) -> None:
         self.reads_arguments = True

@@ -196,7 +196,7 @@ class RegisterEventHandler(_OfHandler):
     """Registers an event handler."""
 
     def execute(self, context: LaunchContext) -> None:
-        ros2_quirks.scope_is_lost(context, "this event handler", self._origin)
+        ros2_quirks.scope_is_lost(context, self._origin)
         self.event_handler._origin = self._origin
         context.register_event_handler(self.event_handler)
 

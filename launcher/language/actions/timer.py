@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 
+from launcher.language import launch_session
 from launcher.language.action import Action
 from launcher.language.actions.event_actions import OpaqueFunction
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
@@ -14,6 +15,7 @@ from launcher.language.events.base import EventHandler
 from launcher.language.events.launch import Shutdown, TimerEvent
 from launcher.language.frontend_registry import parsed
 from launcher.language.future import Future
+from launcher.language.launch_session import replace_environment
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import Substitution
 from launcher.language.type_utils import (
@@ -25,6 +27,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.configurations import Configurations
     from launcher.language.context import LaunchContext
 
 
@@ -36,10 +39,10 @@ _INSTALLED = "_timer_event_handler_is_installed"
 class TimerAction(Action):
     """Visits the actions once, `period` seconds after its own visit.
 
-    The actions then run outside of the group that holds the timer, as in ROS 2: its launch
-    configurations, namespace and environment have been popped by that time. Without
-    `cancel_on_shutdown` a shutdown waits for the timer and its actions, except that no process is
-    started any more.
+    The actions see the launch configurations of that visit, which hold the namespace, parameters
+    and remappings of a group, and what they set ends with them. The environment is that of the
+    moment at which the timer fires; in Lyrical, that of the visit. Without `cancel_on_shutdown` a
+    shutdown waits for the timer and its actions, except that no process is started any more.
     """
 
     _is_on_ros_clock = False
@@ -68,6 +71,8 @@ class TimerAction(Action):
         self.__actions = actions
         self.__cancel_on_shutdown = normalize_typed_substitution(cancel_on_shutdown, bool)
         self.__context_locals: dict[str, Any] = {}
+        self._configurations: Configurations | None = None
+        self.__environment: dict[str, str] | None = None
         self.__canceled = False
         self.__outlives_shutdown = False
         self.__timer_id: int | None = None
@@ -81,9 +86,10 @@ class TimerAction(Action):
         return [(f"{self.__period} seconds pass without being canceled", self.__actions)]
 
     def handle(self, context: LaunchContext) -> Any:
-        """Yield the actions, with the locals of the timer's own visit."""
+        """Yield the actions, with the locals and configurations of the timer's own visit."""
         context.extend_locals(self.__context_locals)
-        return self.__actions
+        begin = TimerScopeBegin(self._configurations, self.__environment)
+        return [begin, *self.__actions, TimerScopeEnd(self.__environment)]
 
     def cancel(self) -> None:
         """Cancel the timer; allowed at any time, also before it starts and after it fired."""
@@ -102,8 +108,10 @@ class TimerAction(Action):
             self._completed_future.set_result(None)
             return
         _install_timer_event_handler(context)
-        ros2_quirks.scope_is_lost(context, "this timer", self._origin)
         self.__context_locals = dict(context.get_locals_as_dict())
+        self._configurations = context.launch_configurations.snapshot()
+        if launch_session.current().is_like("lyrical"):
+            self.__environment = dict(context.environment)
         context._host.later(lambda: self._start(context))
         self.__outlives_shutdown = not perform_typed_substitution(
             context, self.__cancel_on_shutdown, bool
@@ -148,6 +156,36 @@ class TimerAction(Action):
     def get_asyncio_future(self) -> Any:
         """Done when the timer has fired or was cancelled."""
         return self._completed_future
+
+
+class TimerScopeBegin(Action):
+    """Makes the configurations, and the environment if one is given, those of a timer's visit."""
+
+    def __init__(
+        self, configurations: Configurations | None, environment: dict[str, str] | None
+    ) -> None:
+        super().__init__()
+        self._configurations = configurations
+        self._environment = environment
+
+    def execute(self, context: LaunchContext) -> None:
+        context._push_launch_configurations(self._configurations)
+        if self._environment is not None:
+            context._push_environment()
+            replace_environment(self._environment)
+
+
+class TimerScopeEnd(Action):
+    """Undoes what TimerScopeBegin, and the actions since then, have set."""
+
+    def __init__(self, environment: dict[str, str] | None) -> None:
+        super().__init__()
+        self._environment = environment
+
+    def execute(self, context: LaunchContext) -> None:
+        if self._environment is not None:
+            context._pop_environment()
+        context._pop_launch_configurations()
 
 
 def _install_timer_event_handler(context: LaunchContext) -> None:

@@ -14,13 +14,12 @@ if TYPE_CHECKING:
 _SIM_TIME = "_is_on_sim_time"  # attribute of the context
 
 
-def scope_is_lost(context: LaunchContext, what: str, origin: FileLine | None) -> None:
-    """A timer or handler in a scoped group runs its actions outside of that scope."""
+def scope_is_lost(context: LaunchContext, origin: FileLine | None) -> None:
+    """An event handler in a scoped group, or in a timer, runs its actions outside of that scope."""
     lost = context._lost_later()
     if lost:
-        names = ", ".join(lost)
-        text = f"the actions of {what} run outside of its group, without the group's {names}"
-        context._host.warn_quirk(text, origin)
+        text = "the actions of this event handler run outside of the group or timer around it"
+        context._host.warn_quirk(f"{text}, without its {', '.join(lost)}", origin)
 
 
 def value_of_another_include(context: LaunchContext, name: str, origin: FileLine | None) -> None:

@@ -53,7 +53,8 @@ def _of_timers(interpreter: Interpreter, search: Search) -> Iterator[Unvisited]:
         entities = list(timer.action.actions)
         delay_s = None if isinstance(timer.action, RosTimer) else timer.delay_s
         scopes = _scopes(interpreter, entities)
-        yield from search.processes(entities, scopes, EventTime(time_s=delay_s))
+        with search.among(timer.action._configurations):
+            yield from search.processes(entities, scopes, EventTime(time_s=delay_s))
 
 
 def _of_handlers(interpreter: Interpreter, search: Search) -> Iterator[Unvisited]:

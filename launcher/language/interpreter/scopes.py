@@ -103,9 +103,9 @@ class Scopes:
         return known[1].scopes if known else ()
 
     def _begin_push(self, level: VisitLevel | None) -> None:
-        while level is not None and not isinstance(level.entity, GroupAction):
+        while level is not None and not isinstance(level.entity, (GroupAction, TimerAction)):
             level = level.parent
-        if level is not None:
+        if level is not None and isinstance(level.entity, GroupAction):
             self._pushing = (level, self._context.launch_configurations.peek(NAMESPACE))
 
     def _note_namespace(self) -> None:

@@ -40,6 +40,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from launcher.language.configurations import Configurations
     from launcher.language.context import LaunchContext
 
 _MAX_DEPTH = 30  # of includes: a file may include itself
@@ -102,6 +103,15 @@ class Search:
             self._moment = moment
             return list(self._inside(entities, scopes))
 
+    @contextlib.contextmanager
+    def among(self, configurations: Configurations | None = None) -> Iterator[None]:
+        """Within, the launch configurations are copies of these, or of those around."""
+        self._context._push_launch_configurations(configurations)
+        try:
+            yield
+        finally:
+            self._context._pop_launch_configurations()
+
     def of_event(self, handler: object, scopes: tuple[Scope, ...] = ()) -> list[Unvisited]:
         """Those that an event handler would start."""
         with self._apart():
@@ -112,12 +122,11 @@ class Search:
         """Within, nothing that is set reaches the run."""
         host, self._context._host = self._context._host, NullHost()
         self._context._push_locals()
-        self._context._push_launch_configurations()
         self._moment, self._is_likely = ANY_TIME, True
         try:
-            yield
+            with self.among():
+                yield
         finally:
-            self._context._pop_launch_configurations()
             self._context._pop_locals()
             self._context._host = host
 
@@ -153,7 +162,8 @@ class Search:
             yield from self._inside(entity.entities, scopes)
         elif isinstance(entity, TimerAction):
             self._moment = self._after(entity)
-            yield from self._inside(list(entity.actions), scopes)
+            with self.among():
+                yield from self._inside(list(entity.actions), scopes)
         elif isinstance(entity, RegisterEventHandler):
             yield from self._of_handler(entity.event_handler, scopes)
         elif isinstance(entity, GroupAction):
@@ -203,11 +213,8 @@ class Search:
     def _of_group(self, group: GroupAction, scopes: tuple[Scope, ...]) -> Iterator[Unvisited]:
         scope = described_scope(group)
         inner = scopes if scope is None else (*scopes, scope)
-        self._context._push_launch_configurations()
-        try:
+        with self.among():
             yield from self._inside(list(group._entries_written), inner)
-        finally:
-            self._context._pop_launch_configurations()
 
     def _of_include(
         self, include: IncludeLaunchDescription, scopes: tuple[Scope, ...]

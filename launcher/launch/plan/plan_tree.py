@@ -19,7 +19,7 @@ from launcher.language.actions.event_actions import Log, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import ExecuteLocal
-from launcher.language.actions.timer import TimerAction
+from launcher.language.actions.timer import TimerAction, TimerScopeBegin, TimerScopeEnd
 from launcher.language.description import LaunchDescription
 from launcher.launch.plan.entities import (
     condition_text,
@@ -136,6 +136,8 @@ class _PlanTree:
     def _find_place(self, root: Visit) -> None:
         visits = root.children if is_own_function(root.entity) else [root]
         for visit in visits:
+            if isinstance(visit.entity, (TimerScopeBegin, TimerScopeEnd)):
+                continue
             owner = self._owner.get(id(visit.entity)) or self._visit_of.get(
                 id(getattr(root.event, "action", None))
             )

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from launcher.base.model.events import TimerFired
 from launcher.language.actions.configuration import (
     AppendEnvironmentVariable,
     ResetLaunchConfigurations,
@@ -19,7 +20,9 @@ from launcher.language.actions.configuration import (
 )
 from launcher.language.actions.event_actions import OpaqueFunction
 from launcher.language.actions.group import GroupAction
+from launcher.language.actions.timer import TimerAction
 from launcher.language.context import LaunchContext
+from launcher.language.launch_session import current
 from launcher.language.ros.node_and_topic_names import make_namespace_absolute, prefix_namespace
 from launcher.language.ros.scope import PushROSNamespace
 from tests.language.unit.interpreter.interpreting import interpreting
@@ -147,3 +150,25 @@ def test_namespaces_join_to_a_well_formed_one(outer: str, inner: str):
 )
 def test_special_namespaces_join_as_in_ros_2(outer: Any, inner: Any, joined: Any):
     assert prefix_namespace(outer, inner) == joined
+
+
+@pytest.mark.parametrize(
+    ("distribution", "inside"), [(None, "outside"), ("kilted", "outside"), ("lyrical", "group")]
+)
+def test_a_timer_has_the_environment_of_its_visit_since_lyrical(
+    distribution: str | None, inside: str
+):
+    seen: list[str | None] = []
+    look = [OpaqueFunction(function=lambda _: seen.append(os.environ.get("COLOUR"))) for _ in "12"]
+    change = SetEnvironmentVariable("COLOUR", "changed")
+    timers = [TimerAction(period=1.0, actions=[look[0], change])]
+    timers += [TimerAction(period=2.0, actions=[look[1]])]
+    group = GroupAction([SetEnvironmentVariable("COLOUR", "group"), timers[0]])
+    actions = [SetEnvironmentVariable("COLOUR", "outside"), group, timers[1]]
+    with interpreting(actions) as interpreter:
+        current().distribution = distribution
+        interpreter.start()
+        for timer_id in list(interpreter.host.timers):
+            interpreter.handle(TimerFired(timer_id=timer_id))
+
+    assert seen == [inside, "changed" if inside == "outside" else "outside"]

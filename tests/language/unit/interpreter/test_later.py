@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from launcher.base.model.events import TimerFired
 from launcher.base.model.ros_arguments import full_node_name
 from launcher.base.model.spec import Scope
 from launcher.language.actions.configuration import SetLaunchConfiguration
@@ -32,7 +33,7 @@ from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace
 from launcher.language.substitutions.command import Command
 from launcher.language.substitutions.configuration import LaunchConfiguration
-from tests.language.unit.interpreter.interpreting import interpreting
+from tests.language.unit.interpreter.interpreting import interpreting, started
 
 
 def process(name: str = "late", **options: Any) -> ExecuteProcess:
@@ -134,9 +135,21 @@ def test_the_scopes_of_what_comes_later_are_those_around_its_timer():
         (found,) = later(interpreter).processes
     ((line, namespace),) = [(one.line > 0, one.namespace) for one in found.spec.scopes if one.line]
     assert (line, namespace) == (True, "/ns")
+    assert found.spec.ros is not None and found.spec.ros.namespace == "/ns"
     assert all(isinstance(one, Scope) for one in found.spec.scopes)
-    assert found.spec.ros is not None and found.spec.ros.node_name == "n"
+    assert found.spec.ros.node_name == "n"
     assert full_node_name(found.spec.argv) is None  # it has no command line
+
+
+def test_a_namespace_that_a_timer_pushes_is_not_that_of_its_group():
+    late = after(5.0, PushROSNamespace("late"), Node(executable="x", name="n"))
+    with interpreting([GroupAction([PushROSNamespace("ns"), late]), process()]) as interpreter:
+        interpreter.note_scopes()
+        interpreter.start()
+        effects = interpreter.handle(TimerFired(timer_id=next(iter(interpreter.host.timers))))
+        (found,) = started(effects)
+    assert found.spec.ros is not None and found.spec.ros.namespace == "/ns/late"
+    assert [one.namespace for one in found.spec.scopes if one.line] == ["/ns"]
 
 
 def test_components_are_found_with_their_containers():
