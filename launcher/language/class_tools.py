@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -10,6 +12,12 @@ if TYPE_CHECKING:
 def is_iterable(obj: object) -> bool:
     """Like `isinstance(obj, Iterable)`, which is slow for each new class."""
     return getattr(type(obj), "__iter__", None) is not None
+
+
+def is_path(obj: object) -> bool:
+    """Whether it is a `pathlib.Path`; the module, which takes 3 ms, is not imported for that."""
+    pathlib = sys.modules.get("pathlib")
+    return pathlib is not None and isinstance(obj, pathlib.Path)
 
 
 def is_a(obj: object, entity_type: type) -> bool:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
         The line, "" for the usual one, or None for none.
         """
 
+        level: int
+
         def screen_line(self, level: str, logger: str, text: str) -> str | None: ...
         def file_line(self, level: str, logger: str, text: str) -> str | None: ...
 
@@ -69,6 +71,7 @@ class LaunchSession:
         self.environment = dict(os.environ)
         self.modules = frozenset(sys.modules)
         self.reads_arguments = False
+        self.is_debug = False  # --debug, which also shows messages of level DEBUG
         self.distribution: str | None = None  # whose behaviour is wanted
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
@@ -91,6 +94,12 @@ class LaunchSession:
             self.pending.append(((logger, level, text), {"sink": sink, "line": line}))
         else:
             self.sink(logger, level, text, sink=sink, line=line)
+
+    @property
+    def level(self) -> int:
+        """The least level that is logged, a number of `logging`: 20 is INFO, 10 is DEBUG."""
+        usual = 10 if self.is_debug else 20
+        return usual if self.formats is None else self.formats.level
 
     def is_like(self, distribution: str) -> bool:
         """Whether a difference that came with this distribution of ROS 2 is wanted."""

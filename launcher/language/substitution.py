@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from launcher.language import frontend_registry
-from launcher.language.class_tools import ensure_argument_type, is_a_subclass
+from launcher.language.class_tools import ensure_argument_type, is_a_subclass, is_path
 from launcher.language.diagnostics.origin import FileLine, caller_origin, is_own_file
 from launcher.language.naming import public, read_only
 
@@ -101,11 +101,13 @@ class TextSubstitution(Substitution):
 
 
 def normalize_to_list_of_substitutions(subs: Any) -> list[Substitution]:
-    """One text, one substitution or several of them as a list of substitutions."""
+    """One text, path or substitution, or several of them, as a list of substitutions."""
     if isinstance(subs, str):
         return [TextSubstitution(text=subs)]
     if is_a_subclass(subs, Substitution):
         return [subs]
+    if is_path(subs):
+        return [TextSubstitution(text=str(subs))]
     return [_as_substitution(item) for item in subs]
 
 
@@ -115,6 +117,8 @@ def _as_substitution(item: object) -> Substitution:
     if is_a_subclass(item, Substitution):
         assert isinstance(item, Substitution)
         return item
+    if is_path(item):
+        return TextSubstitution(text=str(item))
     raise TypeError(
         f"Failed to normalize given item of type '{type(item)}', when only "
         f"'str' or 'launch.Substitution' were expected."

@@ -24,7 +24,7 @@ PREFIX = option("--launch-prefix WORDS", "put words in front of the commands")
 PREFIX_FILTER = option(
     "--launch-prefix-filter REGEX", "with --launch-prefix: only in front of commands that match"
 )
-DEBUG = option("-d, --debug", "show the traceback of an error")
+DEBUG = option("-d, --debug", "show debug messages, and the traceback of an error")
 MAX_SECONDS = 1e6
 
 
@@ -61,6 +61,7 @@ class LaunchRequest(Record):
     arguments: tuple[tuple[str, str], ...] = ()
     lenient: bool = False
     noninteractive: bool = False
+    debug: bool = False
     time_limit: TimeLimit = TimeLimit()
 
     @classmethod
@@ -85,6 +86,7 @@ class LaunchRequest(Record):
             arguments=tuple(arguments),
             lenient=given.get("lenient", False),
             noninteractive=given.get("noninteractive", False),
+            debug=given.get("debug", False),
             time_limit=parsed.time_limit,
         )
 

@@ -32,7 +32,7 @@ import sys
 import tempfile
 from launch import LaunchDescription
 from launch.actions import (
-    DeclareLaunchArgument, ExecuteProcess, LogInfo, OpaqueFunction, RegisterEventHandler,
+    DeclareLaunchArgument, ExecuteProcess, LogDebug, LogInfo, OpaqueFunction, RegisterEventHandler,
     Shutdown, TimerAction)
 from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.substitutions import LaunchLogDir

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from launcher.language import launch_session
 from launcher.language.action import Action
 from launcher.language.class_tools import ensure_argument_type, is_a_subclass
 from launcher.language.diagnostics import ros2_quirks
@@ -66,13 +67,23 @@ class Shutdown(EmitEvent):
             super().execute(context)
 
 
-_LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL", "WARN", "FATAL")
+# With the numbers of `logging`; messages from INFO on are left to the run.
+_LEVELS = {
+    "NOTSET": 0,
+    "DEBUG": 10,
+    "INFO": 20,
+    "WARNING": 30,
+    "WARN": 30,
+    "ERROR": 40,
+    "CRITICAL": 50,
+    "FATAL": 50,
+}
 
 
 @public("launch.actions.log")
 @parsed
 class Log(Action):
-    """Prints a message at a level: `DEBUG`, `INFO`, `WARNING`, `ERROR`, `CRITICAL`.
+    """Prints a message at a level: `INFO`, `WARNING`, `ERROR`, `CRITICAL`, with --debug `DEBUG`.
 
     Newer than Jazzy, as are its subclasses except LogInfo.
     """
@@ -91,7 +102,9 @@ class Log(Action):
         """Log the message; KeyError if the level is none."""
         level = perform_substitutions(context, self.level).upper()
         _check_level(level)
-        context._host.log("launch.user", level, perform_substitutions(context, self.msg))
+        text = perform_substitutions(context, self.msg)
+        if _LEVELS[level] >= min(launch_session.current().level, _LEVELS["INFO"]):
+            context._host.log("launch.user", level, text)
 
 
 def _check_level(level: str) -> None:

@@ -31,7 +31,8 @@ _TEXT_OF = {
     "float": "'2.5'",
     "int": "'3'",
     "NoneType": "''",
-    "PosixPath": "str(...)",
+    "PurePosixPath": "str(...)",
+    "bytes": "'...'",
 }
 _MAX_SHOWN = 60  # characters of a value in a hint
 _TEXT_TYPES = ("Substitution", "Iterable")  # what a text may also be
@@ -120,7 +121,7 @@ def _alternatives(types: Sequence[str]) -> str:
 
 
 def _with_article(noun: str) -> str:
-    if noun == "None":
+    if noun in ("None", "bytes"):
         return noun
     return f"{'an' if noun[0] in 'aeiouAEIO' else 'a'} {noun}"
 
@@ -188,7 +189,11 @@ def _no_text(kind: str, place: FileLine | None, error: BaseException) -> Sentenc
         return Sentence(message=message, hint=hint)
     (node,) = values
     code = ast.unparse(node)
-    text = f"str({code})" if kind == "PosixPath" else repr(code.lower() if kind == "bool" else code)
+    text = repr(code.lower() if kind == "bool" else code)
+    if kind == "PurePosixPath":
+        text = f"str({code})"
+    elif isinstance(node, ast.Constant) and isinstance(node.value, bytes):
+        text = repr(node.value.decode(errors="replace"))
     at = FileLine(place.path, node.lineno)
     return Sentence(message=message, hint=f"write {text}", word=code, place=at)
 
@@ -216,7 +221,7 @@ def _values_of(kind: str, place: FileLine) -> Iterator[ast.expr]:
             continue
         is_path = isinstance(node, ast.Call) and ast.unparse(node.func).endswith("Path")
         is_value = isinstance(node, ast.Constant) and type(node.value).__name__ == kind
-        if isinstance(node, ast.expr) and (is_value or (is_path and kind == "PosixPath")):
+        if isinstance(node, ast.expr) and (is_value or (is_path and kind == "PurePosixPath")):
             yield node
         else:
             waiting += ast.iter_child_nodes(node)

@@ -128,10 +128,6 @@ def as_lark_error(error: FrontendError) -> FrontendError:
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
     ("arg", "choices"): "'choice' takes a list of mappings with the key 'value'",
-    (
-        "include",
-        "let",
-    ): "write <arg name=... value=.../>: launch 3.4.7 was the first with <let> here",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
     ("node", "executable"): "use 'exec'",
     ("node", "ns"): "use 'namespace'",

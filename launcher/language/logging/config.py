@@ -31,7 +31,7 @@ class LaunchConfig:
 
     def reset(self) -> None:
         """Back to the defaults, which the environment variables of ROS 2 change."""
-        self._level = logging.INFO
+        self._level: int | None = None
         self._factory: Callable[..., logging.Handler] | None = None
         self._screen_handler: SessionHandler | None = None
         self.file_handlers: dict[str, logging.Handler] = {}
@@ -47,8 +47,9 @@ class LaunchConfig:
 
     @property
     def level(self) -> int:
-        """The least level that is logged."""
-        return self._level
+        """The least level that is logged; INFO, or DEBUG with `--debug`."""
+        usual = logging.DEBUG if launch_session.current().is_debug else logging.INFO
+        return usual if self._level is None else self._level
 
     @level.setter
     def level(self, new_level: int | str) -> None:
@@ -148,7 +149,7 @@ class LaunchConfig:
     @property
     def _is_changed(self) -> bool:
         is_own_format = self._own_screen_format or self._own_file_format
-        return is_own_format or self._factory is not None or self._level != logging.INFO
+        return is_own_format or self._factory is not None or self._level is not None
 
     def _changed(self) -> None:
         if hasattr(self, "_own_file_format") and self._is_changed:
@@ -174,7 +175,7 @@ class LaunchConfig:
     def _record(self, level: str, logger: str, text: str) -> logging.LogRecord | None:
         number = logging.getLevelName(level)
         number = number if isinstance(number, int) else logging.INFO
-        if number < self._level:
+        if number < self.level:
             return None
         return logging.LogRecord(logger, number, "", 0, text, None, None)
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from launcher.base import text_file
 from launcher.language import frontend_registry, launch_session
+from launcher.language.class_tools import is_path
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
@@ -15,7 +16,6 @@ from launcher.language.substitution import (
     Substitution,
     SubstitutionFailure,
     describe_substitutions,
-    joined,
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
@@ -29,65 +29,48 @@ if TYPE_CHECKING:
 
 @public("launch.substitutions.path_join_substitution")
 class PathJoinSubstitution(Substitution):
-    """Path components, joined as `os.path.join` does."""
+    """Path components, joined as `pathlib.Path` does; a list among them is one component."""
 
-    substitutions: list[Substitution] = read_only()
+    substitutions: list[list[Substitution]] = read_only()
 
     def __init__(self, substitutions: Iterable[Any]) -> None:
-        self.__substitutions = normalize_to_list_of_substitutions(substitutions)
+        if isinstance(substitutions, (str, Substitution)) or is_path(substitutions):
+            substitutions = [substitutions]
+        self.__substitutions = [normalize_to_list_of_substitutions(one) for one in substitutions]
 
     def __truediv__(self, additional_path: object) -> PathJoinSubstitution:
-        """A path below; several substitutions are joined to one component."""
-        return PathJoinSubstitution([*self.substitutions, _component(additional_path)])
+        """A path below; the items of a list are one component."""
+        return PathJoinSubstitution([*self.substitutions, additional_path])
 
     def describe(self) -> str:
-        return f"PathJoin('{describe_substitutions(self.substitutions)}')"
+        components = ", ".join(map(describe_substitutions, self.substitutions))
+        return f"PathJoinSubstitution('{components}')"
 
     def perform(self, context: LaunchContext) -> str:
-        parts = [sub.perform(context) for sub in self.substitutions]
-        try:
-            return os.path.join(*parts)
-        except TypeError:
-            return joined(self.substitutions, parts)  # which names what is no text
+        return _joined_path([perform_substitutions(context, one) for one in self.substitutions])
+
+
+def _joined_path(parts: Iterable[str]) -> str:
+    """`str(Path(*parts))`; pathlib, which takes 3 ms to import, is not used."""
+    path = os.path.join("", *parts)
+    is_double = path[:2] == "//" and path[2:3] != "/"
+    root = "//" if is_double else "/" if path[:1] == "/" else ""
+    return root + "/".join(name for name in path.split("/") if name not in ("", ".")) or "."
 
 
 @public("launch.substitutions.path_substitution")
 class PathSubstitution(PathJoinSubstitution):
-    """A path that can be extended with `/`."""
+    """A path that can be extended with `/`; the items of a list are components."""
 
     def __init__(self, path: Any) -> None:
-        super().__init__([_component(path)])
-
-
-def _component(path: Any) -> Substitution:
-    """A path component; several substitutions are joined to one."""
-    parts = _path(path)
-    return parts[0] if len(parts) == 1 else _Joined(parts)
-
-
-def _path(path: Any) -> list[Substitution]:
-    """Substitutions for a path, which may be a `pathlib.Path`."""
-    return normalize_to_list_of_substitutions(str(path) if isinstance(path, os.PathLike) else path)
-
-
-class _Joined(Substitution):
-    """Several substitutions as one path component."""
-
-    def __init__(self, parts: list[Substitution]) -> None:
-        self._parts = parts
-
-    def describe(self) -> str:
-        return describe_substitutions(self._parts)
-
-    def perform(self, context: LaunchContext) -> str:
-        return joined(self._parts, [part.perform(context) for part in self._parts])
+        super().__init__(normalize_to_list_of_substitutions(path))
 
 
 class _Directory(Substitution):
     """Base of substitutions for a folder; `/` gives a path in it."""
 
     def __truediv__(self, additional_path: object) -> PathJoinSubstitution:
-        return PathJoinSubstitution([self, _component(additional_path)])
+        return PathJoinSubstitution([self, additional_path])
 
 
 @public("launch.substitutions.this_launch_file")
@@ -156,7 +139,7 @@ class FindLaunchfile(Substitution):
 
     def __init__(self, *, name: object, path: Any) -> None:
         self.__name = normalize_to_list_of_substitutions(name)
-        self.__path = _path(path)
+        self.__path = normalize_to_list_of_substitutions(path)
 
     def describe(self) -> str:
         name, path = describe_substitutions(self.name), describe_substitutions(self.path)
@@ -192,7 +175,7 @@ class FileContent(Substitution):
     path: list[Substitution] = read_only()
 
     def __init__(self, path: Any) -> None:
-        self.__path = _path(path)
+        self.__path = normalize_to_list_of_substitutions(path)
 
     def describe(self) -> str:
         return f"FileContent({describe_substitutions(self.path)})"

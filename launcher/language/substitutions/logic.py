@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
@@ -107,8 +108,9 @@ class _ManySided(Substitution):
     args: list[list[Substitution]] = read_only()
     _operands: list[list[Substitution]] = read_only(of="args")
 
-    def __init__(self, *args: object) -> None:
-        self.__args = [normalize_to_list_of_substitutions(arg) for arg in args]
+    def __init__(self, *args: object, container: Iterable[object] | None = None) -> None:
+        every = (*args, *(container or ()))
+        self.__args = [normalize_to_list_of_substitutions(arg) for arg in every]
 
     def describe(self) -> str:
         return f"{type(self).__name__}({' '.join(str(arg) for arg in self.args)})"

@@ -41,17 +41,23 @@ USER_LOGGER = "launch.user"
 
 
 def make_plan(
-    path: str, arguments: Iterable[tuple[str, str]], *, with_scopes: bool = False
+    path: str,
+    arguments: Iterable[tuple[str, str]],
+    *,
+    with_scopes: bool = False,
+    debug: bool = False,
 ) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`.
 
-    `with_scopes`: as rules of hosts need it, with what is around each process.
+    `with_scopes`: as rules of hosts need it, with what is around each process; `debug`: with
+    messages of level DEBUG.
     """
     plan = Plan(path)
     arguments = list(arguments)
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
     with vocabulary(words) as session, contextlib.redirect_stdout(sys.stderr):
+        session.is_debug = debug
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments, with_scopes)

@@ -210,6 +210,7 @@ def _launch(
     with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
         session.log_dir = run_path
+        session.is_debug = request.debug
         _read_log_formats()
         with _noting_files(options), limited(request.time_limit, request.path):
             description = frontends.load(request.path)

@@ -233,7 +233,9 @@ def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
 
     try:
         with stdout_to_stderr(), limited(request.time_limit, request.path):
-            return make_plan(request.path, request.arguments, with_scopes=with_scopes)
+            return make_plan(
+                request.path, request.arguments, with_scopes=with_scopes, debug=request.debug
+            )
     except LaunchFileError as fault:
         # It was interrupted; how far it got is unknown.
         plan = Plan(request.path)

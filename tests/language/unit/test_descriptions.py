@@ -68,9 +68,9 @@ SHOWN: dict[str, tuple[tuple[Any, ...], dict[str, Any], str]] = {
     "PathJoinSubstitution": (
         ([EqualsSubstitution(A, "b"), "c"],),
         {},
-        "PathJoin('EqualsSubstitution({a}, 'b') + 'c'')",
+        "PathJoinSubstitution('EqualsSubstitution({a}, 'b'), 'c'')",
     ),
-    "PathSubstitution": ((A,), {}, "PathJoin('{a}')"),
+    "PathSubstitution": ((A,), {}, "PathJoinSubstitution('{a}')"),
     "PythonExpression": (([A, " > 1"],), {}, "PythonExpr({a} + ' > 1', ['math'])"),
     "StringJoinSubstitution": (
         ([A, NotSubstitution(A)],),
@@ -150,7 +150,7 @@ def test_a_class_is_shown_by_its_name_if_it_tells_nothing_of_itself(
     joined = EqualsSubstitution(Silent(), "x")
     assert description_of(joined) == "EqualsSubstitution(Silent, 'x')"
     assert description_of(IfCondition(Silent())) == "IfCondition(Silent)"
-    assert description_of(PathJoinSubstitution([Silent()])) == "PathJoin('Silent')"
+    assert description_of(PathJoinSubstitution([Silent()])) == "PathJoinSubstitution('Silent')"
 
 
 def test_an_own_description_is_kept():

@@ -78,10 +78,10 @@ SIGNATURES = {
         "UnsetLaunchConfiguration": "name, **kwargs",
     },
     "launch.substitutions": {
-        "AllSubstitution": "*args",
+        "AllSubstitution": "*args, container=",
         "AndSubstitution": "left, right",
         "AnonName": "name",
-        "AnySubstitution": "*args",
+        "AnySubstitution": "*args, container=",
         "Command": "command, *, on_stderr=",
         "EnvironmentVariable": "name, *, default_value=",
         "EqualsSubstitution": "left, right",

@@ -15,6 +15,7 @@ from unittest.mock import Mock, NonCallableMock, patch
 import pytest
 
 from launcher.language.compat import vocabulary
+from tests.language.unit.interpreter.interpreting import texts
 
 
 @pytest.fixture(autouse=True)
@@ -113,6 +114,30 @@ def test_a_log_action_has_its_level(name):
         launch.actions.Log(msg="text", level="loud")
     with pytest.raises(KeyError, match="Invalid log level 'LOUD'"):
         launch.actions.Log(msg="text", level=["lo", "ud"]).execute(LaunchContext())
+
+
+@pytest.mark.parametrize(
+    ("debug", "level", "shown"),
+    [(False, None, ["info"]), (True, None, ["debug", "info"]), (False, "DEBUG", ["debug", "info"])],
+)
+def test_debug_messages_are_shown_on_request(debug: bool, level: str | None, shown: list[str]):
+    from launch import LaunchDescription
+    from launch.actions import LogDebug, LogInfo
+    from launch.logging import get_logger, launch_config
+
+    from launcher.language.interpreter import Interpreter
+    from launcher.language.launch_session import current
+
+    current().is_debug = debug
+    if level is not None:
+        launch_config.level = level
+    actions = [LogDebug(msg="debug"), LogInfo(msg="info")]
+    interpreter = Interpreter(LaunchDescription(actions))
+    try:
+        assert texts(interpreter.start()) == shown
+        assert get_logger("mine").isEnabledFor(10) is ("debug" in shown)
+    finally:
+        interpreter.close()
 
 
 def test_a_log_tag_without_a_level_is_a_log_action_that_newer_releases_deprecate():

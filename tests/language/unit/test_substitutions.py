@@ -157,22 +157,22 @@ def test_conditions_take_nothing_else(text: str):
         evaluate_condition_expression(LaunchContext(), [TextSubstitution(text=text)])
 
 
-@given(st.lists(st.text("ab/", max_size=4), min_size=1, max_size=4))
-def test_paths_join_like_os_path(components: list[str]):
-    assert performed(PathJoinSubstitution(components)) == os.path.join(*components)
+@given(st.lists(st.text("ab./", max_size=5), max_size=4))
+def test_paths_join_like_pathlib(components: list[str]):
+    assert performed(PathJoinSubstitution(components)) == str(Path(*components))
 
 
 def test_a_path_grows_with_slashes_and_joins_the_parts_of_a_list():
     path = PathSubstitution(["/t", "op"]) / "share" / [LaunchConfiguration("robot"), ".urdf"]
 
-    assert performed(path, robot="r2") == "/top/share/r2.urdf"
+    assert performed(path, robot="r2") == "/t/op/share/r2.urdf"
 
 
 def test_a_path_below_may_be_a_list_a_path_or_a_substitution(tmp_path: Path):
     path = PathJoinSubstitution(["/t", "a"]) / LaunchConfiguration("robot") / Path("b/c")
     assert performed(path, robot="1") == "/t/a/1/b/c"
     assert performed(path / (TextSubstitution(text="d"), ".urdf"), robot="1") == "/t/a/1/b/c/d.urdf"
-    assert (path / ["d", ".urdf"]).describe().endswith(" + 'd' + '.urdf'')")
+    assert (path / ["d", ".urdf"]).describe().endswith(", 'd' + '.urdf'')")
     assert performed(PathSubstitution(tmp_path) / "x") == str(tmp_path / "x")
     (tmp_path / "x").write_text("content")
     assert performed(FileContent(tmp_path / "x")) == "content"

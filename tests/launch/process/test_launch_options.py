@@ -175,3 +175,13 @@ def test_nodes_with_an_invalid_domain_are_not_started(bench: Bench):
     done = bench.run(f"sh('echo ran'), {of_its_own}")
     assert b"[sh-1] ran" in done.stdout
     assert done.returncode == 0
+
+
+def test_debug_messages_of_the_launch_file_are_shown_with_debug(bench: Bench):
+    actions = "LogDebug(msg='some detail'), LogInfo(msg='a fact')"
+    for options, is_shown in (((), False), (("-d",), True)):
+        done = bench.run(actions, *options)
+        logs = [path.read_text() for path in (bench.folder / "log").glob("*/launch.log")]
+        assert b"[INFO] [launch.user]: a fact\n" in done.stdout
+        assert (b"[DEBUG] [launch.user]: some detail\n" in done.stdout) is is_shown
+        assert any("some detail" in log for log in logs) is is_shown

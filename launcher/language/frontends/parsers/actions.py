@@ -72,11 +72,11 @@ def parse_environment(cls: type, entity: Entity, parser: Parser) -> Parsed:
 
 
 def parse_include(cls: type, entity: Entity, parser: Parser) -> Parsed:
-    """`include` with its `arg`s."""
+    """`include` with its `arg`s, and its `let`s after them."""
     _, arguments = parse_action(cls, entity, parser)
     arguments["launch_description_source"] = parser.parse_substitution(entity.get_attr("file"))
-    given = name_value_pairs(entity, parser, "arg")
-    if given is not None:
+    given = [pair for tag in ("arg", "let") for pair in name_value_pairs(entity, parser, tag) or ()]
+    if given:
         arguments["launch_arguments"] = given
     return cls, arguments
 

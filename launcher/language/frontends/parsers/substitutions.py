@@ -64,14 +64,10 @@ _WORDS = {
     "ThisLaunchFileDir": Words("dirname"),
 }
 
-_ONLY_IN_PYTHON = {
-    "AllSubstitution": "$(and LEFT RIGHT), which may be nested",
-    "AnySubstitution": "$(or LEFT RIGHT), which may be nested",
-}
-
-# Those that take any number of words, and at least this many, and the error for fewer; newer than
-# Jazzy.
-_JOINS = {
+# Those that take any number of words, and at least this many, and the error for fewer.
+_MANY = {
+    "AllSubstitution": (0, AttributeTypeError),
+    "AnySubstitution": (0, AttributeTypeError),
     "PathJoinSubstitution": (1, UnexpectedContentError),
     "StringJoinSubstitution": (2, AttributeTypeError),
 }
@@ -82,27 +78,19 @@ def parse_substitution(cls: type, data: Sequence[Any]) -> Parsed:
     for ancestor in cls.__mro__:
         if ancestor.__name__ in _WORDS:
             return cls, _keywords(_WORDS[ancestor.__name__], data)
-    if cls.__name__ in _JOINS:
-        return cls, _joined(cls.__name__, data)
-    if cls.__name__ in _ONLY_IN_PYTHON:
-        raise AttributeTypeError(
-            "in ROS 2 Jazzy this substitution exists in Python only",
-            hint=f"write {_ONLY_IN_PYTHON[cls.__name__]}",
-            ros_type="VisitError",
-        )
+    if cls.__name__ in _MANY:
+        return cls, _many(cls.__name__, data)
     raise NotImplementedError(f"{cls.__name__} has no class method 'parse'")
 
 
-def _joined(class_name: str, data: Sequence[Any]) -> dict[str, Any]:
-    """`string-join` has the delimiter first; a word of a path may be made of several pieces."""
-    fewest, error = _JOINS[class_name]
+def _many(class_name: str, data: Sequence[Any]) -> dict[str, Any]:
+    """`string-join` has the delimiter first."""
+    fewest, error = _MANY[class_name]
     if len(data) < fewest:
         raise error(f"too few words, {len(data)}", ros_type="VisitError")
     if class_name == "StringJoinSubstitution":
         return {"delimiter": data[0], "substitutions": data[1:]}
-    from launcher.language.substitutions.text import StringJoinSubstitution
-
-    return {"substitutions": [StringJoinSubstitution([word]) for word in data]}
+    return {"substitutions" if class_name == "PathJoinSubstitution" else "container": data}
 
 
 def _keywords(words: Words, data: Sequence[Any]) -> dict[str, Any]:

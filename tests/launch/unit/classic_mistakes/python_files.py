@@ -161,8 +161,20 @@ ERRORS = {
         "an int where a text or a substitution is expected",
         "write '10'",
     ),
+    "bytes as a text": python(
+        described("LogInfo(msg=['a', b'/c']),"),
+        "b'",
+        "bytes where a text or a substitution is expected",
+        "write '/c'",
+    ),
+    "a path of another class": python(
+        described("LogInfo(msg=['a', __import__('pathlib').PurePosixPath('/c')]),"),
+        "__import__",
+        "a PurePosixPath where a text or a substitution is expected",
+        "write str(__import__('pathlib').PurePosixPath('/c'))",
+    ),
     "a list among substitutions": python(
-        described("LogInfo(msg=PathJoinSubstitution(['a', ['b', 'c']])),"),
+        described("LogInfo(msg=['a', ['b', 'c']]),"),
         "LogInfo(",
         "a list among texts and substitutions",
         "write its items without the inner brackets",

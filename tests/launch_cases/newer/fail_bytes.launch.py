@@ -1,0 +1,6 @@
+from launch import LaunchDescription
+from launch.actions import LogInfo
+
+
+def generate_launch_description():
+    return LaunchDescription([LogInfo(msg=['x', b'/a'])])
