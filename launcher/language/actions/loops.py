@@ -53,9 +53,12 @@ class ForEach(Action):
 
         text = perform_substitutions(context, self._input_values)
         field_sets = [yaml_bounds.load(part) for part in text.split(self.SEPARATOR) if part.strip()]
+        if not field_sets:
+            context._host.warn_quirk("no input values: will not iterate", self._origin)
         if self._function is None:
             return None
-        return [entity for fields in field_sets for entity in self._entities(fields)]
+        wanted = [fields for fields in field_sets if fields is not None]
+        return [entity for fields in wanted for entity in self._entities(fields)]
 
     def _entities(self, fields: dict[str, Any]) -> Any:
         assert self._function is not None

@@ -18,6 +18,7 @@ from launcher.language.actions.event_actions import (
 )
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.actions.loops import ForEach, ForLoop
 from launcher.language.actions.process import ExecuteLocal, ExecuteProcess
 from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
@@ -159,6 +160,8 @@ _HEADLINES: tuple[tuple[type, Any], ...] = (
     (settings.AppendEnvironmentVariable, _variable),
     (settings.UnsetEnvironmentVariable, lambda a: f"unset environment {described(a.name)}"),
     (GroupAction, lambda a: "group"),
+    (ForEach, lambda a: f"for each of {described(a.input_values) or 'nothing'}"),
+    (ForLoop, lambda a: f"for {a.name or 'i'} from 0, {described(a.length)} times"),
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),
     (Log, lambda a: f"log {described(a.msg)}"),

@@ -18,6 +18,7 @@ from launcher.language.actions.configuration import (
 from launcher.language.actions.event_actions import Log, RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.actions.loops import ForEach, ForLoop
 from launcher.language.actions.process import ExecuteLocal
 from launcher.language.actions.timer import TimerAction, TimerScopeBegin, TimerScopeEnd
 from launcher.language.description import LaunchDescription
@@ -168,9 +169,12 @@ class _PlanTree:
         entity = visit.entity
         if visit.depth > _MAX_DEPTH:
             return [Branch("... and so on", style="skipped")]
-        if isinstance(entity, LaunchDescription):
+        is_inner = isinstance(entity, ForEach) and _is_in(visit, ForLoop)
+        if isinstance(entity, LaunchDescription) or is_inner:
             return [branch for child in visit.children for branch in self._branches(child)]
         if isinstance(entity, _SCOPE_PARTS) and _is_in(visit, GroupAction):
+            return []
+        if is_own_function(entity) and _is_in(visit, ForEach):
             return []
         if visit.skipped:
             return [

@@ -119,6 +119,28 @@ def test_a_timer_holds_what_it_starts_with_the_time(tree):
     assert "at 2.5 s" in next(line for line in lines if "late-2" in line)
 
 
+def test_a_loop_shows_its_values_and_what_it_makes(tree):
+    loops = """
+        ForEach("{word: a};{word: b}", function=lambda word: [sh(word)]),
+        ForLoop(2, function=lambda i: [sh(f"n{i}")]),
+    """
+    lines = tree(loops)
+    assert entries(lines) == [
+        (0, "for each of {word: a};{word: b}"),
+        *((1, "a-1"), (1, "b-2")),
+        (0, "for i from 0, 2 times"),
+        *((1, "n0-3"), (1, "n1-4")),
+    ]
+
+
+def test_the_rounds_of_a_loop_in_xml_show_only_its_actions(tmp_path):
+    path = tmp_path / "a.launch.xml"
+    child = '<log message="$(for-var a)"/>'
+    path.write_text(f'<launch><for_each values="{{a: 1}};{{a: 2}}">{child}</for_each></launch>')
+    branch = plan_tree(make_plan(str(path), []), ParameterFileWriter()).children[0]
+    assert [one.head for one in branch.children] == ["log: 1", "log: 2"]
+
+
 def test_a_handler_holds_what_it_starts_and_names_its_process(tree):
     lines = tree(
         """
