@@ -227,10 +227,12 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "bag info",
             "bags[path, files[], size_bytes, storage, ros_distro, start_ns, end_ns, duration_ns, "
             f"messages, notes[], custom_data{{}}, topics[{_TOPIC_OF_BAG}], "
-            f"services[{_TOPIC_OF_BAG}, topic, requests?, responses?]]",
+            f"services[{_TOPIC_OF_BAG}, topic, requests?, responses?], "
+            f"actions[name, type, topics[{_TOPIC_OF_BAG}]]]",
             page=f"bags[path, files[], size_bytes, storage, ros_distro, start_ns, end_ns, "
             f"duration_ns, messages, notes[], custom_data{{}}, topics[{_TOPIC_OF_BAG}], "
-            "services[the same, topic, requests?, responses?]]",
+            "services[the same, topic, requests?, responses?], "
+            "actions[name, type, topics[the same]]]",
         ),
         _form(
             "bag check",

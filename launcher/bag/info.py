@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from launcher.bag import bag_services, quantity_texts
+from launcher.bag import bag_actions, bag_services, quantity_texts
 from launcher.bag.bag_model import Qos, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.topic_course import (
@@ -44,12 +44,26 @@ class Info:
 
     @property
     def plain_topics(self) -> list[Topic]:
-        return [topic for topic in self.topics if not bag_services.is_event(topic)]
+        return [topic for topic in self._others if not bag_services.is_event(topic)]
 
     @property
     def services(self) -> list[Topic]:
         """The topics with calls of services."""
-        return [topic for topic in self.topics if bag_services.is_event(topic)]
+        return [topic for topic in self._others if bag_services.is_event(topic)]
+
+    @property
+    def _others(self) -> list[Topic]:
+        of_actions = {topic.name for topics in self.actions.values() for topic in topics}
+        return [topic for topic in self.topics if topic.name not in of_actions]
+
+    @property
+    def actions(self) -> dict[str, list[Topic]]:
+        """The topics of each action."""
+        found: dict[str, list[Topic]] = {}
+        for topic in self.topics:
+            if (action := bag_actions.action_of(topic.name, topic.type)) is not None:
+                found.setdefault(action, []).append(topic)
+        return found
 
     def count(self, topic: Topic) -> int:
         return self.bag.extent.counts.get(topic.name, 0)
@@ -91,11 +105,16 @@ def lines(info: Info, width: int, *, ascii_only: bool = False) -> Iterator[str]:
     yield f"Duration:          {quantity_texts.duration(bag.extent.duration_ns)}"
     yield f"Start:             {quantity_texts.date(bag.extent.start_ns)}"
     yield f"End:               {quantity_texts.date(bag.extent.end_ns)}"
-    yield f"Messages:          {bag.extent.total}"
+    yield f"Messages:          {sum(map(info.count, info.plain_topics))}"
     yield from _labelled("Topic information:", _topic_lines(info), _INDENT)
     if info.services:
         yield f"Service:           {len(info.services)}"
         yield from _labelled("Service information:", _service_lines(info), _SERVICE_INDENT)
+    if actions := info.actions:
+        yield f"Actions:           {len(actions)}"
+        yield "Action information: "
+        for action, topics in actions.items():
+            yield from _action_lines(info, action, topics)
     if info.times is not None:
         yield from _rate_lines(info, width, ASCII_BLOCKS if ascii_only else BLOCKS)
 
@@ -138,6 +157,27 @@ def _service_lines(info: Info) -> list[str]:
         parts += _tail(info, topic)
         found.append(" | ".join(parts))
     return found
+
+
+def _action_lines(info: Info, action: str, topics: Sequence[Topic]) -> Iterator[str]:
+    """Also of the topics that are not in the bag, as rosbag2 has them."""
+    counts = {bag_actions.part_of(topic): info.count(topic) for topic in topics}
+    parts = [
+        f"  Action: {action}",
+        f"Type: {_action_type(topics)}",
+        f"Topics: {len(bag_actions.TOPICS)}",
+        f"Service: {len(bag_actions.SERVICES)}",
+        f"Serialization Format: {topics[0].serialization}",
+    ]
+    yield " | ".join(parts)
+    for name in bag_actions.TOPICS:
+        yield f"    Topic: {name} | Count: {counts.get(name, 0)}"
+    for name in bag_actions.SERVICES:
+        yield f"    Service: {name} | Event Count: {counts.get(name, 0)}"
+
+
+def _action_type(topics: Iterable[Topic]) -> str:
+    return next(filter(None, map(bag_actions.type_of, topics)), "")
 
 
 def qos_words(profile: Qos) -> str:
@@ -216,6 +256,14 @@ def document(info: Info) -> dict[str, Any]:
         "custom_data": dict(bag.metadata.custom_data) if bag.metadata is not None else {},
         "topics": [_topic(info, topic) for topic in info.plain_topics],
         "services": [_service(info, topic) for topic in info.services],
+        "actions": [
+            {
+                "name": action,
+                "type": _action_type(topics),
+                "topics": [_topic(info, topic) for topic in topics],
+            }
+            for action, topics in info.actions.items()
+        ],
     }
 
 

@@ -22,7 +22,7 @@ from launcher.base.text import count
 
 STDOUT = "-"
 _KIND_OF = {".csv": "csv", ".jsonl": "jsonl", ".ndjson": "jsonl", ".json": "jsonl"}
-_ALL = Selection(all_topics=True, all_services=True, hidden=True)
+_ALL = Selection(all_topics=True, all_services=True, all_actions=True, hidden=True)
 
 Write = Callable[[Message], None]
 

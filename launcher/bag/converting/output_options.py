@@ -80,14 +80,17 @@ _KEYS: Mapping[str, Callable[[object], Any]] = {
     "all": _flag,
     "all_topics": _flag,
     "all_services": _flag,
+    "all_actions": _flag,
     "topics": _texts,
     "services": _texts,
+    "actions": _texts,
     "topic_types": _texts,
     "regex": _expression,
     "exclude": _expression,
     "exclude_regex": _expression,
     "exclude_topics": _texts,
     "exclude_services": _texts,
+    "exclude_actions": _texts,
     "exclude_topic_types": _texts,
     "compression_mode": _word("", *compression.MODES),
     "compression_format": _word("", *compression.FORMATS),
@@ -188,18 +191,22 @@ def _selection(values: Mapping[str, Any]) -> Selection:
     def names(key: str) -> frozenset[str]:
         return frozenset(map(full_name, values.get(key, ())))
 
-    keys = ("all", "all_topics", "all_services", "topics", "services", "topic_types", "regex")
+    kinds = ("topics", "services", "actions")
+    keys = ("all", *kinds, *(f"all_{kind}" for kind in kinds), "topic_types", "regex")
     everything = values.get("all", False) or not any(values.get(key) for key in keys)
     return Selection(
         all_topics=everything or values.get("all_topics", False),
         all_services=everything or values.get("all_services", False),
+        all_actions=everything or values.get("all_actions", False),
         topics=names("topics"),
         services=names("services"),
+        actions=names("actions"),
         types=values.get("topic_types", ()),
         regex=values.get("regex"),
         exclude_regex=values.get("exclude_regex") or values.get("exclude"),
         exclude_topics=names("exclude_topics"),
         exclude_services=names("exclude_services"),
+        exclude_actions=names("exclude_actions"),
         exclude_types=values.get("exclude_topic_types", ()),
         hidden=True,
     )

@@ -103,7 +103,11 @@ class FlightRecorder:
             self._ring = _RingBeside(*keep, self._files)
         regex = None if settings.topics is None else re.compile(settings.topics)
         selection = Selection(
-            all_topics=regex is None, all_services=regex is None, regex=regex, hidden=True
+            all_topics=regex is None,
+            all_services=regex is None,
+            all_actions=regex is None,
+            regex=regex,
+            hidden=True,
         )
         options = RecorderOptions(selection=selection, remember_s=settings.keep_s + REMEMBER_S)
         self._recorder = Recorder(observer, options, self._ring, lambda text: say(note=text))

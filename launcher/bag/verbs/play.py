@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from launcher.bag.verbs.info import warn_of
-from launcher.bag.verbs.topics import SELECT, names, remapping, selected
+from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.option import count, number, option, positive_seconds, seconds
@@ -27,11 +27,6 @@ def _play(options: Parsed) -> int:
     from launcher.bag.ros.player import PlayOptions, play
 
     path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
-    selection = selected(
-        options,
-        services=names(options.services),
-        exclude_services=names(options.exclude_services),
-    )
     bags = [Bag(one) for one in options.bags]
     for bag in bags:
         warn_of(bag)
@@ -43,7 +38,7 @@ def _play(options: Parsed) -> int:
         GraphAccess.of(options),
         bags,
         PlayOptions(
-            selection=selection,
+            selection=selected(options),
             overrides={} if path is None else read_overrides(path),
             remap=dict(options.remap or ()),
             rate=options.rate,
@@ -82,8 +77,7 @@ COMMAND = ros_command(
     option("-r, --rate FACTOR", "speed", _rate, 1.0),
     option("-l, --loop", "begin again at the end"),
     *SELECT,
-    option("--services NAME ...", "events of these services"),
-    option("--exclude-services NAME ...", "not events of these services"),
+    *CALLS,
     option("-m, --remap OLD:=NEW ...", "other names for topics", remapping),
     option(
         "--clock [HZ]",

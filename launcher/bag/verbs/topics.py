@@ -16,6 +16,12 @@ SELECT = (
     option("-e, --regex REGEX", "topics whose names it matches", expression),
     *EXCLUDE,
 )
+CALLS = (
+    option("--services NAME ...", "events of these services"),
+    option("--exclude-services NAME ...", "not events of these services"),
+    option("--actions NAME ...", "topics of these actions"),
+    option("--exclude-actions NAME ...", "not those of these actions"),
+)
 
 
 def remapping(word: str) -> tuple[str, str]:
@@ -31,23 +37,23 @@ def names(words: object) -> frozenset[str]:
     return frozenset(map(full_name, words)) if isinstance(words, list) else frozenset()
 
 
-def selected(
-    options: Parsed,
-    *,
-    services: frozenset[str] = frozenset(),
-    exclude_services: frozenset[str] = frozenset(),
-) -> Selection:
-    """What the options of `SELECT` select, and these services; everything if nothing is named."""
-    topics = names(options.topics)
-    everything = not topics and not services and options.regex is None
+def selected(options: Parsed) -> Selection:
+    """What the options of `SELECT` and `CALLS` select; everything if nothing is named."""
+    topics, services, actions = (
+        names(getattr(options, kind, None)) for kind in ("topics", "services", "actions")
+    )
+    everything = not (topics or services or actions) and options.regex is None
     return Selection(
         all_topics=everything,
         all_services=everything,
+        all_actions=everything,
         topics=topics,
         services=services,
-        exclude_services=exclude_services,
+        actions=actions,
         regex=options.regex,
         exclude_regex=options.exclude_regex,
         exclude_topics=names(options.exclude_topics),
+        exclude_services=names(getattr(options, "exclude_services", None)),
+        exclude_actions=names(getattr(options, "exclude_actions", None)),
         hidden=True,
     )

@@ -52,6 +52,54 @@ def test_the_text_is_that_of_ros2_bag_info(tmp_path: Path, capsys):
     ]
 
 
+def action_bag(folder: Path) -> Path:
+    """An action without a topic of its cancellations, a service, and a topic."""
+    fold = "fleet/action/Fold"
+    topics = {
+        "/f/_action/feedback": (f"{fold}_FeedbackMessage", 3),
+        "/f/_action/status": ("action_msgs/msg/GoalStatusArray", 2),
+        "/f/_action/send_goal/_service_event": (f"{fold}_SendGoal_Event", 4),
+        "/f/_action/get_result/_service_event": (f"{fold}_GetResult_Event", 1),
+        "/srv/_service_event": ("std_srvs/srv/SetBool_Event", 2),
+        "/a": ("std_msgs/msg/String", 5),
+    }
+    writer = BagWriter(str(folder))
+    for name, (type_name, number) in topics.items():
+        writer.add_topic(Topic(name=name, type=type_name))
+        for one in counting(name, number):
+            writer.write(one)
+    writer.close()
+    return folder
+
+
+def test_actions_are_counted_apart(tmp_path: Path, capsys):
+    bag = action_bag(tmp_path / "b")
+    lines = printed(capsys, bag, "--no-rates").splitlines()
+    assert lines[8:] == [
+        "Messages:          5",
+        "Topic information: Topic: /a | Type: std_msgs/msg/String | Count: 5 | "
+        "Serialization Format: cdr",
+        "Service:           1",
+        "Service information: Service: /srv | Type: std_srvs/srv/SetBool | Event Count: 2 | "
+        "Serialization Format: cdr",
+        "Actions:           1",
+        "Action information: ",
+        "  Action: /f | Type: fleet/action/Fold | Topics: 2 | Service: 3 | "
+        "Serialization Format: cdr",
+        "    Topic: feedback | Count: 3",
+        "    Topic: status | Count: 2",
+        "    Service: send_goal | Event Count: 4",
+        "    Service: cancel_goal | Event Count: 0",
+        "    Service: get_result | Event Count: 1",
+    ]
+    assert printed(capsys, bag, "-t") == "/a\n"
+    (document,) = json.loads(printed(capsys, bag, "--json"))["bags"]
+    assert document["messages"] == 17  # of everything
+    (action,) = document["actions"]
+    assert (action["name"], action["type"]) == ("/f", "fleet/action/Fold")
+    assert [topic["messages"] for topic in action["topics"]] == [3, 1, 4, 2]
+
+
 def test_names_and_order(tmp_path: Path, capsys):
     folder = write_bag(tmp_path / "b", [message("/a", 0, "x"), *counting("/b", 3)])
     assert printed(capsys, folder, "-t") == "/a\n/b\n"

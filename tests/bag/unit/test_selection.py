@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from launcher.bag.bag_actions import action_of
 from launcher.bag.topic_selection import Selection, expression
 from launcher.base.errors import UsageError
 
@@ -45,3 +46,52 @@ def test_nothing_named_is_empty():
 def test_an_expression_that_is_none():
     with pytest.raises(UsageError, match=r"'\[' is not a regular expression"):
         expression("[")
+
+
+FOLD = {
+    "/f/_action/feedback": "fleet/action/Fold_FeedbackMessage",
+    "/f/_action/status": "action_msgs/msg/GoalStatusArray",
+    "/f/_action/send_goal/_service_event": "fleet/action/Fold_SendGoal_Event",
+    "/f/_action/cancel_goal/_service_event": "action_msgs/srv/CancelGoal_Event",
+    "/f/_action/get_result/_service_event": "fleet/action/Fold_GetResult_Event",
+}
+OTHERS = {"/f": STRING, "/srv/_service_event": "std_srvs/srv/SetBool_Event"}
+
+
+@pytest.mark.parametrize(
+    ("selection", "expected"),
+    [
+        (Selection(all_topics=True), {"/f"}),
+        (Selection(all_services=True), {"/srv/_service_event"}),
+        (Selection(all_actions=True), {*FOLD}),
+        (Selection(actions=["/f"]), {*FOLD}),
+        (Selection(actions=["/g"]), set()),
+        (Selection(regex=re.compile("^/f$")), {"/f", *FOLD}),
+        (Selection(regex=re.compile("send_goal")), set()),  # of the name of the action
+        (Selection(all_actions=True, exclude_actions=["/f"]), set()),
+        (Selection(all_actions=True, exclude_regex=re.compile("f")), set()),
+        (Selection(topics=["/f/_action/status"]), {"/f/_action/status"}),
+        (
+            Selection(all_actions=True, exclude_topics=["/f/_action/status"]),
+            {*FOLD} - {"/f/_action/status"},
+        ),
+        (
+            Selection(all_topics=True, hidden=True),
+            {"/f", "/f/_action/status", "/f/_action/feedback"},
+        ),
+    ],
+)
+def test_the_five_topics_of_an_action(selection: Selection, expected: set[str]):
+    types = {**FOLD, **OTHERS}
+    assert {name for name, kind in types.items() if selection.has(name, kind)} == expected
+
+
+def test_an_action_is_enough_to_select():
+    assert not Selection(all_actions=True).is_empty
+    assert not Selection(actions=["/f"]).is_empty
+
+
+def test_topics_with_such_names_and_other_types_belong_to_no_action():
+    assert action_of("/f/_action/feedback", STRING) is None
+    assert action_of("/_action/status", FOLD["/f/_action/status"]) is None
+    assert action_of("/ns/f/_action/status", FOLD["/f/_action/status"]) == "/ns/f"

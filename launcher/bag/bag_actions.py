@@ -1,0 +1,39 @@
+"""Actions in bags: five topics, three of them with the events of services."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from launcher.bag.bag_model import Topic
+from launcher.bag.bag_services import EVENTS
+
+_BEFORE = "/_action/"
+# What follows the name of the action -> the type of such a topic.
+_TYPES: Mapping[str, re.Pattern[str]] = {
+    "feedback": re.compile(r"(.+/action/.+)_FeedbackMessage"),
+    "status": re.compile(r"action_msgs/msg/GoalStatusArray"),
+    f"send_goal{EVENTS}": re.compile(r"(.+/action/.+)_SendGoal_Event"),
+    f"cancel_goal{EVENTS}": re.compile(r"action_msgs/srv/CancelGoal_Event"),
+    f"get_result{EVENTS}": re.compile(r"(.+/action/.+)_GetResult_Event"),
+}
+TOPICS = ("feedback", "status")
+SERVICES = ("send_goal", "cancel_goal", "get_result")
+
+
+def action_of(topic: str, type_name: str) -> str | None:
+    """The action that a topic of this name and type belongs to."""
+    name, _, part = topic.partition(_BEFORE)
+    pattern = _TYPES.get(part)
+    return name if name and pattern is not None and pattern.fullmatch(type_name) else None
+
+
+def part_of(topic: Topic) -> str:
+    """Of a topic of an action: `feedback`, `send_goal`."""
+    return topic.name.partition(_BEFORE)[2].removesuffix(EVENTS)
+
+
+def type_of(topic: Topic) -> str:
+    """The type of the action of a topic; empty if the topic does not show it."""
+    found = _TYPES[topic.name.partition(_BEFORE)[2]].fullmatch(topic.type)
+    return found[1] if found is not None and found.re.groups else ""
