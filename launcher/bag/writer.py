@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import shutil
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from launcher.bag import compression, mcap_repair, metadata
 from launcher.bag.bag_model import (
+    LAST_NS,
     ROS2_MSG,
     BagError,
     Definition,
@@ -33,7 +35,8 @@ _METADATA_NAME = "rosbag2"
 class Storage:
     """How files are written. `mode` compresses by rosbag2's means, besides the chunks.
 
-    A new file begins after `max_bytes`, or `max_duration_ns`; 0 is never.
+    A new file begins after `max_bytes`, or `max_duration_ns`; 0 is never. Of the files, the last
+    `max_files` are kept; 0 is all.
     """
 
     chunk_compression: str = "zstd"
@@ -41,6 +44,7 @@ class Storage:
     format: str = "zstd"
     max_bytes: int = 0
     max_duration_ns: int = 0
+    max_files: int = 0
 
 
 class BagWriter:
@@ -49,6 +53,8 @@ class BagWriter:
     A topic has the same QoS in `metadata.yaml` and in each file, since some readers leave out the
     messages of one that differs. In a file it cannot change once the channel is written, which is
     with the first message of the topic.
+
+    `notes` gets a sentence for each file that is removed.
     """
 
     def __init__(
@@ -60,12 +66,16 @@ class BagWriter:
         custom_data: Mapping[str, str] | None = None,
     ) -> None:
         self.folder = folder
+        self.notes: deque[str] = deque()
         self._storage = storage or Storage()
         self._ros_distro = ros_distro
         self._custom_data = dict(custom_data or {})
         self._topics: dict[str, Topic] = {}
         self._begun: set[str] = set()  # topics that have a channel in a file
         self._files: list[File] = []
+        self._number = 0  # of files that were begun
+        self._latched = LastMessages()
+        self._last: Message | None = None
         self._compress = (
             compression.message_compressor() if self._storage.mode == "message" else None
         )
@@ -79,13 +89,14 @@ class BagWriter:
 
     def _new_file(self) -> McapOutput:
         name = os.path.basename(os.path.abspath(self.folder))
-        path = os.path.join(self.folder, f"{name}_{len(self._files)}.mcap")
+        path = os.path.join(self.folder, f"{name}_{self._number}.mcap")
         try:
             file = McapOutput(path, self._storage)
         except OSError:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(path)
             raise
+        self._number += 1
         for topic in self._topics.values():
             file.add_topic(topic)
         return file
@@ -116,6 +127,10 @@ class BagWriter:
         if topic not in self._begun:
             self._topics[topic] = replace(self._topics[topic], qos=profiles)
 
+    def repeat(self, topic: str, depth: int) -> None:
+        """Write the last messages of a topic again at the begin of each further file."""
+        self._latched.keep(topic, depth)
+
     def _begin(self, topic: str) -> None:
         self._file.add_topic(self._topics[topic])
         self._begun.add(topic)
@@ -129,6 +144,8 @@ class BagWriter:
         if self._compress is not None:
             message = message._replace(data=self._compress(message.data))
         self._file.write(message)
+        self._latched.add(message)
+        self._last = message
 
     def _is_full(self, log_ns: int) -> bool:
         storage, extent = self._storage, self._file.extent
@@ -141,6 +158,30 @@ class BagWriter:
         """Finish the file and begin the next one."""
         self._finish_file()
         self._file = self._new_file()
+        self._remove_oldest()
+        if self._last is not None:  # with its times: those of a file are times of its recording
+            for message in self._latched.at(self._last.log_ns, self._last.publish_ns):
+                self._file.write(message)
+
+    def _remove_oldest(self) -> None:
+        """A file that cannot be removed stays in the metadata, and is tried again."""
+        while 0 < self._storage.max_files < len(self._files) + 1:
+            file = self._files[0]
+            path = os.path.join(self.folder, file.path)
+            try:
+                size = os.path.getsize(path)
+                os.unlink(path)
+            except FileNotFoundError:
+                self.notes.append(f"{path} was removed by another program")
+            except OSError as error:
+                self.notes.append(f"cannot remove {path}: {error.strerror}")
+                return
+            else:
+                duration = file.extent.duration_ns
+                self.notes.append(
+                    f"Deleted oldest bagfile: {file.path} ({size} bytes, {duration} ns)"
+                )
+            del self._files[0]
 
     def flush(self) -> None:
         """Write what has been added, so that it can be read if this process is killed. OSError."""
@@ -222,6 +263,30 @@ class BagWriter:
         """Remove the bag, whatever it has."""
         self._file.abandon()
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class LastMessages:
+    """The last messages of some topics."""
+
+    def __init__(self) -> None:
+        self._messages: dict[str, deque[Message]] = {}
+
+    def keep(self, topic: str, depth: int) -> None:
+        self._messages[topic] = deque(maxlen=depth)
+
+    def add(self, message: Message) -> None:
+        if (kept := self._messages.get(message.topic)) is not None:
+            kept.append(message)
+
+    def before(self, log_ns: int) -> list[Message]:
+        """Those received before this time, oldest first."""
+        found = [one for kept in self._messages.values() for one in kept if one.log_ns < log_ns]
+        return sorted(found, key=lambda one: one.log_ns)
+
+    def at(self, log_ns: int, publish_ns: int) -> list[Message]:
+        """All, oldest first, with these times."""
+        found = self.before(LAST_NS)
+        return [one._replace(log_ns=log_ns, publish_ns=publish_ns) for one in found]
 
 
 class McapOutput:

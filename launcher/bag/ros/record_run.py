@@ -38,6 +38,7 @@ class RecordOptions:
     folder: str
     storage: Storage
     cache_bytes: int
+    cache_s: int
     start_paused: bool
     snapshot: bool
     keyboard: bool
@@ -90,11 +91,13 @@ class _RecordRun:
         self._options = options
         self._observer = observer
         self._named = sorted(recorder_options.selection.topics)
+        self._unreported = self._named
         self._writer = writer
         self._stopped = stopped
         self._status = StatusLine(self._line)
-        self._ring = Ring(options.cache_bytes) if options.snapshot else None
-        self._files = FileSink(writer, options.cache_bytes)
+        limits = options.cache_bytes, options.cache_s or None
+        self._ring = Ring(*limits, clock_ns=None) if options.snapshot else None
+        self._files = FileSink(writer, *limits)
         sink = self._files if self._ring is None else self._ring
         self._recorder = Recorder(observer, recorder_options, sink, self._status.print)
         self._recorder.paused = options.start_paused
@@ -110,11 +113,18 @@ class _RecordRun:
                 self._handle(keys)
                 if self._recorder.poll():
                     self._files.wake()
+                if self._ring is not None:
+                    self._ring.forget_old()
+                self._print_notes()
                 self._rates.update(self._recorder)
                 self._report_missing()
                 self._status.draw()
                 time.sleep(PERIOD_S)
         return self._finish()
+
+    def _print_notes(self) -> None:
+        while self._writer.notes:
+            self._status.print(self._writer.notes.popleft())
 
     def _want_snapshot(self, *_: object) -> None:
         self._snapshot_wanted = True
@@ -127,14 +137,16 @@ class _RecordRun:
 
     def _report_missing(self) -> None:
         """Once, which of the topics that were named are not there after a while."""
-        if not self._named or time.monotonic() - self._started_s < _MISSING_S:
+        if not self._unreported or time.monotonic() - self._started_s < _MISSING_S:
             return
-        named, self._named = self._named, []
+        named, self._unreported = self._unreported, []
         for name in named:
             if name not in self._recorder.topics:
-                near = did_you_mean(name, self._observer.topic_types())
-                hint = f" ({near})" if near else ""
-                self._status.print(f"{name} does not appear to be published yet{hint}")
+                self._status.print(f"{name} does not appear to be published yet{self._near(name)}")
+
+    def _near(self, name: str) -> str:
+        near = did_you_mean(name, self._observer.topic_types())
+        return f" ({near})" if near else ""
 
     def _is_over(self) -> bool:
         limit = self._options.for_s
@@ -189,10 +201,12 @@ class _RecordRun:
         self._recorder.take()
         self._recorder.close()
         error = self._files.finish()
+        self._print_notes()
         if error is not None:
             return self._failed(error)
         self._report()
-        return ExitCode.OK
+        is_empty = self._named and not self._recorder.topics
+        return ExitCode.PROCESS_FAILED if is_empty else ExitCode.OK
 
     def _failed(self, error: OSError) -> int:
         self._status.print(f"error: cannot write {self._writer.path}: {error.strerror}")
@@ -212,6 +226,9 @@ class _RecordRun:
             f"{count(len(recorder.topics), 'topic')}, {size(self._writer.size_bytes)}, "
             f"{recorder.lost} lost"
         )
+        for name in self._named:
+            if name not in recorder.topics:
+                self._status.print(f"warning: {name} was not published{self._near(name)}")
         if not recorder.topics:
             known = self._observer.node_names()
             why = "no such topic was published" if known else why_empty(self._observer.domain_id)

@@ -42,6 +42,9 @@ _STAMP = struct.Struct("<4xiI")  # of a serialized rosgraph_msgs/msg/Clock
 class RecorderOptions:
     """`overrides` are policies of topics; `poll_s` is the time from one look for new topics to the
     next, `None` is a single look. Publishers are remembered for `remember_s` after they have gone.
+
+    `static` topics with their types are subscribed to at once. `repeat` are topics with the number
+    of messages that each file begins with, `repeat_latched` is that of all TRANSIENT_LOCAL ones.
     """
 
     selection: Selection
@@ -49,6 +52,9 @@ class RecorderOptions:
     poll_s: float | None = 0.1
     use_sim_time: bool = False
     include_unpublished: bool = False
+    static: Mapping[str, str] = field(default_factory=dict)
+    repeat: Mapping[str, int] = field(default_factory=dict)
+    repeat_latched: int = 0
     remember_s: float = REMEMBER_S
 
 
@@ -127,6 +133,9 @@ class Recorder:
 
     def _look(self) -> None:
         selection = self._options.selection
+        for name, type_name in self._options.static.items():
+            if name not in self.topics:
+                self._begin(name, type_name)
         for name, types in self._observer.topic_types().items():
             if name in self.topics:
                 continue
@@ -137,7 +146,8 @@ class Recorder:
 
     def _begin(self, name: str, type_name: str) -> None:
         infos = self._observer.infos(name, Direction.PUBLISHER)
-        if not infos and not self._options.include_unpublished:
+        is_static = name in self._options.static
+        if not infos and not self._options.include_unpublished and not is_static:
             return
         if (name, type_name) in self._refused:
             return
@@ -152,13 +162,37 @@ class Recorder:
             )
             fitted = self._fitted(name, type_name)
             fitted.fit([info.endpoint() for info in infos])
+            if is_static:
+                self._hold(name, fitted)
         except VerbError as error:
             self._refused.add((name, type_name))
             self._refuse(name, f"{type_name}: {error.message}", error.hint)
             return
         self._sink.add_topic(topic)
+        if depth := self._repeated(name, infos):
+            self._sink.repeat(name, depth)
         self._learn(infos)
         self.topics[name] = Recorded(topic, fitted)
+
+    def _hold(self, name: str, fitted: Fitted) -> None:
+        """Subscribe without a publisher, to be there when it comes."""
+        if fitted.profile is None:
+            reliable = {"reliability": "reliable"}  # nothing of such a publisher is lost
+            profile = bag_qos.changed(qos.listening([])[0], reliable)
+            override = self._options.overrides.get(name)
+            fitted.use(bag_qos.changed(profile, override) if override else profile)
+
+    def _repeated(self, name: str, infos: Sequence[EndpointInfo]) -> int:
+        """How many messages of a topic each file begins with."""
+        if name in self._options.repeat or not self._options.repeat_latched:
+            return self._options.repeat.get(name, 0)
+        if not infos:
+            self._notes(
+                f"{name} has no publisher yet, and is not repeated\n"
+                f"hint: --repeat-transient-local {name} repeats it in any case"
+            )
+        latched = any(one.durability.upper() == "TRANSIENT_LOCAL" for one in infos)
+        return self._options.repeat_latched if latched else 0
 
     def _learn(self, infos: list[EndpointInfo]) -> None:
         for info in infos:
@@ -199,6 +233,8 @@ class Recorder:
         self._learn(infos)
         before = recorded.fitted.publishers
         recorded.fitted.fit([info.endpoint() for info in infos])
+        if recorded.topic.name in self._options.static:
+            self._hold(recorded.topic.name, recorded.fitted)
         if recorded.fitted.publishers - before:
             self._add_qos(recorded, infos)
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from launcher.bag.bag_model import BagError, Message, Qos, Topic
-from launcher.bag.writer import BagWriter
+from launcher.bag.writer import BagWriter, LastMessages
 
 FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
 
@@ -17,14 +17,17 @@ FLUSH_S = 1.0  # at most so much is lost if the recorder is killed
 class FileSink:
     """Writes in a separate thread, so that a slow disk does not hold up the taking.
 
-    At most `max_bytes` wait to be written. `error` is what ended the writing: a full disk.
+    At most `max_bytes` wait to be written, and what came within `max_s`. `error` is what ended the
+    writing: a full disk.
     """
 
-    def __init__(self, writer: BagWriter, max_bytes: int) -> None:
+    def __init__(self, writer: BagWriter, max_bytes: int, max_s: float | None = None) -> None:
         self._writer = writer
         self._max_bytes = max_bytes
-        self._queue: deque[Message | Topic | tuple[str, list[Qos]]] = deque()
+        self._max_ns = None if max_s is None else round(max_s * 1e9)
+        self._queue: deque[Message | Callable[[], None]] = deque()
         self._waiting = 0
+        self._next_ns: int | None = None  # the time of the message that is written next
         self._changed = threading.Condition()
         self._closed = False
         self.error: OSError | None = None
@@ -34,10 +37,21 @@ class FileSink:
         self._thread.start()
 
     def add_topic(self, topic: Topic) -> None:
-        self._queue.append(topic)
+        self._order(lambda: self._writer.add_topic(topic))
 
     def set_qos(self, topic: str, profiles: list[Qos]) -> None:
-        self._queue.append((topic, profiles))
+        self._order(lambda: self._writer.set_qos(topic, profiles))
+
+    def repeat(self, topic: str, depth: int) -> None:
+        self._order(lambda: self._writer.repeat(topic, depth))
+
+    def split(self) -> None:
+        """Begin a new file behind the messages that are waiting."""
+        self._order(self._writer.split)
+        self.wake()
+
+    def _order(self, order: Callable[[], None]) -> None:
+        self._queue.append(order)
 
     def put(self, message: Message, publisher: bytes) -> bool:
         """Take a message without waiting; False if there is no room for it."""
@@ -45,6 +59,10 @@ class FileSink:
         if self._waiting and self._waiting + size > self._max_bytes:
             return False
         with self._changed:
+            if self._next_ns is None:
+                self._next_ns = message.log_ns
+            elif self._max_ns is not None and message.log_ns - self._next_ns > self._max_ns:
+                return False
             self._waiting += size
             self._queue.append(message)
         return True
@@ -75,16 +93,15 @@ class FileSink:
         found = False
         while self._queue:
             one = self._queue.popleft()
-            match one:
-                case Message():
-                    self._writer.write(one)
-                    found = True
-                    with self._changed:
-                        self._waiting -= len(one.data)
-                case Topic():
-                    self._writer.add_topic(one)
-                case (topic, profiles):
-                    self._writer.set_qos(topic, profiles)
+            if not isinstance(one, Message):
+                one()
+                continue
+            self._writer.write(one)
+            found = True
+            with self._changed:
+                self._waiting -= len(one.data)
+                following = self._queue[0] if self._queue else None
+                self._next_ns = following.log_ns if isinstance(following, Message) else None
         return found
 
     def finish(self) -> OSError | None:
@@ -112,20 +129,21 @@ class FileSink:
 class Ring:
     """Keeps the last messages in memory, up to `max_bytes` and `keep_s` (None: any age).
 
-    `clock_ns` is the time against which ages are measured.
+    `clock_ns` is the time against which ages are measured; None: that of the newest message.
     """
 
     def __init__(
         self,
         max_bytes: int,
         keep_s: float | None = None,
-        clock_ns: Callable[[], int] = time.time_ns,
+        clock_ns: Callable[[], int] | None = time.time_ns,
     ) -> None:
         self._max_bytes = max_bytes
         self._keep_ns = None if keep_s is None else round(keep_s * 1e9)
         self._clock_ns = clock_ns
         self._bytes = 0
         self._messages: deque[tuple[Message, bytes]] = deque()
+        self._latched = LastMessages()
         self.topics: dict[str, Topic] = {}
         self.dropped_ns: int | None = None  # time of the newest message that room was lacking for
 
@@ -135,7 +153,12 @@ class Ring:
     def set_qos(self, topic: str, profiles: list[Qos]) -> None:
         self.topics[topic] = replace(self.topics[topic], qos=profiles)
 
+    def repeat(self, topic: str, depth: int) -> None:
+        """Begin all contents with the last messages of a topic."""
+        self._latched.keep(topic, depth)
+
     def put(self, message: Message, publisher: bytes) -> bool:
+        self._latched.add(message)
         self._messages.append((message, publisher))
         self._bytes += _size(message)
         while self._bytes > self._max_bytes and self._messages:
@@ -144,9 +167,10 @@ class Ring:
 
     def forget_old(self) -> None:
         """Drop what is older than the time to keep. Call it regularly."""
-        if self._keep_ns is None:
+        if self._keep_ns is None or not self._messages:
             return
-        oldest = self._clock_ns() - self._keep_ns
+        now_ns = self._messages[-1][0].log_ns if self._clock_ns is None else self._clock_ns()
+        oldest = now_ns - self._keep_ns
         while self._messages and self._messages[0][0].log_ns < oldest:
             self._drop()
 
@@ -156,8 +180,16 @@ class Ring:
         return message
 
     def contents(self) -> list[tuple[Message, bytes]]:
-        """The messages with their publishers, oldest first."""
-        return sorted(self._messages, key=lambda one: one[0].log_ns)
+        """The messages with their publishers, oldest first; repeated ones at the first time."""
+        found = sorted(self._messages, key=lambda one: one[0].log_ns)
+        if not found:
+            return []
+        start, _ = found[0]
+        again = [
+            (one._replace(log_ns=start.log_ns, publish_ns=start.publish_ns), b"")
+            for one in self._latched.before(start.log_ns)
+        ]
+        return [*again, *found]
 
     def clear(self) -> None:
         self._messages.clear()

@@ -58,4 +58,5 @@ def storage_of(options: Parsed) -> Storage:
         format=options.compression_format or FORMATS[0],
         max_bytes=options.max_bag_size,
         max_duration_ns=round(options.max_bag_duration * 1e9),
+        max_files=getattr(options, "max_bag_files", 0),
     )

@@ -10,9 +10,11 @@ from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storag
 from launcher.bag.verbs.topics import EXCLUDE, names
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
+from launcher.base.model.ros_names import full_name
 from launcher.base.option import count, option, positive_seconds
 from launcher.ros.verb import GraphAccess, ros_command
 
+_UINT32 = 2**32 - 1
 _CACHE_BYTES = 100 * 1024 * 1024
 
 
@@ -23,17 +25,33 @@ def _pair(word: str) -> tuple[str, str]:
     return name, value
 
 
+def _depth(word: str) -> int:
+    return count(word, 1, MAX)
+
+
+def _repeated(word: str) -> tuple[str, int]:
+    """The topic and the number of `TOPIC[=DEPTH]`; ValueError."""
+    topic, sign, depth = word.partition("=")
+    if not topic:
+        raise ValueError(f"'{word}' is not TOPIC or TOPIC=DEPTH")
+    return full_name(topic), _depth(depth) if sign else 1
+
+
 def _record(options: Parsed) -> int:
+    from launcher.bag.ros import static_topics
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.record_run import RecordOptions, record
     from launcher.bag.ros.recorder import RecorderOptions
 
     selection = _selection(options)
-    if selection.is_empty:
+    _check_limits(options)
+    path = options.static_topics_path
+    static = {} if path is None else static_topics.read(path)
+    if selection.is_empty and not static:
         raise UsageError(
             "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
         )
-    _check_names((*selection.topics, *selection.services))
+    _check_names((*selection.topics, *selection.services, *selection.actions))
     path = options.qos_profile_overrides_path
     return record(
         GraphAccess.of(options),
@@ -41,6 +59,7 @@ def _record(options: Parsed) -> int:
             folder=options.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"),
             storage=storage_of(options),
             cache_bytes=options.max_cache_size or MAX,
+            cache_s=options.max_cache_duration,
             start_paused=options.start_paused,
             snapshot=options.snapshot_mode,
             keyboard=not options.disable_keyboard_controls,
@@ -53,8 +72,19 @@ def _record(options: Parsed) -> int:
             poll_s=None if options.no_discovery else options.polling_interval / 1000,
             use_sim_time=options.use_sim_time,
             include_unpublished=options.include_unpublished_topics,
+            static=static,
+            repeat=dict(options.repeat_transient_local or ()),
+            repeat_latched=options.repeat_all_transient_local,
         ),
     )
+
+
+def _check_limits(options: Parsed) -> None:
+    if options.snapshot_mode and not options.max_cache_size and not options.max_cache_duration:
+        raise UsageError(
+            "with --snapshot-mode memory needs a limit: --max-cache-size is 0",
+            hint="give --max-cache-size, or --max-cache-duration",
+        )
 
 
 def _check_names(names: Iterable[str]) -> None:
@@ -73,28 +103,38 @@ def _selection(options: Parsed) -> Selection:
     return Selection(
         all_topics=options.all or options.all_topics,
         all_services=options.all or options.all_services,
+        all_actions=options.all or options.all_actions,
         topics=names(options.words) | names(options.topics),
         services=names(options.services),
+        actions=names(options.actions),
         types=options.topic_types or (),
         regex=options.regex,
         exclude_regex=options.exclude_regex,
         exclude_topics=names(options.exclude_topics),
         exclude_services=names(options.exclude_services),
+        exclude_actions=names(options.exclude_actions),
         exclude_types=options.exclude_topic_types or (),
         hidden=options.include_hidden_topics,
     )
 
 
 _WHAT = (
-    option("-a, --all", "all topics and all calls of services"),
+    option("-a, --all", "all topics, all calls of services, and all actions"),
     option("--all-topics", "all topics"),
     option("--all-services", "calls of all services that publish them (service introspection)"),
+    option("--all-actions", "feedback, status and calls of all actions"),
     option("--topics NAME ...", "these topics"),
     option("--services NAME ...", "calls of these services"),
+    option("--actions NAME ...", "these actions"),
+    option(
+        "--static-topics-path FILE",
+        "YAML: topics with their types, to subscribe to before they are published",
+    ),
     option("--topic-types TYPE ...", "topics of these types"),
-    option("-e, --regex REGEX", "topics and services whose names it matches", expression),
+    option("-e, --regex REGEX", "topics, services and actions whose names it matches", expression),
     *EXCLUDE,
     option("--exclude-services NAME ...", "not these services"),
+    option("--exclude-actions NAME ...", "not these actions"),
     option("--exclude-topic-types TYPE ...", "not topics of these types"),
     option("--include-hidden-topics", "hidden topics as well"),
     option("--include-unpublished-topics", "topics that only have subscriptions as well"),
@@ -115,6 +155,31 @@ _FILES = (
         "(default: 100M)",
         byte_count,
         _CACHE_BYTES,
+    ),
+    option(
+        "--max-cache-duration S",
+        "whole seconds of messages at most that wait or are in memory; 0 is unlimited",
+        lambda word: count(word, 0, _UINT32),
+        0,
+    ),
+    option(
+        "--max-bag-files N",
+        "keep the last N files, with -b or -d; 0 is all",
+        lambda word: count(word, 0, MAX),
+        0,
+    ),
+    option(
+        "--repeat-transient-local TOPIC[=DEPTH] ...",
+        "begin each further file, and each snapshot, with their last DEPTH (1) messages",
+        _repeated,
+        name="repeat_transient_local",
+    ),
+    option(
+        "--repeat-all-transient-local [DEPTH]",
+        "in the same way DEPTH (1) messages of each topic with a TRANSIENT_LOCAL publisher",
+        lambda word: count(word, 0, MAX),
+        0,
+        value=1,
     ),
     *COMPRESSION,
     option("-s, --storage ID", "format of files", choices=("mcap",), default="mcap"),
