@@ -127,18 +127,18 @@ MODULES = {
             "EnvironmentVariable LaunchConfiguration LocalSubstitution"
         ),
         "launcher.language.substitutions.files": (
-            "FileContent FindExecutable FindLaunchfile LaunchLogDir PathJoinSubstitution "
+            "FileContent FindExecutable LaunchLogDir PathJoinSubstitution "
             "PathSubstitution ThisLaunchFile ThisLaunchFileDir"
         ),
         "launcher.language.substitutions.logic": (
             "AllSubstitution AndSubstitution AnySubstitution EqualsSubstitution "
-            "IfElseSubstitution IsEmptySubstitution NotEmptySubstitution NotEqualsSubstitution "
+            "IfElseSubstitution NotEqualsSubstitution "
             "NotSubstitution OrSubstitution"
         ),
         "launcher.language.substitutions.anon_name": "AnonName",
         "launcher.language.substitutions.for_loop_var": "ForEachVar ForLoopIndex",
         "launcher.language.substitutions.python": "PythonExpression",
-        "launcher.language.substitutions.text": "StringJoinSubstitution StringStripSubstitution",
+        "launcher.language.substitutions.text": "StringJoinSubstitution",
     },
     "launch.utilities": {
         "launcher.language.class_tools": "ensure_argument_type is_a is_a_subclass isclassinstance",
@@ -210,8 +210,7 @@ MODULES = {
     },
     "launch_ros.substitutions": {
         "launcher.language.ros.packages": (
-            "AmentIndexResource ExecutableInPackage FindPackage FindPackageFile FindPackagePrefix "
-            "FindPackageShare"
+            "ExecutableInPackage FindPackage FindPackagePrefix FindPackageShare"
         ),
         "launcher.language.ros.scope": "Parameter",
     },
@@ -301,10 +300,10 @@ CLASS_SUBMODULES = {
     ),
     "launch.substitutions": (
         "anon_name command environment_variable equals_substitution file_content find_executable "
-        "find_launchfile if_else_substitution is_empty_substitution launch_configuration "
-        "launch_log_dir local_substitution not_empty_substitution not_equals_substitution "
+        "if_else_substitution launch_configuration "
+        "launch_log_dir local_substitution not_equals_substitution "
         "path_join_substitution path_substitution python_expression string_join_substitution "
-        "string_strip_substitution substitution_failure text_substitution this_launch_file "
+        "substitution_failure text_substitution this_launch_file "
         "this_launch_file_dir"
     ),
     "launch_ros.actions": (
@@ -314,7 +313,7 @@ CLASS_SUBMODULES = {
     "launch_ros.descriptions": "composable_node node node_trait ros_executable",
     "launch_ros.event_handlers": "on_state_transition",
     "launch_ros.events.lifecycle": "change_state state_transition",
-    "launch_ros.substitutions": "executable_in_package find_package_file parameter",
+    "launch_ros.substitutions": "executable_in_package parameter",
     "launch_xml": "entity parser",
     "launch_yaml": "entity parser",
 }
@@ -373,7 +372,6 @@ SUBMODULES = {
     "launch_ros.events.lifecycle": {"lifecycle_node_matchers": "matches_node_name"},
     "launch_ros.events": {"matchers": "matches_node_name"},
     "launch_ros.substitutions": {
-        "ament_index": "AmentIndexResource",
         "find_package": "FindPackage FindPackagePrefix FindPackageShare",
     },
     "launch_ros.utilities": {

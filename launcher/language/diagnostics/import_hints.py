@@ -7,6 +7,7 @@ import os
 import re
 
 from launcher.base.text import did_you_mean, suggest
+from launcher.language.diagnostics.proposed_names import of_module, of_python
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,9 +43,9 @@ def hint(error: BaseException, message: str) -> str | None:
         return unbuilt.hint(package, os.environ) or _module_hint(error.name)
     if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
         name = getattr(error, "name", None) or ""
-        return _from_import(name) or _near_name(name)
+        return of_python(name) or _from_import(name) or _near_name(name)
     found = _NOT_PROVIDED.search(message) or _NOT_IN_MODULE.search(str(error))
-    return None if found is None else _from_import(found[2])
+    return None if found is None else of_python(found[2]) or _from_import(found[2])
 
 
 def _near_name(name: str) -> str | None:
@@ -73,8 +74,8 @@ def _module_hint(name: str) -> str:
     if package.partition(".")[0] in _TOP_NAMES:
         written = _from_import(last)
         near = suggest(name, list(_known_modules()))
-        if written is not None:
-            return written
+        if of_module(last) is not None or written is not None:
+            return of_module(last) or str(written)
         if near is not None:
             return f"did you mean '{near}'?"
     from launcher.language.diagnostics import launch_tests

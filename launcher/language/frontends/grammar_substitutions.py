@@ -96,7 +96,10 @@ def _call(
     here = _shifted(place, call.position)
     method = expose.substitution_parser(call.name)
     if method is None:
-        hint = _ROS_1_WORDS.get(call.name) or did_you_mean(call.name, expose.substitution_names())
+        from launcher.language.diagnostics import proposed_names  # only for an error
+
+        hint = _ROS_1_WORDS.get(call.name) or proposed_names.of_word(call.name)
+        hint = hint or did_you_mean(call.name, expose.substitution_names())
         hint = hint or expose.failed_extensions()
         message = f"unknown substitution $({call.name} ...)"
         raise StructureError(message, place=here, hint=hint, ros_type="VisitError")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
-    from launcher.language.substitutions.files import PathSubstitution
+    from launcher.language.substitutions.files import PathJoinSubstitution
 
 
 def missing(error: PackageNotFoundError, name: str) -> PackageNotFoundError:
@@ -65,24 +65,22 @@ def _find(look_up: Callable[[str, Mapping[str, str]], Path], name: str) -> str:
         raise missing(error, name) from None
 
 
-class _Path(Substitution):
-    """A path that can be extended with `/` (newer than Jazzy)."""
-
-    def __truediv__(self, additional_path: Any) -> PathSubstitution:
-        from launcher.language.substitutions.files import PathSubstitution
-
-        path: PathSubstitution = PathSubstitution(self) / additional_path
-        return path
-
-
 @public("launch_ros.substitutions.find_package")
-class FindPackage(_Path):
-    """Base of substitutions that find a package; subclasses override the static `find`."""
+class FindPackage(Substitution):
+    """Base of substitutions that find a package; subclasses override the static `find`.
+
+    They can be extended with `/`.
+    """
 
     package: list[Substitution] = read_only()
 
     def __init__(self, package: Any) -> None:
         self.__package = normalize_to_list_of_substitutions(package)
+
+    def __truediv__(self, additional_path: Any) -> PathJoinSubstitution:
+        from launcher.language.substitutions.files import PathJoinSubstitution
+
+        return PathJoinSubstitution([self, additional_path])
 
     @classmethod
     def parse(cls, data: Any) -> Any:
@@ -120,71 +118,6 @@ class FindPackageShare(FindPackage):
     @staticmethod
     def find(package_name: str) -> str:
         return _find(finder.share_directory, package_name)
-
-
-@public("launch_ros.substitutions.find_package_file")
-class FindPackageFile(FindPackageShare):
-    """A file or folder below the share folder of a package (newer than Jazzy)."""
-
-    file: list[Substitution] = read_only()
-
-    def __init__(self, package: Any, file: object) -> None:
-        super().__init__(package)
-        self.__file = normalize_to_list_of_substitutions(file)
-
-    @classmethod
-    def parse(cls, data: Any) -> Any:
-        """(class, keyword arguments) of `$(find-pkg-file package file)`."""
-        if not data or len(data) != 2:
-            raise AttributeError("find-pkg-file substitution expects 2 arguments")
-        return cls, {"package": data[0], "file": data[1]}
-
-    def describe(self) -> str:
-        package, file = map(describe_substitutions, (self.package, self.file))
-        return f"FindPackageFile(pkg={package}, file={file})"
-
-    def perform(self, context: LaunchContext) -> str:
-        """The path; SubstitutionFailure if it is absolute or does not exist."""
-        share = super().perform(context)
-        file = perform_substitutions(context, self.file)
-        if os.path.isabs(file):
-            raise SubstitutionFailure(f"'{file}' is absolute, not a path below '{share}'")
-        path = os.path.join(share, file)
-        if not os.path.exists(path):
-            raise SubstitutionFailure(f"file '{file}' not found in the share folder '{share}'")
-        return path
-
-
-@public("launch_ros.substitutions.ament_index")
-class AmentIndexResource(_Path):
-    """The prefix that has a resource of the ament index (newer than Jazzy)."""
-
-    resource_type: list[Substitution] = read_only(of="__type")
-    resource_name: list[Substitution] = read_only(of="__name")
-
-    def __init__(self, resource_type: object, resource_name: object) -> None:
-        self.__type = normalize_to_list_of_substitutions(resource_type)
-        self.__name = normalize_to_list_of_substitutions(resource_name)
-
-    @classmethod
-    def parse(cls, data: Any) -> Any:
-        """(class, keyword arguments) of `$(ament-index-resource type name)`."""
-        if len(data) != 2:
-            raise TypeError("ament-index-resource expects 2 arguments")
-        return cls, {"resource_type": data[0], "resource_name": data[1]}
-
-    def describe(self) -> str:
-        kind, name = map(describe_substitutions, (self.resource_type, self.resource_name))
-        return f"AmentIndexResource({kind}, {name})"
-
-    def perform(self, context: LaunchContext) -> str:
-        """The prefix; SubstitutionFailure if there is no such resource."""
-        kind = perform_substitutions(context, self.resource_type)
-        name = perform_substitutions(context, self.resource_name)
-        found = finder.resource_prefix(kind, name, os.environ)
-        if found is None:
-            raise SubstitutionFailure(f"the ament index has no resource '{name}' of type '{kind}'")
-        return str(found)
 
 
 class ExecutableMissing(SubstitutionFailure, ExecutableNotFoundError):

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Iterable
 
 from launcher.base import text_file
-from launcher.language import frontend_registry, launch_session
+from launcher.language import launch_session
 from launcher.language.class_tools import is_path
 from launcher.language.diagnostics import ros2_quirks
 from launcher.language.naming import public, read_only
@@ -125,47 +125,6 @@ class FindExecutable(Substitution):
         if path is None:
             raise SubstitutionFailure(f"executable '{name}' not found on the PATH")
         return path
-
-
-@public("launch.substitutions.find_launchfile")
-class FindLaunchfile(Substitution):
-    """The launch file of a folder with this name, whose suffix may be left out.
-
-    `bringup` finds `bringup.py`, `bringup.launch.xml` and `bringup_launch.yaml`.
-    """
-
-    name: list[Substitution] = read_only()
-    path: list[Substitution] = read_only("The folder.")
-
-    def __init__(self, *, name: object, path: Any) -> None:
-        self.__name = normalize_to_list_of_substitutions(name)
-        self.__path = normalize_to_list_of_substitutions(path)
-
-    def describe(self) -> str:
-        name, path = describe_substitutions(self.name), describe_substitutions(self.path)
-        return f"FindLaunchfile(name={name}, path={path})"
-
-    def perform(self, context: LaunchContext) -> str:
-        """The path; SubstitutionFailure unless there is exactly one such file."""
-        name = perform_substitutions(context, self.name)
-        folder = perform_substitutions(context, self.path)
-        if not os.path.isdir(folder):
-            raise SubstitutionFailure(f"'{folder}' is not a directory")
-        found = sorted(file for file in os.listdir(folder) if _is_launch_file(folder, file, name))
-        if len(found) != 1:
-            several = f"several launch files named '{name}' ({', '.join(found)})"
-            what = several if found else f"no launch file named '{name}'"
-            raise SubstitutionFailure(f"{what} in directory '{folder}'")
-        return os.path.join(folder, found[0])
-
-
-def _is_launch_file(folder: str, file: str, name: str) -> bool:
-    stem, _, suffix = file.rpartition(".")
-    is_named = file == name or stem in (name, f"{name}.launch", f"{name}_launch")
-    if not is_named or not os.path.isfile(os.path.join(folder, file)):
-        return False
-    extensions: list[str] = frontend_registry.parser_class("").get_available_extensions()
-    return suffix in ("py", *extensions)
 
 
 @public("launch.substitutions.file_content")

@@ -38,18 +38,14 @@ def _text(truth: bool) -> str:
     return "true" if truth else "false"
 
 
-class OneValue(Substitution):
-    """Base of substitutions of one value."""
+@public(_MODULE)
+class NotSubstitution(Substitution):
+    """The opposite of a truth value."""
 
     value: list[Substitution] = read_only()
 
     def __init__(self, value: object) -> None:
         self.__value = normalize_to_list_of_substitutions(value)
-
-
-@public(_MODULE)
-class NotSubstitution(OneValue):
-    """The opposite of a truth value."""
 
     @property
     def _operands(self) -> list[list[Substitution]]:
@@ -197,25 +193,3 @@ class IfElseSubstitution(Substitution):
         """The chosen text; SubstitutionFailure if the condition is not a truth value."""
         chosen = self.if_value if _truth(context, self.condition) else self.else_value
         return perform_substitutions(context, chosen)
-
-
-@public("launch.substitutions.is_empty_substitution")
-class IsEmptySubstitution(OneValue):
-    """Whether a text is empty; blanks are not."""
-
-    def describe(self) -> str:
-        return f"IsEmpty({describe_substitutions(self.value)})"
-
-    def perform(self, context: LaunchContext) -> str:
-        return _text(perform_substitutions(context, self.value) == "")
-
-
-@public("launch.substitutions.not_empty_substitution")
-class NotEmptySubstitution(IsEmptySubstitution):
-    """The opposite of IsEmptySubstitution."""
-
-    def describe(self) -> str:
-        return f"NotEmpty({describe_substitutions(self.value)})"
-
-    def perform(self, context: LaunchContext) -> str:
-        return _text(perform_substitutions(context, self.value) != "")

@@ -1,4 +1,4 @@
-"""Texts joined by a delimiter, and texts without outer whitespace."""
+"""Texts joined by a delimiter."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
-from launcher.language.substitutions.logic import OneValue
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,14 +35,3 @@ class StringJoinSubstitution(Substitution):
     def perform(self, context: LaunchContext) -> str:
         delimiter = perform_substitutions(context, self.delimiter)
         return delimiter.join(perform_substitutions(context, sub) for sub in self.substitutions)
-
-
-@public("launch.substitutions.string_strip_substitution")
-class StringStripSubstitution(OneValue):
-    """A text without whitespace at its ends: the output of a Command, for example."""
-
-    def describe(self) -> str:
-        return f"StringStrip({describe_substitutions(self.value)})"
-
-    def perform(self, context: LaunchContext) -> str:
-        return perform_substitutions(context, self.value).strip()

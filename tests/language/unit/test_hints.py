@@ -284,3 +284,54 @@ def test_a_required_argument_that_nothing_stands_for_is_named_as_missing(tmp_pat
 
     assert "missing 1 required keyword-only argument: 'executable'" in error.message
     assert error.hint is None
+
+
+# ---- names that no ROS 2 has
+
+PROPOSED = (
+    "launch_ros.substitutions AmentIndexResource ament-index-resource",
+    "launch.substitutions FindLaunchfile find-launchfile",
+    "launch_ros.substitutions FindPackageFile find-pkg-file",
+    "launch.substitutions IsEmptySubstitution is-empty",
+    "launch.substitutions NotEmptySubstitution not-empty",
+    "launch.substitutions StringStripSubstitution string-strip",
+)
+
+
+@pytest.mark.parametrize("names", PROPOSED, ids=lambda names: names.split()[1])
+def test_a_substitution_that_was_only_proposed_has_one_that_exists(tmp_path: Path, names: str):
+    module, cls, word = names.split()
+
+    imported = fault(tmp_path, f"    from {module} import {cls}")
+    word_used = fault(tmp_path, f'<launch><log message="$({word} a b)"/></launch>', "x.launch.xml")
+
+    assert f"{module}.{cls} is not provided" in imported.message
+    assert word_used.message == f"unknown substitution $({word} ...)"
+    for error in (imported, word_used):
+        assert (error.hint or "").startswith("no release of ROS 2 has it; write ")
+    assert cls not in str(imported.hint) and f"$({word}" not in str(word_used.hint)
+
+
+def test_the_module_of_a_proposed_substitution_has_the_same_hint(tmp_path: Path):
+    error = fault(tmp_path, "    import launch.substitutions.is_empty_substitution")
+
+    assert error.hint == "no release of ROS 2 has it; write EqualsSubstitution(VALUE, '')"
+
+
+def test_what_the_hints_about_proposed_substitutions_suggest_works(tmp_path: Path):
+    python = tmp_path / "a.launch.py"
+    stripped = "PythonExpression([\"'''\", VALUE, \"'''.strip()\"])"
+    empty = "EqualsSubstitution(VALUE, ''), NotEqualsSubstitution(VALUE, '')"
+    entries = f"LogInfo(msg=one) for one in ({stripped}, {empty})"
+    python.write_text(
+        "from launch import LaunchDescription\nfrom launch.actions import LogInfo\n"
+        "from launch.substitutions import *\nVALUE = TextSubstitution(text=' a ')\n"
+        f"def generate_launch_description():\n    return LaunchDescription([{entries}])\n"
+    )
+    xml = tmp_path / "a.launch.xml"
+    words = ("$(eval &quot;' a '.strip()&quot;)", "$(equals ' a ' '')", "$(not-equals ' a ' '')")
+    xml.write_text("<launch>" + "".join(f'<log message="{word}"/>' for word in words) + "</launch>")
+    for file in (python, xml):
+        plan = make_plan(str(file), [])
+        assert plan.error is None
+        assert [text for text, _ in plan.logs] == ["a", "false", "true"]

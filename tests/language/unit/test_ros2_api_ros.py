@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
-from ament_index_python.packages import PackageNotFoundError
 
 from launcher.language import launch_session
 from launcher.language.compat import vocabulary
@@ -107,11 +106,10 @@ def test_a_parameter_file_is_evaluated_with_a_context_that_only_substitutes(
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The prefix of a package `tools` with a file in share and a resource of another type."""
-    for kind in ("packages", "plugins"):
-        marker = tmp_path / "share" / "ament_index" / "resource_index" / kind / "tools"
-        marker.parent.mkdir(parents=True)
-        marker.touch()
+    """The prefix of a package `tools` with a file in share."""
+    marker = tmp_path / "share" / "ament_index" / "resource_index" / "packages" / "tools"
+    marker.parent.mkdir(parents=True)
+    marker.touch()
     file = tmp_path / "share" / "tools" / "config" / "a.yaml"
     file.parent.mkdir(parents=True)
     file.touch()
@@ -122,58 +120,14 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_path_below_a_package_is_written_with_slashes(tools: Path):
     from launch import LaunchContext
     from launch.substitutions import TextSubstitution
-    from launch_ros.substitutions import AmentIndexResource, ExecutableInPackage, FindPackageShare
+    from launch_ros.substitutions import ExecutableInPackage, FindPackagePrefix, FindPackageShare
 
     path = FindPackageShare("tools") / "config" / [TextSubstitution(text="a"), ".yaml"]
-    prefix = AmentIndexResource("plugins", "tools") / "lib"
+    prefix = FindPackagePrefix("tools") / "lib"
 
     assert path.perform(LaunchContext()) == f"{tools}/share/tools/config/a.yaml"
     assert prefix.perform(LaunchContext()) == f"{tools}/lib"
     assert "ExecInPkg" in (ExecutableInPackage("run", "tools") / "x").describe()
-
-
-@pytest.mark.parametrize("kind", ["packages", "plugins"])
-def test_a_resource_of_the_ament_index_is_found_with_its_prefix(kind: str, tools: Path):
-    from launch import LaunchContext
-    from launch.substitutions import SubstitutionFailure
-    from launch_ros.substitutions import AmentIndexResource
-
-    found = AmentIndexResource(kind, ["to", "ols"])
-    assert found.perform(LaunchContext()) == str(tools)
-    assert found.describe() == f"AmentIndexResource('{kind}', 'to' + 'ols')"
-    for names in ((kind, "no_such_thing"), ("no_such_type", "tools"), (kind, ""), (kind, "../x")):
-        with pytest.raises(SubstitutionFailure, match="the ament index has no resource"):
-            AmentIndexResource(*names).perform(LaunchContext())
-
-
-def test_a_file_of_a_package_is_found_if_it_exists(tools: Path):
-    from launch import LaunchContext
-    from launch.substitutions import SubstitutionFailure
-    from launch_ros.substitutions import FindPackageFile
-
-    context = LaunchContext()
-    found = FindPackageFile("tools", "config/a.yaml")
-    assert found.perform(context) == f"{tools}/share/tools/config/a.yaml"
-    assert found.describe() == "FindPackageFile(pkg='tools', file='config/a.yaml')"
-    assert FindPackageFile("tools", "config").perform(context) == f"{tools}/share/tools/config"
-    for file, message in (("config/b.yaml", "not found in the share"), ("/etc", "is absolute")):
-        with pytest.raises(SubstitutionFailure, match=message):
-            FindPackageFile("tools", file).perform(context)
-    with pytest.raises(PackageNotFoundError):
-        FindPackageFile("no_such_package", "a").perform(context)
-
-
-def test_substitutions_parse_the_words_of_their_tags():
-    from launch_ros.substitutions import AmentIndexResource, FindPackageFile
-
-    words = {"package": "tools", "file": "a"}
-    assert FindPackageFile.parse(["tools", "a"]) == (FindPackageFile, words)
-    words = {"resource_type": "plugins", "resource_name": "tools"}
-    assert AmentIndexResource.parse(["plugins", "tools"]) == (AmentIndexResource, words)
-    with pytest.raises(AttributeError, match="2 arguments"):
-        FindPackageFile.parse(["tools"])
-    with pytest.raises(TypeError, match="2 arguments"):
-        AmentIndexResource.parse(["plugins"])
 
 
 class Node:

@@ -39,7 +39,6 @@ from launcher.language.substitutions.configuration import (
 )
 from launcher.language.substitutions.files import (
     FileContent,
-    FindLaunchfile,
     PathJoinSubstitution,
     PathSubstitution,
     ThisLaunchFileDir,
@@ -51,14 +50,12 @@ from launcher.language.substitutions.logic import (
     AnySubstitution,
     EqualsSubstitution,
     IfElseSubstitution,
-    IsEmptySubstitution,
-    NotEmptySubstitution,
     NotEqualsSubstitution,
     NotSubstitution,
     OrSubstitution,
 )
 from launcher.language.substitutions.python import PythonExpression
-from launcher.language.substitutions.text import StringJoinSubstitution, StringStripSubstitution
+from launcher.language.substitutions.text import StringJoinSubstitution
 from tests.language.unit.interpreter.interpreting import logged
 
 texts = st.text(max_size=12)
@@ -182,37 +179,6 @@ def test_a_path_below_the_folder_of_the_launch_file():
     context = LaunchContext()
     context.extend_locals({"current_launch_file_directory": "/t"})
     assert (ThisLaunchFileDir() / "config" / "a.yaml").perform(context) == "/t/config/a.yaml"
-
-
-@pytest.mark.parametrize("name", ["one", "one.launch", "one.launch.xml", "two", "two_launch"])
-def test_a_launch_file_is_found_by_its_name(tmp_path: Path, name: str):
-    for file in ("one.launch.xml", "two_launch.py", "one.txt", "three.yaml", "three.launch.py"):
-        (tmp_path / file).touch()
-    (tmp_path / "one.py").mkdir()
-    found = performed(FindLaunchfile(name=name, path=tmp_path))
-    assert found == str(tmp_path / ("one.launch.xml" if name[0] == "o" else "two_launch.py"))
-
-
-@pytest.mark.parametrize(
-    ("name", "folder", "problem"),
-    [
-        ("o", ".", "no launch file named 'o'"),
-        ("three", ".", "several launch files .*three.launch.py, three.yaml"),
-        ("one", "missing", "is not a directory"),
-    ],
-)
-def test_what_is_not_one_launch_file(tmp_path: Path, name: str, folder: str, problem: str):
-    for file in ("one.py", "three.yaml", "three.launch.py"):
-        (tmp_path / file).touch()
-    with pytest.raises(SubstitutionFailure, match=problem):
-        performed(FindLaunchfile(name=name, path=tmp_path / folder))
-
-
-@given(st.text(alphabet=" \tab", max_size=5))
-def test_empty_and_stripped_texts(text: str):
-    assert performed(IsEmptySubstitution(text)) == ("true" if text == "" else "false")
-    assert performed(NotEmptySubstitution([text])) == ("false" if text == "" else "true")
-    assert performed(StringStripSubstitution([text, " "])) == text.strip()
 
 
 def test_a_value_of_an_iteration_is_a_local():

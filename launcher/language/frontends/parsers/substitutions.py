@@ -34,7 +34,6 @@ class Words:
 
 
 _WORDS = {
-    "AmentIndexResource": Words("ament-index-resource", ("resource_type", "resource_name")),
     "AndSubstitution": Words("and", ("left", "right")),
     "AnonName": Words("anon", ("name",)),
     "Command": Words("command", ("command",), ("on_stderr",)),
@@ -45,21 +44,16 @@ _WORDS = {
     "ForLoopIndex": Words("index", ("name",)),
     "FileContent": Words("file-content", ("path",)),
     "FindExecutable": Words("find-exec", ("name",)),
-    "FindLaunchfile": Words("find-launchfile", ("name", "path")),
-    "FindPackageFile": Words("find-pkg-file", ("package", "file")),
     "FindPackagePrefix": Words("find-pkg-prefix", ("package",)),
     "FindPackageShare": Words("find-pkg-share", ("package",)),
     "IfElseSubstitution": Words("if", ("condition", "if_value"), ("else_value",)),
-    "IsEmptySubstitution": Words("is-empty", ("value",)),
     "LaunchConfiguration": Words("var", ("variable_name",), ("default",)),
     "LaunchLogDir": Words("log_dir"),
-    "NotEmptySubstitution": Words("not-empty", ("value",)),
     "NotEqualsSubstitution": Words("not-equals", ("left", "right")),
     "NotSubstitution": Words("not", ("value",)),
     "OrSubstitution": Words("or", ("left", "right")),
     "Parameter": Words("param", ("name",), ("default",)),
     "PythonExpression": Words("eval", ("expression",), ("python_modules",)),
-    "StringStripSubstitution": Words("string-strip", ("value",)),
     "ThisLaunchFile": Words("filename"),
     "ThisLaunchFileDir": Words("dirname"),
 }

@@ -60,8 +60,7 @@ ACTIONS = _by_name(
 SUBSTITUTIONS = _by_name(
     {
         "launcher.language.ros.packages": (
-            "ament-index-resource=AmentIndexResource exec-in-pkg=ExecutableInPackage "
-            "find-pkg-file=FindPackageFile find-pkg-prefix=FindPackagePrefix "
+            "exec-in-pkg=ExecutableInPackage find-pkg-prefix=FindPackagePrefix "
             "find-pkg-share=FindPackageShare"
         ),
         "launcher.language.ros.scope": "param=Parameter",
@@ -71,21 +70,18 @@ SUBSTITUTIONS = _by_name(
         ),
         "launcher.language.substitutions.files": (
             "dirname=ThisLaunchFileDir file-content=FileContent filename=ThisLaunchFile "
-            "find-exec=FindExecutable find-launchfile=FindLaunchfile launch_log_dir=LaunchLogDir "
-            "log_dir=LaunchLogDir path-join=PathJoinSubstitution"
+            "find-exec=FindExecutable launch_log_dir=LaunchLogDir log_dir=LaunchLogDir "
+            "path-join=PathJoinSubstitution"
         ),
         "launcher.language.substitutions.logic": (
             "all=AllSubstitution and=AndSubstitution any=AnySubstitution "
-            "equals=EqualsSubstitution if=IfElseSubstitution is-empty=IsEmptySubstitution "
-            "not=NotSubstitution not-empty=NotEmptySubstitution "
+            "equals=EqualsSubstitution if=IfElseSubstitution not=NotSubstitution "
             "not-equals=NotEqualsSubstitution or=OrSubstitution"
         ),
         "launcher.language.substitutions.anon_name": "anon=AnonName",
         "launcher.language.substitutions.for_loop_var": "for-var=ForEachVar index=ForLoopIndex",
         "launcher.language.substitutions.python": "eval=PythonExpression",
-        "launcher.language.substitutions.text": (
-            "string-join=StringJoinSubstitution string-strip=StringStripSubstitution"
-        ),
+        "launcher.language.substitutions.text": "string-join=StringJoinSubstitution",
     }
 )
 
@@ -93,8 +89,7 @@ SUBSTITUTIONS = _by_name(
 NEWER = {
     *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env"),
     *("log_debug", "log_error", "log_info", "log_warning"),
-    *("ament-index-resource", "find-launchfile", "find-pkg-file", "for-var", "index", "is-empty"),
-    *("not-empty", "path-join", "string-join", "string-strip"),
+    *("for-var", "index", "path-join", "string-join"),
 }
 
 _ACTIONS = "launcher.language.frontends.parsers.actions"

@@ -317,7 +317,6 @@ def test_actions_know_their_line() -> None:
 
 
 SUBSTITUTIONS = {
-    "$(ament-index-resource t n)": "AmentIndexResource",
     "$(and true false)": "AndSubstitution",
     "$(anon n)": "AnonName",
     "$(command 'ls -l' ignore)": "Command",
@@ -331,11 +330,6 @@ SUBSTITUTIONS = {
     "$(file-content f)": "FileContent",
     "$(filename)": "ThisLaunchFile",
     "$(find-exec e)": "FindExecutable",
-    "$(find-launchfile n p)": "FindLaunchfile",
-    "$(is-empty '')": "IsEmptySubstitution",
-    "$(not-empty a)": "NotEmptySubstitution",
-    "$(string-strip ' a ')": "StringStripSubstitution",
-    "$(find-pkg-file p f)": "FindPackageFile",
     "$(find-pkg-prefix p)": "FindPackagePrefix",
     "$(find-pkg-share p)": "FindPackageShare",
     "$(if true a b)": "IfElseSubstitution",
