@@ -52,6 +52,14 @@ if TYPE_CHECKING:
     Runner = Callable[[Any, bool], ServiceRun]  # of a context, and whether to end when idle
 
 
+# In order; a name that is not among them is an unknown distribution.
+DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
+
+
+def _installed(environment: Mapping[str, str]) -> str | None:
+    return environment.get("ROS_DISTRO")
+
+
 class LaunchSession:
     """The log folder, and where messages of loggers go: (logger, level, text).
 
@@ -59,7 +67,9 @@ class LaunchSession:
     loaded. `sink` takes messages while an interpreter runs; `pending` keeps earlier
     ones for it. `warn` does the same for warnings with a place, each once. `modules` are those that
     were imported before any launch file. `reads_arguments`: the launch file has looked at the words
-    of the command line itself.
+    of the command line itself. `target` is the distribution of ROS 2 whose behaviour is wanted, if
+    not that of the installed one. `uses` is a set, in order, of names with their places, if they
+    are to be noted.
     """
 
     def __init__(self, *, is_script: bool = False) -> None:
@@ -72,7 +82,8 @@ class LaunchSession:
         self.modules = frozenset(sys.modules)
         self.reads_arguments = False
         self.is_debug = False  # --debug, which also shows messages of level DEBUG
-        self.distribution: str | None = None  # whose behaviour is wanted
+        self.target: str | None = None
+        self.uses: dict[tuple[str, FileLine], None] | None = None
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
@@ -103,7 +114,17 @@ class LaunchSession:
 
     def is_like(self, distribution: str) -> bool:
         """Whether a difference that came with this distribution of ROS 2 is wanted."""
-        return self.distribution is not None and self.distribution >= distribution
+        return self.distribution in DISTRIBUTIONS[DISTRIBUTIONS.index(distribution) :]
+
+    @property
+    def distribution(self) -> str | None:
+        """The target, else the installed one."""
+        return self.target or _installed(self.environment)
+
+    def note_use(self, name: str, place: FileLine | None) -> None:
+        """A launch file uses this: `$(word)`, `<tag>`, `<tag attribute>`, a name of Python."""
+        if self.uses is not None and place is not None:
+            self.uses[name, place] = None
 
     def note_arguments_read(self) -> None:
         self.reads_arguments = True

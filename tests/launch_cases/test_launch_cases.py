@@ -16,8 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from launcher.launch.plan.planner import make_plan
+from launcher.launch.needed_release import FIRST
 from launcher.launch.plan import plan_json
+from launcher.launch.plan.plan import Plan
+from launcher.launch.plan.planner import make_plan
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -48,7 +50,7 @@ def test_the_plan_of_a_case_is_what_ros_2_does(case: dict, run_folder: dict[str,
     expected = json.loads((HERE / case["expected"]).read_text(encoding="utf-8"))
     before = dict(os.environ), set(os.listdir(run_folder["TMPDIR"]))
 
-    found = planned(HERE / case["file"], case["args"], run_folder)
+    _, found = planned(HERE / case["file"], case["args"], run_folder)
 
     assert list(compare.differences(expected, found, strict=True)) == []
     assert dict(os.environ) == before[0]
@@ -58,8 +60,11 @@ def test_the_plan_of_a_case_is_what_ros_2_does(case: dict, run_folder: dict[str,
 
 @pytest.mark.parametrize("case", NEWER, ids=lambda case: case["id"])
 def test_the_plan_of_a_newer_case_is_what_is_specified(case: dict, run_folder: dict[str, str]):
-    found = planned(HERE / "newer" / case["id"], case.get("args", []), run_folder)
+    file = HERE / "newer" / case["id"].partition("+")[0]
+    plan, found = planned(file, case.get("args", []), run_folder, target=case.get("target"))
 
+    newer = {name: FIRST[name] for name, _ in plan.uses if FIRST.get(name, "jazzy") != "jazzy"}
+    assert newer == case.get("needs", {})
     error = found["error"] and {key: found["error"][key] for key in ("type", "stage")}
     assert error == case.get("error"), found["error"]
     logs = [[log["time"], log["message"]] for log in found["logs"]]
@@ -71,9 +76,13 @@ def test_the_plan_of_a_newer_case_is_what_is_specified(case: dict, run_folder: d
             assert {field: one[field] for field in wanted} == wanted
 
 
-def planned(path: Path, words: list[str], run_folder: dict[str, str]) -> dict:
-    """The plan document of a launch file, without what differs between machines."""
+def planned(
+    path: Path, words: list[str], run_folder: dict[str, str], target: str | None = None
+) -> tuple[Plan, dict]:
+    """The plan of a launch file, and its document without what differs between machines."""
     arguments = [tuple(word.split(":=", 1)) for word in words]
-    document = json.loads(json.dumps(plan_json.document(make_plan(str(path), arguments))))
+    plan = make_plan(str(path), arguments, target=target)
+    document = json.loads(json.dumps(plan_json.document(plan)))
     rules = compare.text_rules(run_folder, sys.executable)
-    return compare.canonical(document, [*rules, (re.compile(re.escape(str(HERE / "newer"))), "<newer>")])
+    rules.append((re.compile(re.escape(str(HERE / "newer"))), "<newer>"))
+    return plan, compare.canonical(document, rules)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 
+from launcher.language import launch_session
 from launcher.language.action import Action
 from launcher.language.context import LaunchContext
 from launcher.language.frontend_registry import parsed
@@ -28,7 +29,8 @@ _ARGUMENTS = "get_launch_arguments_with_include_launch_description_actions"
 class IncludeLaunchDescription(Action):
     """Yields another launch description, after setting `launch_arguments`.
 
-    Not a scope: what the other file sets is set here afterwards.
+    Not a scope: what the other file sets is set here afterwards. In Lyrical "this launch file" is
+    again that of before.
     """
 
     _to_arguments = "includes"
@@ -76,15 +78,25 @@ class IncludeLaunchDescription(Action):
             from launcher.language.diagnostics.wrong_returns import no_description
 
             raise no_description(self, description)
-        context.extend_locals(
-            {
-                "current_launch_file_path": self._get_launch_file(),
-                "current_launch_file_directory": self._get_launch_file_directory(),
-            }
-        )
+        outer = self._enter_file(context)
         self._check_required(context, description)
         context._includers[self._get_launch_file()] = self._origin
-        return [*self._settings(), description]
+        if not launch_session.current().is_like("lyrical"):
+            return [*self._settings(), description]
+        from launcher.language.actions.event_actions import OpaqueFunction
+
+        leave = OpaqueFunction(function=lambda context: context.extend_locals(outer))
+        return [*self._settings(), description, leave]
+
+    def _enter_file(self, context: LaunchContext) -> dict[str, Any]:
+        """Set the locals about the launch file; what they were before."""
+        inner = {
+            "current_launch_file_path": self._get_launch_file(),
+            "current_launch_file_directory": self._get_launch_file_directory(),
+        }
+        known = context.get_locals_as_dict()
+        context.extend_locals(inner)
+        return {name: known.get(name) for name in inner}
 
     def _load(self, context: LaunchContext) -> Any:
         try:

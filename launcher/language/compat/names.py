@@ -9,6 +9,8 @@ from types import FrameType, ModuleType
 
 from launcher.base.text import suggest
 from launcher.language.compat.compat_table import MODULES, SUBMODULES
+from launcher.language.diagnostics.origin import caller_origin
+from launcher.language.launch_session import current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -62,7 +64,11 @@ class PublicModule(ModuleType):
         module, sources = self.__name__, self.__dict__.get("_sources", {})
         if name in sources:
             source, original = sources[name]
-            value = self.__dict__[name] = getattr(importlib.import_module(source), original)
+            value = getattr(importlib.import_module(source), original)
+            if current().uses is None:
+                self.__dict__[name] = value
+            elif _is_written(sys._getframe(1)):
+                current().note_use(name, caller_origin())
             return value
         if not name.startswith("__"):
             submodule = self._submodule(f"{module}.{name}")
@@ -92,6 +98,15 @@ def _message(module: str, name: str, names: list[str]) -> str:
 
 
 def _is_from_import(frame: FrameType) -> bool:
+    return _operation(frame) == "IMPORT_FROM"
+
+
+def _is_written(frame: FrameType) -> bool:
+    """Whether the code names it itself: not by `import *` or `hasattr`."""
+    return _operation(frame) in ("IMPORT_FROM", "LOAD_ATTR", "LOAD_METHOD")
+
+
+def _operation(frame: FrameType) -> str:
     import opcode
 
-    return frame.f_code.co_code[frame.f_lasti] == opcode.opmap["IMPORT_FROM"]
+    return opcode.opname[frame.f_code.co_code[frame.f_lasti]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from launcher.language import launch_session
 from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
@@ -87,4 +88,7 @@ class EventHandler(BaseEventHandler):
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
         super().handle(event, context)
+        if not isinstance(self.entities, Iterable | None):
+            place = getattr(self, "_origin", None)
+            launch_session.current().note_use("EventHandler(entities=ENTITY)", place)
         return self.entities

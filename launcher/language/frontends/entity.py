@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, List, get_args, get_origin  # noqa: UP035 - List[...] is the API
 
 from launcher.base.text import did_you_mean
+from launcher.language import launch_session
+from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends.errors import SourcePlace, UnexpectedContentError
 from launcher.language.type_utils import get_typed_value
 
@@ -78,6 +80,14 @@ class Entity:
     def source(self) -> SourceText | None:
         """The file that it comes from, if any."""
         return None
+
+    def _note_use(self, names: Iterable[object]) -> None:
+        """Note the tag, and its attributes and nested tags, for warnings about what is new."""
+        current, place = launch_session.current(), self.place
+        if current.uses is not None and place is not None:
+            where = FileLine(place.path, place.line)
+            for one in ("", *(f" {name}" for name in names)):
+                current.note_use(f"<{self.type_name}{one}>", where)
 
     def assert_entity_completely_parsed(self) -> None:
         """ValueError if there is an attribute or a nested entity that was not read."""

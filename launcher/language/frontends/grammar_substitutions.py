@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from launcher.base.text import did_you_mean
+from launcher.language import frontend_registry
 from launcher.language.diagnostics.origin import FileLine
 from launcher.language.frontends import expose
 from launcher.language.frontends.errors import (
@@ -23,6 +24,7 @@ from launcher.language.frontends.grammar import (
     Text,
     parse_template,
 )
+from launcher.language.launch_session import current
 from launcher.language.substitution import Substitution, TextSubstitution
 
 TYPE_CHECKING = False
@@ -103,6 +105,8 @@ def _call(
         hint = hint or expose.failed_extensions()
         message = f"unknown substitution $({call.name} ...)"
         raise StructureError(message, place=here, hint=hint, ros_type="VisitError")
+    if here is not None and call.name not in frontend_registry.substitution_parse_methods:
+        current().note_use(f"$({call.name})", FileLine(here.path, here.line))
     try:
         substitution_type, arguments = expose.class_and_arguments(method, method(words))
         made: Substitution = substitution_type(**arguments)

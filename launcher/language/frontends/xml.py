@@ -88,6 +88,8 @@ class XmlEntity(Entity):
 
     def assert_entity_completely_parsed(self) -> None:
         """ValueError that names the first unknown tag or attribute."""
+        tags = [child.name for child in self._element.children]
+        self._note_use([*self._element.attributes, *tags])
         for child in self._element.children:
             if child.name not in self._read_tags:
                 self._fail_for_tag(child)

@@ -163,6 +163,7 @@ class YamlEntity(Entity):
 
     def assert_entity_completely_parsed(self) -> None:
         """ValueError that names the first unknown key."""
+        self._note_use(self._element if isinstance(self._element, dict) else ())
         if isinstance(self._element, list):
             if not self._children_read:
                 message = f"'{self._type_name}' does not take a list of actions"

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from launcher.base.model.supervision import StartRule
     from launcher.language.context import LaunchContext
     from launcher.language.description import LaunchDescription
+    from launcher.language.diagnostics.origin import FileLine
     from launcher.language.interpreter.run_host import Quirk
     from launcher.language.interpreter.trace import Visit
 
@@ -103,6 +104,8 @@ class Plan:
         self.is_off_complete = True
         self.names_read: frozenset[str] = frozenset()
         self.reads_arguments = False  # of the command line, by itself
+        self.uses: tuple[tuple[str, FileLine], ...] = ()  # see LaunchSession
+        self.distribution: str | None = None  # of ROS 2: the target, else the installed one
         self.absorbed: frozenset[str] = frozenset()  # composed into the process of another
         self.start_rules: tuple[StartRule, ...] = ()  # of a supervision file
         # For the analysis of errors.

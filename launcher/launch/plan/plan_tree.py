@@ -174,7 +174,7 @@ class _PlanTree:
             return [branch for child in visit.children for branch in self._branches(child)]
         if isinstance(entity, _SCOPE_PARTS) and _is_in(visit, GroupAction):
             return []
-        if is_own_function(entity) and _is_in(visit, ForEach):
+        if is_own_function(entity) and _is_in(visit, (ForEach, IncludeLaunchDescription)):
             return []
         if visit.skipped:
             return [
@@ -381,7 +381,7 @@ def _unvisited(entities: Iterable[Any]) -> list[Branch]:
     ]
 
 
-def _is_in(visit: Visit, kind: type) -> bool:
+def _is_in(visit: Visit, kind: type | tuple[type, ...]) -> bool:
     return visit.parent is not None and isinstance(visit.parent.entity, kind)
 
 

@@ -46,22 +46,24 @@ def make_plan(
     *,
     with_scopes: bool = False,
     debug: bool = False,
+    target: str | None = None,
 ) -> Plan:
     """The plan of a launch file of any kind; faults of the file are in `plan.error`.
 
     `with_scopes`: as rules of hosts need it, with what is around each process; `debug`: with
-    messages of level DEBUG.
+    messages of level DEBUG; `target`: as this distribution of ROS 2 does it.
     """
     plan = Plan(path)
     arguments = list(arguments)
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
     with vocabulary(words) as session, contextlib.redirect_stdout(sys.stderr):
-        session.is_debug = debug
+        session.is_debug, session.target, session.uses = debug, target, {}
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments, with_scopes)
         plan.reads_arguments = session.reads_arguments
+        plan.uses, plan.distribution = tuple(session.uses), session.distribution
     return plan
 
 

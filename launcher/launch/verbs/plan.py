@@ -21,6 +21,8 @@ from launcher.launch.launch_options import (
     refuse_conflicts,
     with_settings_beside,
 )
+from launcher.launch.needed_release import TARGETS
+from launcher.launch.needed_release import warnings as needed_releases
 from launcher.launch.target import (
     ABOUT_TARGET,
     DEBUG,
@@ -44,9 +46,15 @@ if TYPE_CHECKING:
     from launcher.launch.plan.plan_places import PlanPlaces
 
 _HOSTS = option("--hosts FILE", "show where processes run as this file says, and what runs there")
+_TARGET = option(
+    "--target NAME",
+    "the distribution of ROS 2 that is to run the launch file, instead of the installed one: warn "
+    "of what is newer",
+    choices=TARGETS,
+)
 # A running launch has its own.
 _OF_A_NEW_RUN = (
-    *(_HOSTS, SKIP_HOST, DISCOVERY, PREFIX, LOG_LEVEL, COMPOSE),
+    *(_HOSTS, SKIP_HOST, DISCOVERY, PREFIX, LOG_LEVEL, COMPOSE, _TARGET),
     *(SUPERVISE, NO_SUPERVISE),
 )
 COMMAND = Command(
@@ -70,6 +78,7 @@ launch has done so far.
         PREFIX,
         LOG_LEVEL,
         COMPOSE,
+        _TARGET,
         option(
             "--diff",
             "what reloading the running launch (of TARGET) would start, stop and restart, with its "
@@ -101,6 +110,7 @@ def main(words: Sequence[str]) -> int:
     return show(
         request,
         as_json=parsed.json,
+        target=parsed.target,
         options=replace(
             with_settings_beside(options, request.path),
             hosts=parsed.hosts,
@@ -122,18 +132,21 @@ def show(
     request: LaunchRequest,
     *,
     as_json: bool = False,
+    target: str | None = None,
     options: RunOptions | None = None,
 ) -> int:
     """Print the plan of the request; LauncherError below it for what is wrong.
 
-    `options` change processes as in a run, and say on which hosts they run.
+    `options` change processes as in a run, and say on which hosts they run; `target` is the
+    distribution of ROS 2.
     """
     places = None
     if options is not None and (options.hosts or options.discovery or options.skip_hosts):
         places = planned_hosts(options)
     has_rules = options is not None and bool(options.start_rules)
-    plan = evaluate(request, with_scopes=places is not None or has_rules)
-    remarks = [] if options is None else _apply(options, plan)
+    plan = evaluate(request, with_scopes=places is not None or has_rules, target=target)
+    remarks = needed_releases(plan.uses, plan.distribution, is_target=target is not None)
+    remarks += [] if options is None else _apply(options, plan)
     errors = mistakes_of(plan, request)
     if plan.start_rules:
         from launcher.launch.supervise.circles import circle_among
@@ -226,7 +239,9 @@ def _print_answer(run: ListedRun, parsed: Parsed, verb: str, **options: Any) -> 
     return ExitCode.OK
 
 
-def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
+def evaluate(
+    request: LaunchRequest, *, with_scopes: bool = False, target: str | None = None
+) -> Plan:
     """The plan; what the launch file prints goes to standard error."""
     from launcher.launch.plan.plan import Plan, PlanError
     from launcher.launch.plan.planner import make_plan
@@ -234,7 +249,11 @@ def evaluate(request: LaunchRequest, *, with_scopes: bool = False) -> Plan:
     try:
         with stdout_to_stderr(), limited(request.time_limit, request.path):
             return make_plan(
-                request.path, request.arguments, with_scopes=with_scopes, debug=request.debug
+                request.path,
+                request.arguments,
+                with_scopes=with_scopes,
+                debug=request.debug,
+                target=target,
             )
     except LaunchFileError as fault:
         # It was interrupted; how far it got is unknown.

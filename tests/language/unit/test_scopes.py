@@ -166,7 +166,7 @@ def test_a_timer_has_the_environment_of_its_visit_since_lyrical(
     group = GroupAction([SetEnvironmentVariable("COLOUR", "group"), timers[0]])
     actions = [SetEnvironmentVariable("COLOUR", "outside"), group, timers[1]]
     with interpreting(actions) as interpreter:
-        current().distribution = distribution
+        current().target = distribution or "jazzy"
         interpreter.start()
         for timer_id in list(interpreter.host.timers):
             interpreter.handle(TimerFired(timer_id=timer_id))

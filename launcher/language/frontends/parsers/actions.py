@@ -177,3 +177,16 @@ def parse_shutdown(cls: type, entity: Entity, parser: Parser) -> Parsed:
         text = plain_text(parts)
         arguments["reason"] = parts if text is None else text
     return cls, arguments
+
+
+_OF_TRACE = (
+    "session-name snapshot-mode dual-session append-timestamp base-path append-trace events-ust "
+    "events-kernel syscalls context-fields subbuffer-size-ust subbuffer-size-kernel"
+)
+
+
+def parse_trace(cls: type, entity: Entity, parser: Parser) -> Parsed:
+    """`trace`, whose attributes are accepted and not used."""
+    for name in _OF_TRACE.split():
+        entity.get_attr(name, optional=True)
+    return parse_action(cls, entity, parser)

@@ -26,6 +26,7 @@ def _by_name(modules: dict[str, str]) -> dict[str, tuple[str, str]]:
 
 ACTIONS = _by_name(
     {
+        "launcher.language.actions.absent": "trace=Trace",
         "launcher.language.actions.arguments": (
             "arg=DeclareLaunchArgument bool_arg=DeclareBooleanLaunchArgument"
         ),
@@ -85,9 +86,9 @@ SUBSTITUTIONS = _by_name(
     }
 )
 
-# Newer than Jazzy: a package made for Jazzy may expose its own, which then takes precedence.
+# Newer than Jazzy, or of a package: one that exposes its own takes precedence.
 NEWER = {
-    *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env"),
+    *("bool_arg", "for", "for_each", "lifecycle_node", "rep_env", "trace"),
     *("log_debug", "log_error", "log_info", "log_warning"),
     *("for-var", "index", "path-join", "string-join"),
 }
@@ -121,6 +122,7 @@ _PARSE_FUNCTIONS = {
     "Shutdown": (_ACTIONS, "parse_shutdown"),
     "Substitution": (_SUBSTITUTIONS, "parse_substitution"),
     "TimerAction": (_ACTIONS, "parse_timer"),
+    "Trace": (_ACTIONS, "parse_trace"),
 }
 
 # Actions whose attributes are all required texts: keyword of the constructor -> attribute.

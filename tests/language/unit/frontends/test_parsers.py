@@ -121,6 +121,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         "TimerAction",
         {"period": 2.0, "actions": ["Shutdown"], "cancel_on_shutdown": False},
     ),
+    '<trace session-name="s" events-kernel="" if="1"/>': ("Trace", {"condition": "IfCondition"}),
     '<timer period="$(var p)"/>': ("TimerAction", {"period": "LaunchConfig('p')", "actions": []}),
     '<include file="f"><let name="n" value="l"/><arg name="n" value="v"/></include>': (
         "IncludeLaunchDescription",
