@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fnmatch
 import os
+import re
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -146,6 +147,8 @@ class NoActiveRunError(ControlError):
 
 # What a verb shows of an active run is in this file afterwards.
 _FILES = {"logs": MERGED, "events": EVENTS, "plan": PLAN}
+# Not that of a process, whose name ends with its number.
+_MERGED_NAME = re.compile(r"^(?!.*-\d+(-stdout|-stderr)?\.log$).*\.log$")
 
 
 def files_of_last_run(verb: str, names: Sequence[str] = ()) -> list[str]:
@@ -153,7 +156,10 @@ def files_of_last_run(verb: str, names: Sequence[str] = ()) -> list[str]:
     folder = os.path.realpath(os.path.join(current_root(os.environ), "latest"))
     if verb not in _FILES or not os.path.isfile(f"{folder}/{EVENTS}"):
         return []
-    own = sorted(name for name in os.listdir(folder) if _is_log_of(name, names))
+    files = sorted(os.listdir(folder))
+    own = [name for name in files if _is_log_of(name, names)]
+    if not own and verb == "logs" and MERGED not in files:  # `--log-file-name`
+        own = [name for name in files if _MERGED_NAME.match(name)]
     return [f"{folder}/{name}" for name in own or [_FILES[verb]]]
 
 

@@ -81,6 +81,7 @@ class LaunchSession:
         self.environment = dict(os.environ)
         self.modules = frozenset(sys.modules)
         self.reads_arguments = False
+        self.log_name = "launch"  # of the launcher's own messages, and of the file with all lines
         self.is_debug = False  # --debug, which also shows messages of level DEBUG
         self.target: str | None = None
         self.uses: dict[tuple[str, FileLine], None] | None = None

@@ -41,6 +41,7 @@ class LaunchService:
         argv: Iterable[str] | None = None,
         noninteractive: bool = False,
         debug: bool = False,
+        log_file_name: str = "launch.log",
     ) -> None:
         self.__context = LaunchContext(argv=argv, noninteractive=noninteractive)
         self.__context.register_event_handler(OnIncludeLaunchDescription())
@@ -50,6 +51,8 @@ class LaunchService:
         self.__run: launch_session.ServiceRun | None = None
         self.__task: object = None
         self.__async_thread: int | None = None
+        if log_file_name != "launch.log":
+            launch_session.current().log_name = log_file_name.removesuffix(".log")
         if debug:
             from launcher.language.logging.config import launch_config
 

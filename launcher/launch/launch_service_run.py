@@ -215,7 +215,8 @@ def run_script(request: LaunchRequest, options: RunOptions) -> int:
 
         activation.load_libraries(workspace)
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
-    with script_vocabulary(options):
+    with script_vocabulary(options) as session:
+        session.is_debug, session.log_name = request.debug, request.log_name
         sys.argv = words
         try:
             runpy.run_path(request.path, run_name="__main__")

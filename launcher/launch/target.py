@@ -55,13 +55,14 @@ READING_OPTIONS = (
 
 
 class LaunchRequest(Record):
-    """The launch file, its arguments in order, and how it is read."""
+    """The launch file, its arguments in order, and how it is read; `log_name`: of its log file."""
 
     path: str
     arguments: tuple[tuple[str, str], ...] = ()
     lenient: bool = False
     noninteractive: bool = False
     debug: bool = False
+    log_name: str = "launch"
     time_limit: TimeLimit = TimeLimit()
 
     @classmethod
@@ -87,6 +88,7 @@ class LaunchRequest(Record):
             lenient=given.get("lenient", False),
             noninteractive=given.get("noninteractive", False),
             debug=given.get("debug", False),
+            log_name=given.get("log_name", "launch"),
             time_limit=parsed.time_limit,
         )
 

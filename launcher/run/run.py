@@ -95,9 +95,10 @@ class Run:
         self.is_begun = False
         self.socket: str | None = None
         self.all_processes: dict[int, Process] = {}
-        warn = functools.partial(screen.log, "WARNING", "launch")
+        name = launched.session.log_name if launched.session is not None else "launch"
+        warn = functools.partial(screen.log, "WARNING", name)
         soon = functools.partial(reactor.call_later, 0)
-        self.directory = RunDirectory(launched.path, warn, soon=soon)
+        self.directory = RunDirectory(launched.path, warn, soon=soon, name=name)
         self.log = RunLog(reactor, screen, self.directory, launched.session)
         self.watchdog = WatchdogClient(reactor, self.id, self.log.warn)
         self.core_driver = CoreDriver(self)

@@ -35,13 +35,22 @@ class LaunchConfig:
         self._factory: Callable[..., logging.Handler] | None = None
         self._screen_handler: SessionHandler | None = None
         self.file_handlers: dict[str, logging.Handler] = {}
-        self.log_file_name = "launch.log"
+        self._log_file_name: str | None = None
         self.set_screen_format("default")
         self.set_log_format("default")
         if launch_session.current().prints:
             self.log_dir = None
             launch_session.current().forget_log_dir()
         launch_session.current().formats = self if self._is_changed else None
+
+    @property
+    def log_file_name(self) -> str:
+        """The file with all lines."""
+        return self._log_file_name or f"{launch_session.current().log_name}.log"
+
+    @log_file_name.setter
+    def log_file_name(self, log_file_name: str) -> None:
+        self._log_file_name = log_file_name
 
     # ---- level
 
@@ -118,7 +127,8 @@ class LaunchConfig:
 
     def _file_handler(self, file_name: str) -> logging.Handler:
         current = launch_session.current()
-        if self._factory is None and file_name == "launch.log" and not current.prints:
+        is_main = file_name in ("launch.log", f"{current.log_name}.log")
+        if self._factory is None and is_main and not current.prints:
             handler = SessionHandler("log")  # the run itself writes this file
             handler.formatted = self._own_file_format
             return handler

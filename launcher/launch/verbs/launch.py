@@ -59,6 +59,14 @@ if TYPE_CHECKING:
         def fleet(self, core: LaunchCore, request: LaunchRequest) -> FleetPlacement | None: ...
 
 
+def _log_name(text: str) -> str:
+    """The name without `.log`."""
+    name = text.removesuffix(".log")
+    if not name or "/" in name:
+        raise ValueError(f"'{text}' is not the name of a file; its folder is that of the run")
+    return name
+
+
 FEW_NODES = 20  # find each other in any case
 
 _OWN = {
@@ -67,6 +75,13 @@ _OWN = {
             "-a, --show-all-subprocesses-output",
             "send the output of every process to the screen and to the log",
             name="show_all",
+        ),
+        option(
+            "-f, --log-file-name NAME",
+            "name of the log file with all lines, and of the launcher in it (default: launch)",
+            _log_name,
+            "launch",
+            name="log_name",
         ),
     ),
     HOSTS: (
@@ -210,7 +225,7 @@ def _launch(
     with vocabulary(words) as session:
         # Launch files ask where the logs of their run are.
         session.log_dir = run_path
-        session.is_debug = request.debug
+        session.is_debug, session.log_name = request.debug, request.log_name
         _read_log_formats()
         with _noting_files(options), limited(request.time_limit, request.path):
             description = frontends.load(request.path)

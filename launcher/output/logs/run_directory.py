@@ -2,7 +2,7 @@
 
 | file | what |
 |---|---|
-| `launch.log` | all lines, of the launcher and of every process, with time stamps |
+| `launch.log` | all lines, of the launcher and of every process; `--log-file-name` |
 | `NAME-N.log` | what one process wrote, stdout and stderr |
 | `NAME-N-stdout.log`, `NAME-N-stderr.log` | one stream, where `output` is `own_log` or `full` |
 | `events.jsonl` | starts, exits, restarts, signals (`event_log`) |
@@ -99,7 +99,7 @@ class RunDirectory:
 
     Call `keep_up()` regularly: it makes the directory again if it was removed. `path` is None if no
     directory is wanted, or it could not be made; then nothing is written. `soon(call)` calls after
-    this pass of the loop.
+    this pass of the loop. `name` is that of the merged file, and of the launcher's own lines in it.
     """
 
     def __init__(
@@ -108,7 +108,10 @@ class RunDirectory:
         on_trouble: Callable[[str], None],
         *,
         soon: Callable[[Callable[[], None]], object] = lambda call: call(),
+        name: str = "launch",
     ) -> None:
+        self.name = name
+        self._merged = f"{name}.log"
         self._on_trouble = on_trouble
         self._soon = soon
         self._together: list[bytes] = []
@@ -172,6 +175,7 @@ class RunDirectory:
         return True
 
     def log(self, level: str, logger: str, text: str) -> None:
+        logger = self.name if logger == "launch" else logger
         line = f"{time.time():.7f} [{level}] [{logger}]: {text}\n"
         self._merge(without_colour(line.encode(errors="surrogateescape")))
 
@@ -233,7 +237,7 @@ class RunDirectory:
     def _merge(self, block: bytes) -> None:
         """Write to the merged file, in order."""
         if not self._together and len(block) < FLOOD_BYTES and not self._collects:
-            self._append(MERGED, block)
+            self._append(self._merged, block)
             return
         self._together.append(block)
         if len(self._together) == 1:
@@ -244,7 +248,7 @@ class RunDirectory:
     def _write_together(self) -> None:
         blocks, self._together = self._together, []
         if blocks:
-            self._append(MERGED, *blocks)
+            self._append(self._merged, *blocks)
 
     def _append(self, name: str, *blocks: bytes) -> None:
         if self.path is None or self._broken:

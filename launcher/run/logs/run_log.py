@@ -37,6 +37,7 @@ class RunLog:
     ) -> None:
         """Write a line to the screen and to `launch.log`, or to one of them (see LogMessage)."""
         text = text if text.isascii() else _encodable(text)
+        logger = self._directory.name if logger == "launch" else logger
         formats = None if self._session is None or line is not None else self._session.formats
         if sink != "log":
             usual = f"[{level}] [{logger}]: {text}\n".encode(errors="surrogateescape")

@@ -34,7 +34,7 @@ SIGNATURES = {
         "LaunchDescriptionEntity": "",
         "LaunchDescriptionSource": "launch_description=, location=, method=",
         "LaunchIntrospector": "",
-        "LaunchService": "*, argv=, noninteractive=, debug=",
+        "LaunchService": "*, argv=, noninteractive=, debug=, log_file_name=",
         "Substitution": "",
     },
     "launch.actions": {

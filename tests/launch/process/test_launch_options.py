@@ -185,3 +185,23 @@ def test_debug_messages_of_the_launch_file_are_shown_with_debug(bench: Bench):
         assert b"[INFO] [launch.user]: a fact\n" in done.stdout
         assert (b"[DEBUG] [launch.user]: some detail\n" in done.stdout) is is_shown
         assert any("some detail" in log for log in logs) is is_shown
+
+
+def test_the_log_file_and_the_lines_of_the_launcher_have_the_name_that_is_given(bench: Bench):
+    done = bench.run('sh("echo hello"), LogInfo(msg="a fact")', "-f", "nav.log")
+
+    files = sorted(path.name for path in (bench.folder / "log").glob("latest/*.log"))
+    text = (bench.folder / "log/latest/nav.log").read_text()
+    assert files == ["nav.log", "sh-1.log"]
+    for written in (done.stdout.decode(), text):
+        assert "[INFO] [nav]: All log files can be found below " in written
+        assert "[INFO] [nav]: exit code 0: " in written
+        assert "[INFO] [launch.user]: a fact" in written
+        assert "[launch]" not in written
+    assert "[sh-1] hello" in text
+
+
+def test_a_log_file_name_with_a_folder_is_refused(bench: Bench):
+    done = bench.run('sh("true")', "--log-file-name", "a/b")
+    assert done.returncode == 2
+    assert b"'a/b' is not the name of a file" in done.stderr

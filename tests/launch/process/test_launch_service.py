@@ -360,3 +360,22 @@ def test_a_launch_file_cannot_run_a_service(tmp_path: Path):
 
     assert result.returncode == 2
     assert "LaunchService.run() is not available inside of a launch file" in result.stderr
+
+
+def test_a_service_may_name_its_log_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "log"))
+    script = write(
+        tmp_path,
+        """
+service = LaunchService(log_file_name="svc")
+service.include_launch_description(LaunchDescription([LogInfo(msg="a fact")]))
+raise SystemExit(service.run())
+""",
+    )
+    done = completed([sys.executable, str(script)], tmp_path)
+
+    assert done.returncode == 0, done.stderr
+    assert "[INFO] [svc]: All log files can be found below" in done.stdout
+    assert "a fact" in (tmp_path / "log/latest/svc.log").read_text()
+    logs = completed([sys.executable, "-m", "launcher", "logs"], tmp_path)
+    assert logs.stderr.endswith("/svc.log\n")
