@@ -39,14 +39,17 @@ class ExponentText(str):
     """A text of a launch file, without a type, in which rcl sees a number: `1e-3`, `2E6`.
 
     PyYAML requires a point in front of the exponent. As in ROS 2, it stays a text in the launch
-    file, and the node gets a number.
+    file; behind `-p` the node gets a number, in a parameter file since Kilted the text.
     """
 
     __slots__ = ()
 
 
 def file_text(content: object) -> str:
-    """A parameter file with this content; every text that is a value is in quotes."""
+    """A parameter file with this content; every text that is a value is in quotes.
+
+    Jazzy leaves the quotes out of ExponentText, and a node with a text parameter then ends.
+    """
     import yaml
 
     text: str = yaml.dump(
@@ -148,9 +151,10 @@ def _dumper(*, quotes_all: bool) -> Any:
         return dumper.represent_scalar(_STRING, str.__str__(text), style=style)
 
     ParameterDumper.add_representer(str, represent_text)
-    ParameterDumper.add_representer(
-        ExponentText, lambda dumper, text: dumper.represent_scalar(_STRING, str.__str__(text))
-    )
+    if not quotes_all:
+        ParameterDumper.add_representer(
+            ExponentText, lambda dumper, text: dumper.represent_scalar(_STRING, str.__str__(text))
+        )
     # Of subclasses, such as enumerations and the numbers of numpy.
     ParameterDumper.add_multi_representer(str, represent_text)
     ParameterDumper.add_multi_representer(

@@ -69,6 +69,18 @@ def text_is_no_text(context: LaunchContext, name: str, value: str, origin: FileL
         context._host.warn_quirk(text, origin)
 
 
+def number_is_text(context: LaunchContext, name: str, value: str, origin: FileLine | None) -> None:
+    """`1e-3` without a type is a text for YAML 1.1, and since Kilted for nodes, too."""
+    from launcher.base.model.parameter_text import value_text
+
+    number = value_text(float(value)).split()[0]
+    text = (
+        f"parameter '{name}' is the text '{value}', which is a number in Jazzy; "
+        f"hint: write {number}, or give it a type"
+    )
+    context._host.warn_quirk(text, origin)
+
+
 def parameter_file_is_missing(context: LaunchContext, path: str, origin: FileLine | None) -> None:
     """A node starts without a parameter file that does not exist."""
     text = f"Parameter file path is not a file: {path}; the node starts without it"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from launcher.language.diagnostics import ros2_quirks
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import FileLine
 
 
 def write_parameter_file(
@@ -28,10 +31,16 @@ def write_parameter_file(
     return file.name
 
 
-def write_parameters(context: LaunchContext, node: str, parameters: dict[str, Any]) -> str:
+def write_parameters(
+    context: LaunchContext, node: str, parameters: dict[str, Any], origin: FileLine | None
+) -> str:
     """Write a parameter file for one node, `/**` for any; the path."""
-    from launcher.base.model.parameter_text import file_text
+    from launcher.base.model.parameter_text import ExponentText, file_text
 
+    for name, value in parameters.items():
+        first = value[0] if isinstance(value, tuple) and value else value
+        if isinstance(first, ExponentText):
+            ros2_quirks.number_is_text(context, name, first, origin)
     content = plain({node: {"ros__parameters": parameters}})
     return write_parameter_file(context, file_text(content), content)
 

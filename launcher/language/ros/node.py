@@ -217,7 +217,7 @@ class Node(ExecuteProcess):
     def _parameter_argument(self, context: LaunchContext, parameter: Any) -> str:
         if isinstance(parameter, dict):
             node = self.node_name if self.is_node_name_fully_specified() else "/**"
-            return write_parameters(context, node, parameter)
+            return write_parameters(context, node, parameter, self._origin)
         if isinstance(parameter, Path):
             return str(parameter)
         return self._get_parameter_rule(parameter, context)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from launcher.language.context import LaunchContext
+    from launcher.language.diagnostics.origin import FileLine
 
 
 @public("launch_ros.descriptions.node_trait")
@@ -80,7 +81,7 @@ class Node:
             validate_namespace(namespace)
             words += ["-r", f"{self._prefix(context)}__ns:={namespace}"]
         self.__final_node_name = prefix_namespace(namespace, name)
-        words += self._parameter_words(context)
+        words += self._parameter_words(context, getattr(action, "_origin", None))
         for src, dst in self.__remappings:
             rule = f"{perform_substitutions(context, src)}:={perform_substitutions(context, dst)}"
             words += ["-r", rule]
@@ -98,7 +99,7 @@ class Node:
         given = self.__node_namespace
         return resolve_namespace(context, None if given is None else perform(context, given))
 
-    def _parameter_words(self, context: LaunchContext) -> list[str]:
+    def _parameter_words(self, context: LaunchContext, origin: FileLine | None) -> list[str]:
         words: list[str] = []
         for parameter in evaluate_parameters(context, self.__parameters):
             if isinstance(parameter, Parameter):
@@ -107,7 +108,7 @@ class Node:
                 words += ["-p", rule(name, value) if is_text else f"{name}:={value}"]
             elif isinstance(parameter, dict):
                 node = self.__final_node_name or "/**"
-                words += ["--params-file", write_parameters(context, node, parameter)]
+                words += ["--params-file", write_parameters(context, node, parameter, origin)]
             else:
                 words += ["--params-file", str(parameter)]
         return words

@@ -169,7 +169,7 @@ def _from_yaml(name: str, text: str) -> Any:
         return _uniform(name, value)
     raise TypeError(
         "Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], "
-        f'Sequence[float], Sequence[str]. Got {type(value)} for "{name}". {advice}'
+        f'Sequence[float], Sequence[str]. Got {type(value).__name__} for "{name}". {advice}'
     )
 
 

@@ -91,11 +91,12 @@ def test_a_rule_has_quotes_only_where_it_needs_them():
     assert rule("a", [1, 2]) == "a:=- 1\n- 2"
 
 
-def test_a_number_without_a_point_is_a_text_that_gets_no_quotes():
+def test_a_number_without_a_point_is_a_text_that_has_quotes_only_in_a_file():
     found = value_of("[1e5, 1.5e3, '1e5', 2.5e+3]")
     assert found == ["1e5", "1.5e3", "1e5", 2500.0]
     assert [type(one) for one in found] == [ExponentText, ExponentText, str, float]
-    assert file_text({"a": found[0], "b": found[2]}) == 'a: 1e5\nb: "1e5"\n'
+    assert file_text({"a": found[0], "b": found[2]}) == 'a: "1e5"\nb: "1e5"\n'
+    assert (rule("a", found[0]), rule("a", found[2])) == ("a:=1e5", "a:='1e5'")
 
 
 def test_values_of_subclasses_are_written_as_their_base():

@@ -18,6 +18,7 @@ from launcher.language.ros.composition import ComposableNode, ComposableNodeCont
 from launcher.language.ros.node import Node
 from launcher.language.ros.parameter_descriptions import ParameterValue
 from launcher.language.ros.scope import PushROSNamespace, SetParameter, SetUseSimTime
+from launcher.language.substitutions.configuration import LaunchConfiguration
 from launcher.launch.plan.planner import make_plan
 from tests.language.unit.interpreter.interpreting import interpreting
 
@@ -80,6 +81,29 @@ def test_a_text_that_nodes_do_not_get_as_one_gives_a_warning(text: str):
     (warning,) = warnings_of(SetParameter("a", ParameterValue(text, value_type=str)))
 
     assert warning.startswith(f"SetParameter passes '{text}' without quotes")
+
+
+@pytest.mark.parametrize(
+    ("given", "number"), [("1e3", "1000.0"), ("-2E-6", "-2.0e-06"), ("[1e5, 2e5]", "100000.0")]
+)
+def test_a_number_that_nodes_get_as_a_text_gives_a_warning(given: str, number: str):
+    value = SetLaunchConfiguration("x", given)
+    node = Node(executable="x", parameters=[{"gain": LaunchConfiguration("x")}])
+
+    (warning,) = warnings_of(value, node)
+
+    first = given.strip("[]").split(",")[0]
+    assert warning == (
+        f"parameter 'gain' is the text '{first}', which is a number in Jazzy; "
+        f"hint: write {number}, or give it a type"
+    )
+
+
+@pytest.mark.parametrize(
+    "value", [1e3, "1e3", "serial", ParameterValue("1e3", value_type=str), ["1e3"], [1e3]]
+)
+def test_a_value_with_a_type_gives_none(value: object):
+    assert warnings_of(Node(executable="x", parameters=[{"gain": value}])) == []
 
 
 @pytest.mark.parametrize("value", ["text", "12", 12, True, ParameterValue("a", value_type=str)])

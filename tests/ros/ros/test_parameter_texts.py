@@ -139,26 +139,34 @@ launch:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("suffix", "text"), [("xml", XML), ("yaml", YAML)])
-def test_markup_has_texts_too_and_a_number_without_a_point(
+def test_markup_has_texts_too_and_a_number_without_a_point_is_one(
     printed: Printed, suffix: str, text: str
 ):
     actions = text.format(python=sys.executable)
-    found = printed(actions, "serial:=1e5", "speed:=1e-3", suffix=suffix)
-    assert found["x"] == {"serial": "1e5", "other": "0483", "axis": "y", "speed": 0.001}
+    for speed, given in (("1e-3", "1e-3"), ("1.0e-3", 0.001)):
+        found = printed(actions, "serial:=1e5", f"speed:={speed}", suffix=suffix)
+        assert found["x"] == {"serial": "1e5", "other": "0483", "axis": "y", "speed": given}
 
 
 @pytest.mark.thorough
-def test_a_value_without_a_type_is_a_number_where_ros_2_makes_it_one(printed: Printed):
+def test_a_value_without_a_type_is_a_text_where_yaml_makes_it_one(printed: Printed):
     found = printed(
         """
         DeclareLaunchArgument("v", default_value="2E6"),
+        DeclareLaunchArgument("typed", default_value="2E6"),
         DeclareLaunchArgument("several", default_value="[1e-3, 2e-3]"),
         DeclareLaunchArgument("mixed", default_value="[1e-3, a]"),
         printer("x", parameters=[
-            {name: LaunchConfiguration(name) for name in ("v", "several", "mixed")}]),
+            {name: LaunchConfiguration(name) for name in ("v", "several", "mixed")},
+            {"typed": ParameterValue(LaunchConfiguration("typed"), value_type=float)}]),
         """
     )
-    assert found["x"] == {"v": 2e6, "several": [0.001, 0.002], "mixed": ["1e-3", "a"]}
+    assert found["x"] == {
+        "v": "2E6",
+        "typed": 2e6,
+        "several": ["1e-3", "2e-3"],
+        "mixed": ["1e-3", "a"],
+    }
 
 
 @pytest.mark.thorough
