@@ -111,7 +111,7 @@ def change(caller: ServiceCaller, node: str, transition: Any, limit_s: float | N
 def _requested(caller: ServiceCaller, node: str, transition: Any, limit_s: float) -> str | None:
     """What is wrong, None for nothing; NoAnswerError after `limit_s`."""
     outcome: list[str | None] = []
-    client = LifecycleClient(caller.node, node, lambda step, label: None)
+    client = LifecycleClient(caller.node, node, lambda *_: None)
     change = caller.client(ChangeState, f"{node}/change_state")
     seen_s = time.monotonic()
 

@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 import compare  # noqa: E402
 
-CASES = json.loads((HERE / "cases.json").read_text(encoding="utf-8"))
+CASES = compare.load_cases()
 NEWER = json.loads((HERE / "newer.json").read_text(encoding="utf-8"))
 
 

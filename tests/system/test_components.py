@@ -29,6 +29,7 @@ import rclpy
 from composition_interfaces.srv import ListNodes, LoadNode, UnloadNode
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import parameter_value_to_python
 from std_msgs.msg import String
 
@@ -54,9 +55,12 @@ def load(request, response):
     namespace = request.node_namespace.rstrip("/")
     unique_id, name = len(requests), f"{namespace}/{request.node_name or 'of_plugin'}"
     nodes[unique_id] = name
-    if what == "works":
+    if request.plugin_name == "Leaves":
+        threading.Timer(1.0, os._exit, [0]).start()
+    elif what == "works":
         arguments = [word for rule in request.remap_rules for word in ("-r", rule)]
-        loaded = rclpy.create_node(
+        make = LifecycleNode if request.plugin_name == "Pump" else rclpy.create_node
+        loaded = make(
             request.node_name or "of_plugin", namespace=request.node_namespace or None,
             cli_args=["--ros-args", *arguments], use_global_arguments=False)
         loaded.declare_parameter("speed_limit", 1.0)
@@ -96,13 +100,21 @@ except (KeyboardInterrupt, ExternalShutdownException):
 LAUNCH = """
 import sys
 from launch import LaunchDescription
-from launch.actions import ExecuteProcess, LogInfo, RegisterEventHandler
+from launch.actions import ExecuteProcess, LogInfo, OpaqueFunction, RegisterEventHandler
 from launch.conditions import IfCondition
 from launch.event_handlers import OnShutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import (
     ComposableNodeContainer, LoadComposableNodes, Node, SetParameter, SetRemap)
-from launch_ros.descriptions import ComposableNode
+from launch_ros.descriptions import ComposableLifecycleNode, ComposableNode
+from launch_ros.event_handlers import OnStateTransition
+
+pump = ComposableLifecycleNode(
+    package="p", plugin="Pump", name="pump", namespace="site", autostart=True)
+
+def has_a_time(context):
+    event = context.locals.event
+    return [LogInfo(msg=f"time {event.timestamp > 1e18} {event.stamp.sec > 1e9}")]
 
 def nodes(*names, **options):
     return [ComposableNode(package="p", plugin="P", name=name, **options) for name in names]
@@ -177,6 +189,8 @@ def test_a_container_that_never_answers_ends_the_waiting(world: World, write, wo
     file = write("""
         box("gone", "dies", composable_node_descriptions=nodes("a", "b")),
         LoadComposableNodes(target_container="/nowhere", composable_node_descriptions=nodes("c")),
+        box("leaves", "works", composable_node_descriptions=[ComposableLifecycleNode(
+            package="p", plugin="Leaves", name="left", autostart=True)]),
     """)
     program = (
         "import sys, launcher.run.ros_requests as requests; requests.LOADING_LIMIT_S = 1.0; "
@@ -195,6 +209,7 @@ def test_a_container_that_never_answers_ends_the_waiting(world: World, write, wo
         text = f"Failed to load node '{name}' of type 'P' in container '/gone': the process of"
         assert text in output
     assert "in container '/nowhere': /nowhere has not been there for 1 s" in output
+    assert "Failed to make transition 'TRANSITION_CONFIGURE' for LifecycleNode '/left'" in output
     assert "OnShutdown was called" in output
     assert done.returncode == 1  # of the container
 
@@ -259,3 +274,25 @@ def test_a_request_carries_everything_that_the_launch_file_says(launched_system:
     assert "Failed to load node 'u' of type 'Unknown' in container '/box': no plug-in" in log
     assert "parameter 'big' cannot be sent: int too big to convert" in log
     assert "'v'" not in log
+
+
+@pytest.mark.thorough
+def test_a_lifecycle_node_in_a_container_is_activated_by_itself(launched_system: Launch, write):
+    file = write("""
+        RegisterEventHandler(OnStateTransition(
+            target_lifecycle_node=pump, goal_state="active",
+            entities=[LogInfo(msg="the pump is active"), OpaqueFunction(function=has_a_time)])),
+        box("box", "works", composable_node_descriptions=[
+            pump,
+            ComposableLifecycleNode(package="p", plugin="Unknown", name="no", autostart=True)]),
+    """)
+    system = launched_system(file, **LONG_STOP)
+    system.wait_for_log("launch", "Autostart enabled for requested lifecycle node /site/pump")
+    system.wait_for_log("launch", "Failed to load node 'no'")
+    system.wait_for_log("launch", "the pump is active")
+    system.wait_for_log("launch", "time True True")
+    state = system.call("/site/pump/get_state")["current_state"]["label"]
+    log = "\n".join(system.logs("launch"))
+    assert state == "active"
+    assert "Failed to make transition" not in log
+    assert system.system.stop(150.0).left_processes == ()

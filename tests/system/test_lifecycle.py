@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from launcher.smoke.pytest_plugin import Launch
+from tests.support.waiting import wait_until
 from tests.system.conftest import LONG_STOP
 
 NODE = """
@@ -147,3 +148,44 @@ def test_a_load_request_without_its_interface_package_fails_with_that_reason(
     system.wait_for_log("launch", "composition_interfaces is not installed")
     system.wait_for_end()
     assert system.shutdown().left_processes == ()
+
+
+AUTOSTART = """
+<launch>
+  <arg name="wanted"/>
+  <lifecycle_node exec="{python}" args="{node} healthy" name="pump" namespace="site"
+    autostart="$(var wanted)" output="screen"/>
+  <lifecycle_node exec="{python}" args="{node} stuck" name="stuck" namespace=""
+    autostart="true" output="screen"/>
+  <lifecycle_node exec="{python}" args="{node} healthy" name="idle" namespace="" output="screen"/>
+</launch>
+"""
+STUCK_NODE = NODE.replace("import rclpy\n", "import sys\nimport rclpy\n", 1).replace(
+    'self.get_logger().info("configuring")',
+    'if sys.argv[1] == "stuck":\n            return TransitionCallbackReturn.FAILURE',
+)
+
+
+def test_nodes_are_activated_by_themselves_and_a_failure_is_no_end(
+    launched_system: Launch, tmp_path: Path
+):
+    node = tmp_path / "pump.py"
+    node.write_text(STUCK_NODE)
+    file = tmp_path / "pumps.launch.xml"
+    file.write_text(AUTOSTART.replace("{python}", sys.executable).replace("{node}", str(node)))
+
+    system = launched_system(file, wanted="true", **LONG_STOP)
+    system.wait_for_log("*", r"\[site\.pump\]: activating")
+    system.wait_for_log(
+        "launch", "Failed to make transition 'TRANSITION_CONFIGURE' for LifecycleNode '/stuck'"
+    )
+    system.wait_for_node("/idle")
+
+    def state(node: str) -> str:
+        label: str = system.call(f"{node}/get_state")["current_state"]["label"]
+        return label
+
+    wait_until(lambda: state("/site/pump") == "active", "the pump is active")
+    assert (state("/stuck"), state("/idle")) == ("unconfigured", "unconfigured")
+    ending = system.system.stop(150.0)
+    assert (ending.returncode, ending.left_processes) == (0, ())

@@ -111,6 +111,11 @@ class LoadRequest(Record):
     parameters: tuple[tuple[str, object], ...] = ()
     extra_arguments: tuple[tuple[str, object], ...] = ()
 
+    @property
+    def full_name(self) -> str:
+        """The name with its namespace; empty if the plug-in chooses the name."""
+        return f"{(self.namespace or '').rstrip('/')}/{self.name}" if self.name else ""
+
 
 class LoadComponent(Record):
     """Ask the container to load the node; answer with ComponentLoaded(request_id).
@@ -251,12 +256,16 @@ class StateChanged(Record):
 
 
 class TransitionSeen(Record):
-    """A lifecycle node went from one state to another, by their labels (`inactive`)."""
+    """A lifecycle node went from one state to another, by their labels (`inactive`).
+
+    `stamp_ns` is the time on the node's clock, 0 in virtual time.
+    """
 
     node: str
     transition: str
     start_state: str
     goal_state: str
+    stamp_ns: int = 0
 
 
 Effect = (

@@ -182,6 +182,7 @@ MODULES = {
     },
     "launch_ros.actions.node": {"launcher.language.ros.node": "Node NodeActionExtension"},
     "launch_ros.descriptions": {
+        "launcher.language.ros.composable_lifecycle": "ComposableLifecycleNode",
         "launcher.language.ros.composition": "ComposableNode",
         "launcher.language.ros.node_descriptions": "Node NodeTrait RosExecutable",
         "launcher.language.ros.parameter_descriptions": "Parameter ParameterFile ParameterValue",
@@ -216,6 +217,7 @@ MODULES = {
     },
     "launch_ros.utilities": {
         "launcher.language.ros.component_parameters": "to_parameters_list",
+        "launcher.language.ros.lifecycle": "LifecycleEventManager",
         "launcher.language.ros.node_and_topic_names": (
             "add_node_name get_node_name_count is_namespace_absolute is_root_namespace "
             "make_namespace_absolute normalize_remap_rule normalize_remap_rules prefix_namespace"
@@ -314,7 +316,9 @@ CLASS_SUBMODULES = {
         "composable_node_container lifecycle_node lifecycle_transition set_parameter "
         "set_parameters_from_file set_remap set_use_sim_time"
     ),
-    "launch_ros.descriptions": "composable_node node node_trait ros_executable",
+    "launch_ros.descriptions": (
+        "composable_lifecycle_node composable_node node node_trait ros_executable"
+    ),
     "launch_ros.event_handlers": "on_state_transition",
     "launch_ros.events.lifecycle": "change_state state_transition",
     "launch_ros.substitutions": "executable_in_package parameter",
@@ -383,6 +387,7 @@ SUBMODULES = {
         "namespace_utils": (
             "is_namespace_absolute is_root_namespace make_namespace_absolute prefix_namespace"
         ),
+        "lifecycle_event_manager": "LifecycleEventManager",
         "normalize_parameters": "normalize_parameter_dict normalize_parameters",
         "normalize_remap_rule": "normalize_remap_rule normalize_remap_rules",
         "to_parameters_list": "to_parameters_list",

@@ -175,6 +175,11 @@ class Replay:
             return False
         return any(full_node_name(one.spec.argv) == _absolute(node) for one in self._kept)
 
+    def _owner(self, node: str) -> str:
+        """The container of a component; other nodes are processes themselves."""
+        loads = [effect.request for effect in self._loads]
+        return next((one.container for one in loads if one.full_name == node), node)
+
     def _send(self, effect: model.Effect, node: str) -> None:
         process_id = self._restarting(node)
         if process_id is None:
@@ -190,14 +195,14 @@ class Replay:
             self._send(effect, load.container)
             return
         self.repeated.append(effect)
-        name = f"{(load.namespace or '').rstrip('/')}/{load.name}" if load.name else ""
-        self._at(now_s, model.ComponentLoaded(request_id, full_node_name=name))
+        self._at(now_s, model.ComponentLoaded(request_id, full_node_name=load.full_name))
 
     def _change_state(
         self, effect: model.ChangeState, change: model.StateRequest, request_id: int, now_s: float
     ) -> None:
-        if not self._is_done(change, change.node):
-            self._send(effect, change.node)
+        owner = self._owner(change.node)
+        if not self._is_done(change, owner):
+            self._send(effect, owner)
             return
         self.repeated.append(effect)
         self._at(now_s, model.StateChanged(request_id))
@@ -242,7 +247,8 @@ class Replay:
         again = [
             one
             for one in (*self.repeated, *self._effects)
-            if isinstance(one, (model.LoadComponent, model.ChangeState)) and _node_of(one) == node
+            if isinstance(one, (model.LoadComponent, model.ChangeState))
+            and self._process_of(one) == node
         ]
         self.repeated = [one for one in self.repeated if one not in again]
         self._effects = [one for one in self._effects if one not in again]
@@ -261,13 +267,12 @@ class Replay:
             )
             self._interpreter.host.log("launch", "ERROR", text)
 
+    def _process_of(self, effect: model.LoadComponent | model.ChangeState) -> str:
+        """The node of the process that a request is for."""
+        if isinstance(effect, model.LoadComponent):
+            return _absolute(effect.request.container)
+        return _absolute(self._owner(effect.request.node))
+
 
 def _absolute(node: str) -> str:
     return f"/{node.lstrip('/')}"
-
-
-def _node_of(effect: model.LoadComponent | model.ChangeState) -> str:
-    """The node that a request is for."""
-    if isinstance(effect, model.LoadComponent):
-        return _absolute(effect.request.container)
-    return _absolute(effect.request.node)

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from launcher.language.context import LaunchContext
     from launcher.language.diagnostics.origin import FileLine
 
+    _Load = tuple["ComposableNode", LoadRequest]
+
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
 
@@ -51,7 +53,6 @@ class ComposableNode:
 
     package: list[Substitution] = read_only()
     node_plugin: list[Substitution] = read_only()
-    node_name: list[Substitution] | None = read_only()
     node_namespace: list[Substitution] | None = read_only()
     parameters: Any = read_only()
     remappings: Any = read_only()
@@ -81,6 +82,23 @@ class ComposableNode:
     def condition(self) -> Condition | None:
         """The node is loaded only if this is true."""
         return self.__condition
+
+    @property
+    def node_name(self) -> Any:
+        """The name as substitutions, or None."""
+        return self.__node_name
+
+    @property
+    def _given_name(self) -> Any:
+        """The same: `node_name` of a lifecycle node becomes the full name."""
+        return self.node_name
+
+    def _begin_loading(self, context: LaunchContext, full_name: str) -> list[Action]:
+        """The node is going to be loaded, empty: its name is not known; what follows from that."""
+        return []
+
+    def _end_loading(self, context: LaunchContext, full_name: str, *, is_loaded: bool) -> None:
+        """The container has answered."""
 
 
 @public("launch_ros.actions.composable_node_container")
@@ -153,29 +171,35 @@ class LoadComposableNodes(Action):
         """The nodes to load, and the container or its name."""
         return self.__composable_node_descriptions, self.__target_container
 
-    def execute(self, context: LaunchContext) -> None:
+    def execute(self, context: LaunchContext) -> list[Action] | None:
         """Build all requests in the current scope; send the first."""
         if isinstance(self.__target_container, ComposableNodeContainer):
             self.__container_name = self.__target_container.node_name
         else:
             self.__container_name = perform(context, self.__target_container)
-        requests = [
-            _load_request(description, context, self.__container_name, self._origin)
-            for description in self.__composable_node_descriptions
-        ]
-        wanted = [request for request in requests if request is not None]
+        wanted: list[_Load] = []
+        follows: list[Action] = []
+        for description in self.__composable_node_descriptions:
+            request = _load_request(description, context, self.__container_name, self._origin)
+            if request is not None:
+                wanted.append((description, request))
+                follows += description._begin_loading(context, request.full_name)
         if wanted:
             context._host.later(lambda: self._send(context, wanted))
+        return follows or None
 
-    def _send(self, context: LaunchContext, requests: list[LoadRequest]) -> None:
-        first, rest = requests[0], requests[1:]
+    def _send(self, context: LaunchContext, loads: list[_Load]) -> None:
+        (description, request), rest = loads[0], loads[1:]
 
         def answered(answer: ComponentLoaded) -> None:
-            self._report(context, first, answer)
+            self._report(context, request, answer)
+            name = answer.full_node_name or request.full_name
+            description._end_loading(context, name, is_loaded=answer.error is None)
             if rest:
                 context._host.later(lambda: self._send(context, rest))
 
-        context._host.load_component(first, answered, self._origin, tuple(rest))
+        following = tuple(one for _, one in rest)
+        context._host.load_component(request, answered, self._origin, following)
 
     def _report(
         self, context: LaunchContext, request: LoadRequest, answer: ComponentLoaded
@@ -214,7 +238,7 @@ def _load_request(
     description = composable_node_description
     if not _is_wanted(description, context):
         return None
-    name = _performed(context, description.node_name) or ""
+    name = _performed(context, description._given_name) or ""
     namespace = resolve_namespace(context, _performed(context, description.node_namespace))
 
     def pairs(parameters: Iterable[Any]) -> tuple[tuple[str, object], ...]:

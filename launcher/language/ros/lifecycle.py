@@ -16,9 +16,14 @@ from launcher.base.model.events import (
 from launcher.language.action import Action
 from launcher.language.actions.event_actions import EmitEvent, OpaqueFunction, RegisterEventHandler
 from launcher.language.events.base import Event, EventHandler
+from launcher.language.frontend_registry import parsed
 from launcher.language.naming import public, read_only
 from launcher.language.ros.node import Node
 from launcher.language.substitution import normalize_to_list_of_substitutions, perform_substitutions
+from launcher.language.type_utils import (
+    normalize_typed_substitution,
+    perform_typed_substitution,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,7 +31,17 @@ if TYPE_CHECKING:
 
     from launcher.language.context import LaunchContext
 
-_LOGGER = "launch_ros.actions.lifecycle_node"
+_LOGGER = "launch_ros.utilities.lifecycle_event_manager"
+_CONFIGURE, _ACTIVATE = 1, 3  # numbers of transitions
+_SECOND = 10**9  # in ns
+_NO_LIFECYCLE = (
+    "OnStateTransition requires a lifecycle enabled node as the target, target_lifecycle_node is "
+    "not lifecycle-enabled."
+)
+_NO_NODE = (
+    "OnStateTransition requires a lifecycle enabled node as the target, target_lifecycle_node is "
+    "not a lifecycle-enabled node type."
+)
 
 
 @public("launch_ros.events.lifecycle.change_state")
@@ -60,22 +75,28 @@ class StateTransition(Event):
     """A lifecycle node went from one state to another."""
 
     name = "launch_ros.events.lifecycle.StateTransition"
-    action: LifecycleNode = read_only()
+    action: Any = read_only("The LifecycleNode, or the description of a composable node.")
     msg: Any = read_only(
         "The message of the node, with the fields of lifecycle_msgs/msg/TransitionEvent."
     )
-    timestamp: int = read_only()
+    timestamp: int = read_only("In nanoseconds.")
+    stamp: Any = read_only("The same time as `sec` and `nanosec`, as it is called since Lyrical.")
     transition: str = read_only("The label of the transition.")
     start_state: str = read_only("The state that was left.")
     goal_state: str = read_only("The state that was entered.")
 
-    def __init__(self, *, action: LifecycleNode, msg: Any) -> None:
+    def __init__(self, *, action: Any, msg: Any) -> None:
         self.__action = action
         self.__msg = msg
-        self.__timestamp = int(msg.timestamp)
+        self.__stamp = msg.stamp if hasattr(msg, "stamp") else _stamp(int(msg.timestamp))
+        self.__timestamp = self.__stamp.sec * _SECOND + self.__stamp.nanosec
         self.__transition = str(msg.transition.label)
         self.__start_state = str(msg.start_state.label)
         self.__goal_state = str(msg.goal_state.label)
+
+
+def _stamp(ns: int) -> SimpleNamespace:
+    return SimpleNamespace(sec=ns // _SECOND, nanosec=ns % _SECOND)
 
 
 def matches_node_name(node_name: str) -> Callable[[Any], bool]:
@@ -86,21 +107,25 @@ def matches_node_name(node_name: str) -> Callable[[Any], bool]:
 
 @public("launch_ros.event_handlers.on_state_transition")
 class OnStateTransition(EventHandler):
-    """Reacts to a transition of a lifecycle node; a criterion of None matches all."""
+    """Reacts to a transition of a lifecycle node; a criterion of None matches all.
+
+    The node may be a LifecycleNode or, unlike in ROS 2, a ComposableLifecycleNode.
+    """
 
     def __init__(
         self,
         *,
         entities: Any,
-        target_lifecycle_node: LifecycleNode | None = None,
+        target_lifecycle_node: Any = None,
         transition: object = None,
         start_state: object = None,
         goal_state: object = None,
         matcher: Callable[[Event], bool] | None = None,
         **kwargs: Any,
     ) -> None:
-        if not isinstance(target_lifecycle_node, (LifecycleNode, type(None))):
-            raise RuntimeError("OnStateTransition requires a 'LifecycleNode' action as the target")
+        if not getattr(target_lifecycle_node, "is_lifecycle_node", target_lifecycle_node is None):
+            is_node = isinstance(target_lifecycle_node, LifecycleNode)
+            raise RuntimeError(_NO_LIFECYCLE if is_node else _NO_NODE)
         self.__target = target_lifecycle_node
         self.__wanted = {
             "transition": transition,
@@ -132,23 +157,26 @@ class OnStateTransition(EventHandler):
         )
 
 
-@public("launch_ros.actions.lifecycle_node")
-class LifecycleNode(Node):
-    """Starts a lifecycle node, emits its transitions as events, handles ChangeState events."""
+@public("launch_ros.utilities.lifecycle_event_manager")
+class LifecycleEventManager:
+    """Emits the transitions of a lifecycle node as events, and handles ChangeState events.
 
-    def __init__(self, *, name: Any, namespace: Any, **kwargs: Any) -> None:
-        super().__init__(name=name, namespace=namespace, **kwargs)
-        self.__current_state = ChangeState.valid_states[0]
+    The node has its full name as `node_name`.
+    """
+
+    def __init__(self, lifecycle_node: Any) -> None:
+        self.__lifecycle_node = lifecycle_node
+        # Requests to a node that is being loaded; None: it is a process, or loaded.
+        self.__held: list[Callable[[], None]] | None = None
 
     @property
-    def is_lifecycle_node(self) -> bool:
-        return True
+    def node_name(self) -> str:
+        """The full name of the node."""
+        name: str = self.__lifecycle_node.node_name
+        return name
 
-    def execute(self, context: LaunchContext) -> Any:
-        """Start and watch the node; RuntimeError if its full name is unknown."""
-        self._perform_substitutions(context)
-        if self.UNSPECIFIED_NODE_NAME in self.node_name:
-            raise RuntimeError("node_name unexpectedly incomplete for lifecycle node")
+    def setup_lifecycle_manager(self, context: LaunchContext) -> None:
+        """Watch the node, and register the handler of ChangeState events."""
         context._host.request(WatchLifecycle(node=self.node_name))
         context._host.watch_lifecycle(
             self.node_name, lambda seen: self._on_transition(context, seen)
@@ -159,11 +187,20 @@ class LifecycleNode(Node):
                 entities=[OpaqueFunction(function=self._on_change_state)],
             )
         )
-        return super().execute(context)
+
+    def _hold(self) -> None:
+        """The node is being loaded."""
+        self.__held = self.__held or []
+
+    def _release(self, *, is_loaded: bool) -> None:
+        """Make the requests that came meanwhile; without the node, drop them."""
+        held, self.__held = self.__held or (), None
+        for send in held if is_loaded else ():
+            send()
 
     def _on_change_state(self, context: LaunchContext) -> None:
         event = context.locals.event
-        if not event.lifecycle_node_matcher(self):
+        if not event.lifecycle_node_matcher(self.__lifecycle_node):
             return
         number = event.transition_id
         label = lifecycle_transitions.TRANSITIONS[number].label
@@ -177,16 +214,70 @@ class LifecycleNode(Node):
                 )
                 context._host.log(_LOGGER, "ERROR", text)
 
-        context._host.later(lambda: context._host.change_state(request, answered))
+        def send() -> None:
+            context._host.later(lambda: context._host.change_state(request, answered))
+
+        if self.__held is None:
+            send()
+        else:
+            self.__held.append(send)
 
     def _on_transition(self, context: LaunchContext, seen: TransitionSeen) -> None:
         message = SimpleNamespace(
-            timestamp=0,
+            timestamp=seen.stamp_ns,
+            stamp=_stamp(seen.stamp_ns),
             transition=SimpleNamespace(id=0, label=seen.transition),
             start_state=SimpleNamespace(id=0, label=seen.start_state),
             goal_state=SimpleNamespace(id=0, label=seen.goal_state),
         )
-        context.emit_event_sync(StateTransition(action=self, msg=message))
+        context.emit_event_sync(StateTransition(action=self.__lifecycle_node, msg=message))
+
+
+@public("launch_ros.actions.lifecycle_node")
+@parsed
+class LifecycleNode(Node):
+    """Starts a lifecycle node, emits its transitions as events, handles ChangeState events.
+
+    With `autostart`, it is configured and activated.
+    """
+
+    node_autostart: Any = read_only("True, false, or substitutions.", of="__autostart")
+
+    def __init__(
+        self, *, name: Any, namespace: Any, autostart: object = False, **kwargs: Any
+    ) -> None:
+        super().__init__(name=name, namespace=namespace, **kwargs)
+        self.__autostart = normalize_typed_substitution(autostart, bool)
+        self.__lifecycle_event_manager: LifecycleEventManager | None = None
+
+    @property
+    def is_lifecycle_node(self) -> bool:
+        return True
+
+    def get_lifecycle_event_manager(self) -> LifecycleEventManager | None:
+        """None before the visit."""
+        return self.__lifecycle_event_manager
+
+    def execute(self, context: LaunchContext) -> Any:
+        """Start and watch the node; RuntimeError if its full name is unknown."""
+        self._perform_substitutions(context)
+        if self.UNSPECIFIED_NODE_NAME in self.node_name:
+            raise RuntimeError("node_name unexpectedly incomplete for lifecycle node")
+        self.__lifecycle_event_manager = LifecycleEventManager(self)
+        self.__lifecycle_event_manager.setup_lifecycle_manager(context)
+        follows = []
+        if perform_typed_substitution(context, self.node_autostart, bool):
+            follows.append(activation(self.node_name, self))
+        return [*(super().execute(context) or ()), *follows] or None
+
+
+def activation(node_name: str, node: Any) -> LifecycleTransition:
+    """The action that configures and activates the node with this full name."""
+    action = LifecycleTransition(
+        lifecycle_node_names=[node_name], transition_ids=[_CONFIGURE, _ACTIVATE]
+    )
+    action._origin = getattr(node, "_origin", None)
+    return action
 
 
 @public("launch_ros.actions.lifecycle_transition")
@@ -233,7 +324,7 @@ class LifecycleTransition(Action):
         )
 
     def _watch_errors(self, context: LaunchContext, name: str) -> None:
-        reason = "error occured during transitions"
+        reason = "error occurred during transitions"
         unregister = OpaqueFunction(
             function=lambda context: self._unregister(context, name, reason)
         )

@@ -28,6 +28,10 @@ from launcher.language.substitution import (
     normalize_to_list_of_substitutions,
     perform_substitutions,
 )
+from launcher.language.type_utils import (
+    normalize_typed_substitution,
+    perform_typed_substitution,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -154,22 +158,24 @@ class SetROSLogDir(Action):
 @public("launch_ros.actions.set_use_sim_time")
 @parsed
 class SetUseSimTime(Action):
-    """Makes timers of the launch file (RosTimer), not the nodes, follow simulated time."""
+    """Makes timers of the launch file (RosTimer), not the nodes, follow simulated time.
 
-    value: bool = read_only()
+    False makes them follow wall time again; in ROS 2 it raises an error.
+    """
 
-    def __init__(self, value: bool, **kwargs: Any) -> None:
+    value: Any = read_only("True, false, or substitutions.")
+
+    def __init__(self, value: object, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.__value = value
+        self.__value = normalize_typed_substitution(value, bool)
 
     def execute(self, context: LaunchContext) -> None:
-        """ValueError unless the value is a bool, as in rclpy."""
-        if not isinstance(self.value, bool):
-            raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
-        ros2_quirks.note_sim_time(context, self.value)
+        """ValueError if substitutions give something else."""
+        value = perform_typed_substitution(context, self.value, bool)
+        ros2_quirks.note_sim_time(context, value)
         host = getattr(context, "_host", None)  # none: a context of somebody's test
         if host is not None:
-            host.request(UseSimTime(value=self.value))
+            host.request(UseSimTime(value=value))
 
 
 @public("launch_ros.substitutions.parameter")

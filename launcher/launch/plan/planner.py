@@ -332,9 +332,7 @@ def _pid(process_id: int) -> int:
 
 
 def _loaded(request_id: int, load: model.LoadRequest) -> model.ComponentLoaded:
-    namespace = (load.namespace or "/").rstrip("/")
-    name = f"{namespace}/{load.name}" if load.name else ""
-    return model.ComponentLoaded(request_id=request_id, full_node_name=name, unique_id=1)
+    return model.ComponentLoaded(request_id, full_node_name=load.full_name, unique_id=1)
 
 
 def _transitions(change: model.StateRequest) -> list[model.Event]:

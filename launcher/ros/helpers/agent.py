@@ -5,7 +5,7 @@ ends with its input. It keeps rclpy out of the supervisor, its client.
 
 | request | answer |
 |---|---|
-| `{"do": "watch", "node": N}` | each time `{"node": N, "transition": T, "start_state": S, ...}` |
+| `{"do": "watch", "node": N}` | each time `{"node": N, "transition": T, "stamp_ns": ..., ...}` |
 | `{"do": "change_state", "id": I, "node": N, ...}` | `{"id": I, "error": null or text}` |
 | `{"do": "load", "id": I, "container": C, ...}` | `{"id": I, "full_node_name": F, "error": ...}` |
 | `{"do": "drop", "id": I}` | none, and none to request I any more |
@@ -108,10 +108,10 @@ class AgentNode(Node):  # type: ignore[misc]  # rclpy has no types
     def _lifecycle_node(self, name: str) -> LifecycleClient:
         if name not in self._lifecycle_nodes:
 
-            def report(step: StateChange, label: str) -> None:
+            def report(step: StateChange, label: str, stamp_ns: int) -> None:
                 start, goal = step
                 states = {"start_state": start, "goal_state": goal}
-                self._write({"node": name, "transition": label, **states})
+                self._write({"node": name, "transition": label, **states, "stamp_ns": stamp_ns})
 
             self._lifecycle_nodes[name] = LifecycleClient(self, name, report)
         return self._lifecycle_nodes[name]

@@ -27,10 +27,13 @@ Answer = Callable[["str | None"], None]
 class LifecycleClient:
     """Call `poll()` regularly: it sends requests, and settles those that are overdue.
 
-    `report` is called with each step, and the label of its transition if the node sends one.
+    `report` is called with each step, the label of its transition if the node sends one, and the
+    time in ns.
     """
 
-    def __init__(self, node: Node, name: str, report: Callable[[StateChange, str], None]) -> None:
+    def __init__(
+        self, node: Node, name: str, report: Callable[[StateChange, str, int], None]
+    ) -> None:
         self._report = report
         self._change = node.create_client(ChangeState, f"{name}/change_state")
         self._get = node.create_client(GetState, f"{name}/get_state")
@@ -103,16 +106,24 @@ class LifecycleClient:
                 self._conclude(missed)
                 one.pass_on()
                 break
-        self._enter(step, message.transition.label)
+        stamp_ns = _stamp_ns(message) or info["source_timestamp"]
+        self._enter(step, message.transition.label, stamp_ns)
 
     def _conclude(self, steps: list[StateChange]) -> None:
         for step in steps:
             self._concluded[step] = time.time_ns()
-            self._enter(step, "")
+            self._enter(step, "", self._concluded[step])
 
-    def _enter(self, step: StateChange, label: str) -> None:
+    def _enter(self, step: StateChange, label: str, stamp_ns: int) -> None:
         self._state = step.goal
-        self._report(step, label)
+        self._report(step, label, stamp_ns)
+
+
+def _stamp_ns(message: Any) -> int:
+    """0 if the node does not set it. Since Lyrical the field is a `stamp`, with another type."""
+    if hasattr(message, "stamp"):
+        return int(message.stamp.sec) * 10**9 + int(message.stamp.nanosec)
+    return int(message.timestamp)
 
 
 class _PendingTransition:

@@ -19,6 +19,7 @@ from launcher.base.model.events import (
     WatchLifecycle,
 )
 from launcher.base.model.record import as_dict
+from launcher.base.model.ros_names import full_name
 from launcher.posix.reactor import Reactor
 from launcher.run.helpers.helper_programs import AGENT
 from launcher.run.helpers.json_lines import JsonLinesProcess
@@ -58,6 +59,7 @@ class RosAgent:
         self._on_event = on_event
         self._warn = warn
         self._pending: dict[int, LoadComponent | ChangeState] = {}
+        self._containers: dict[str, str] = {}  # of components
         self._timers: set[int] = set()
         self._process = JsonLinesProcess(
             reactor,
@@ -77,11 +79,19 @@ class RosAgent:
         """Send a request; the answer is an event, which never comes if the service never exists."""
         if not isinstance(request, WatchLifecycle):
             self._pending[request.request_id] = request
+        if isinstance(request, LoadComponent):
+            self._containers[request.request.full_name] = request.request.container
         self._write(_as_json(request))
 
     def targets(self) -> list[tuple[int, str]]:
-        """Requests without an answer, and the full names of the nodes that they are for."""
-        return [(number, _target(request)) for number, request in self._pending.items()]
+        """Requests without an answer, and the full names of the nodes or containers for them."""
+        return [(number, self._target(request)) for number, request in self._pending.items()]
+
+    def _target(self, request: LoadComponent | ChangeState) -> str:
+        if isinstance(request, LoadComponent):
+            return full_name(request.request.container)
+        node = full_name(request.request.node)
+        return full_name(self._containers.get(node, node))
 
     def fail(self, request_id: int, error: str) -> None:
         """Answer a request ourselves, and forget it."""
@@ -140,12 +150,6 @@ class RosAgent:
 
 def _bytes_as_json(value: bytes) -> dict[str, list[int]]:
     return {"bytes": list(value)}  # the values of parameters are never mappings
-
-
-def _target(request: LoadComponent | ChangeState) -> str:
-    is_load = isinstance(request, LoadComponent)
-    name: str = getattr(request.request, "container" if is_load else "node")
-    return name if name.startswith("/") else f"/{name}"
 
 
 def _answer_to(request: Request) -> type[ComponentLoaded] | type[StateChanged]:

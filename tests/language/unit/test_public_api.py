@@ -164,7 +164,7 @@ SIGNATURES = {
     },
     "launch_ros.actions": {
         "ComposableNodeContainer": "*, name, namespace, composable_node_descriptions=, **kwargs",
-        "LifecycleNode": "*, name, namespace, **kwargs",
+        "LifecycleNode": "*, name, namespace, autostart=, **kwargs",
         "LifecycleTransition": "*, lifecycle_node_names, transition_ids, **kwargs",
         "LoadComposableNodes": "*, composable_node_descriptions, target_container, **kwargs",
         "Node": (
@@ -189,6 +189,7 @@ SIGNATURES = {
         "Parameter": "name, *, default=",
     },
     "launch_ros.descriptions": {
+        "ComposableLifecycleNode": "*, autostart=, **kwargs",
         "ComposableNode": (
             "*, package, plugin, name=, namespace=, parameters=, remappings=, "
             "extra_arguments=, condition="
@@ -232,6 +233,7 @@ SIGNATURES = {
         "visit_all_entities_and_collect_futures": "entity, context",
     },
     "launch_ros.utilities": {
+        "LifecycleEventManager": "lifecycle_node",
         "add_node_name": "context, node_name",
         "evaluate_parameter_dict": "context, parameters",
         "evaluate_parameters": "context, parameters",

@@ -9,6 +9,7 @@ from launcher.language.frontends.errors import (
     AttributeTypeError,
     StructureError,
     UnexpectedContentError,
+    shown,
 )
 from launcher.language.frontends.parsers.attributes import (
     ENTITIES,
@@ -58,12 +59,30 @@ def parse_node(cls: Any, entity: Entity, parser: Any) -> Parsed:
 
 
 def parse_lifecycle_node(cls: Any, entity: Entity, parser: Parser) -> Parsed:
-    """`lifecycle_node`, from newer releases of ROS 2 Jazzy."""
+    """`lifecycle_node`."""
     _, arguments = parse_node(cls, entity, parser)
-    autostart = entity.get_attr("autostart", data_type=bool, optional=True)
-    if autostart is not None:
-        arguments["autostart"] = autostart
+    _add_truth(arguments, entity, parser, "autostart", optional=True)
     return cls, arguments
+
+
+def parse_use_sim_time(cls: type, entity: Entity, parser: Parser) -> Parsed:
+    """`set_use_sim_time`."""
+    _, arguments = parse_action(cls, entity, parser)
+    _add_truth(arguments, entity, parser, "value", optional=False)
+    return cls, arguments
+
+
+def _add_truth(
+    arguments: dict[str, Any], entity: Entity, parser: Parser, name: str, *, optional: bool
+) -> None:
+    """Add a truth value, or substitutions that yield one."""
+    given = entity.get_attr(name, data_type=bool, optional=optional)
+    if given is None:
+        return
+    arguments[name] = value = parser.parse_if_substitutions(given)
+    if isinstance(value, str):
+        message = f"'{name}' should be true, false or a substitution, not '{shown(value)}'"
+        raise AttributeTypeError(message, place=entity.place)
 
 
 def parse_parameters(cls: type, params: Iterable[Entity], parser: Parser) -> list[Any]:
@@ -145,9 +164,9 @@ def _value(param: Entity, value: object, data_type: object, parser: Parser) -> A
 def parse_container(cls: Any, entity: Entity, parser: Parser) -> Parsed:
     """`node_container`."""
     _, arguments = parse_node(cls, entity, parser)
-    nested = entity.get_attr("composable_node", data_type=ENTITIES, optional=True)
-    if nested is not None:
-        arguments["composable_node_descriptions"] = _descriptions(nested, parser)
+    descriptions = _descriptions(entity, parser)
+    if descriptions:
+        arguments["composable_node_descriptions"] = descriptions
     return cls, arguments
 
 
@@ -155,20 +174,45 @@ def parse_load(cls: type, entity: Entity, parser: Parser) -> Parsed:
     """`load_composable_node`."""
     _, arguments = parse_action(cls, entity, parser)
     arguments["target_container"] = parser.parse_substitution(entity.get_attr("target"))
-    nested = entity.get_attr("composable_node", data_type=ENTITIES)
-    arguments["composable_node_descriptions"] = _descriptions(nested, parser)
+    descriptions = _descriptions(entity, parser)
+    if not descriptions:
+        message = (
+            f"<{entity.type_name}> needs a nested tag <composable_node> or "
+            "<composable_lifecycle_node>"
+        )
+        raise StructureError(message, place=entity.place)
+    arguments["composable_node_descriptions"] = descriptions
     return cls, arguments
 
 
-def _descriptions(entities: list[Entity], parser: Parser) -> list[Any]:
+def _descriptions(entity: Entity, parser: Parser) -> list[Any]:
+    """The nested nodes; as in ROS 2, lifecycle nodes come last."""
     from launcher.language.ros.composition import ComposableNode
 
-    parsed = [parse_composable_node(ComposableNode, parser, entity) for entity in entities]
-    return [description(**arguments) for description, arguments in parsed]
+    plain = entity.get_attr("composable_node", data_type=ENTITIES, optional=True) or ()
+    others = entity.get_attr("composable_lifecycle_node", data_type=ENTITIES, optional=True) or ()
+    found: list[tuple[Any, Entity]] = [(ComposableNode, one) for one in plain]
+    if others:
+        from launcher.language.ros.composable_lifecycle import ComposableLifecycleNode
+
+        found += [(ComposableLifecycleNode, one) for one in others]
+    made = []
+    for kind, one in found:
+        description, arguments = kind.parse(parser, one)
+        one.assert_entity_completely_parsed()
+        made.append(description(**arguments))
+    return made
+
+
+def parse_composable_lifecycle_node(cls: type, parser: Parser, entity: Entity) -> Parsed:
+    """`composable_lifecycle_node`."""
+    _, arguments = parse_composable_node(cls, parser, entity)
+    _add_truth(arguments, entity, parser, "autostart", optional=True)
+    return cls, arguments
 
 
 def parse_composable_node(cls: type, parser: Parser, entity: Entity) -> Parsed:
-    """`composable_node`; as in ROS 2, unknown attributes are ignored."""
+    """`composable_node`."""
     arguments: dict[str, Any] = {}
     add_texts(arguments, entity, parser, {"package": "pkg", "plugin": "plugin"}, optional=False)
     texts = {"name": "name", "namespace": "namespace"}

@@ -101,6 +101,7 @@ _SUBSTITUTIONS = "launcher.language.frontends.parsers.substitutions"
 # Class, or class and purpose -> (module, function).
 _PARSE_FUNCTIONS = {
     "AppendEnvironmentVariable": (_ACTIONS, "parse_append"),
+    "ComposableLifecycleNode": (_NODES, "parse_composable_lifecycle_node"),
     "ComposableNode": (_NODES, "parse_composable_node"),
     "ComposableNodeContainer": (_NODES, "parse_container"),
     "DeclareBooleanLaunchArgument": (_ACTIONS, "parse_boolean_argument"),
@@ -119,6 +120,7 @@ _PARSE_FUNCTIONS = {
     "ReplaceEnvironmentVariables": (_ACTIONS, "parse_environment"),
     "ResetLaunchConfigurations": (_ACTIONS, "parse_reset"),
     "RosTimer": (_ACTIONS, "parse_timer"),
+    "SetUseSimTime": (_NODES, "parse_use_sim_time"),
     "Shutdown": (_ACTIONS, "parse_shutdown"),
     "Substitution": (_SUBSTITUTIONS, "parse_substitution"),
     "TimerAction": (_ACTIONS, "parse_timer"),
@@ -141,7 +143,6 @@ _TEXTS = {
     "SetParametersFromFile": {"filename": "filename"},
     "SetROSLogDir": {"new_log_dir": "new_log_dir"},
     "SetRemap": {"src": "from", "dst": "to"},
-    "SetUseSimTime": {"value": "value"},  # a text, so ROS 2 fails when it is visited
     "UnsetEnvironmentVariable": {"name": "name"},
     "UnsetLaunchConfiguration": {"name": "name"},
 }

@@ -163,9 +163,15 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "parameters": [{"'i'": "ParameterValue"}, "ParameterFile"],
         },
     ),
-    '<lifecycle_node pkg="p" exec="e" name="n" namespace=""/>': (
+    '<lifecycle_node pkg="p" exec="e" name="n" namespace="" autostart="1"/>': (
         "LifecycleNode",
-        {"name": "'n'", "package": "'p'", "executable": "'e'", "namespace": "''"},
+        {"name": "'n'", "package": "'p'", "executable": "'e'", "namespace": "''"}
+        | {"autostart": True},
+    ),
+    '<lifecycle_node pkg="p" exec="e" name="n" namespace="" autostart="$(var a)"/>': (
+        "LifecycleNode",
+        {"name": "'n'", "package": "'p'", "executable": "'e'", "namespace": "''"}
+        | {"autostart": "LaunchConfig('a')"},
     ),
     "node: {pkg: p, exec: e, param: [{name: g, param: [{name: x, value: 1}]}]}": (
         "Node",
@@ -192,13 +198,21 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         "LoadComposableNodes",
         {"target_container": "'t'", "composable_node_descriptions": ["ComposableNode"]},
     ),
+    '<load_composable_node target="t">'
+    '<composable_lifecycle_node pkg="q" plugin="c" name="n" autostart="true"/>'
+    '<composable_node pkg="q" plugin="c" name="n"/></load_composable_node>': (
+        "LoadComposableNodes",
+        {"target_container": "'t'"}
+        | {"composable_node_descriptions": ["ComposableNode", "ComposableLifecycleNode"]},
+    ),
     '<push-ros-namespace namespace="n"/>': ("PushROSNamespace", {"namespace": "'n'"}),
     "push_ros_namespace: {namespace: n}": ("PushROSNamespace", {"namespace": "'n'"}),
     '<set_parameter name="n" value="v"/>': ("SetParameter", NAME_VALUE),
     '<set_remap from="a" to="b"/>': ("SetRemap", {"src": "'a'", "dst": "'b'"}),
     '<set_parameters_from_file filename="f"/>': ("SetParametersFromFile", {"filename": "'f'"}),
     '<set_ros_log_dir new_log_dir="d"/>': ("SetROSLogDir", {"new_log_dir": "'d'"}),
-    '<set_use_sim_time value="true"/>': ("SetUseSimTime", {"value": "'true'"}),
+    '<set_use_sim_time value="true"/>': ("SetUseSimTime", {"value": True}),
+    "set_use_sim_time: {value: $(var sim)}": ("SetUseSimTime", {"value": "LaunchConfig('sim')"}),
     "ros_timer: {period: 1.5, children: []}": ("RosTimer", {"period": 1.5, "actions": []}),
 }
 
@@ -238,7 +252,13 @@ REFUSED = {
     '<include file="f"><set name="n" value="v"/></include>': "is not allowed inside <include>",
     '<arg name="n" value="v"/>': "has no attribute 'value'",
     '<bool_arg name="n"><choice value="c"/></bool_arg>': "Cannot specify choices for bool_arg",
-    '<load_composable_node target="t"/>': "needs a nested tag <composable_node>",
+    '<load_composable_node target="t"/>': "needs a nested tag <composable_node> or",
+    '<load_composable_node target="t"><composable_node pkg="q" plugin="c" autostart="1"/>'
+    "</load_composable_node>": "has no attribute 'autostart'",
+    '<lifecycle_node pkg="p" exec="e" name="n" namespace="" autostart="maybe"/>': (
+        "'autostart' should be true, false or a substitution, not 'maybe'"
+    ),
+    '<set_use_sim_time value="maybe"/>': "'value' should be true, false or a substitution",
     '<log message="$(find p)"/>': "unknown substitution",
     '<log message="$(env)"/>': r"has 0 words \(env substitution expects 1 or 2 arguments\)",
     '<log message="$(var a"/>': "expected '\\)'",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Sequence
 
 from launcher.base.model import events as model
+from launcher.base.model.lifecycle_transitions import transition_steps
 from launcher.base.model.reload_changes import Known, Reload
 from launcher.base.model.spec import ProcessSpec
 from launcher.base.model.spec_diff import comparable
@@ -16,42 +18,57 @@ from launcher.language.compat import vocabulary
 from launcher.language.context import LaunchContext
 from launcher.language.description import LaunchDescription
 from launcher.language.interpreter import Interpreter
-from launcher.language.interpreter.replay import Replay
+from launcher.language.interpreter.replay import Replay, Requests
+from launcher.language.ros.composable_lifecycle import ComposableLifecycleNode
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from tests.language.unit.interpreter.interpreting import notices, started
 
+PUMP = "Pump"  # the plug-in of a lifecycle node
+
 
 def container(*plugins: str) -> LaunchDescription:
-    nodes = [ComposableNode(package="p", plugin=one, name=one.lower()) for one in plugins]
+    nodes: list[ComposableNode] = [
+        ComposableLifecycleNode(package="p", plugin=one, name=one.lower(), autostart=True)
+        if one == PUMP
+        else ComposableNode(package="p", plugin=one, name=one.lower())
+        for one in plugins
+    ]
     action = ComposableNodeContainer(
         executable="/bin/cat", name="box", namespace="", composable_node_descriptions=nodes
     )
     return LaunchDescription([action])
 
 
-def run_of(description: LaunchDescription) -> tuple[list[Known], list[model.LoadRequest]]:
-    """The container of a run that has loaded all of its nodes."""
+def run_of(description: LaunchDescription) -> tuple[list[Known], list[Requests]]:
+    """The container of a run, in which all requests to nodes have succeeded."""
     interpreter = Interpreter(description)
-    effects = interpreter.start()
-    (process,) = started(effects)
-    loads = []
-    while found := [one for one in effects if isinstance(one, model.LoadComponent)]:
-        loads.append(found[0].request)
-        effects = interpreter.handle(model.ComponentLoaded(found[0].request_id))
+    queue = deque(interpreter.start())
+    (process,) = started(list(queue))
+    requests: list[Requests] = []
+    while queue:
+        match queue.popleft():
+            case model.LoadComponent(request_id=number, request=load):
+                requests.append(load)
+                queue += interpreter.handle(model.ComponentLoaded(number))
+            case model.ChangeState(request_id=number, request=change):
+                requests.append(change)
+                queue += interpreter.handle(model.StateChanged(number))
+                for step in transition_steps(change.transition_id):
+                    queue += interpreter.handle(model.TransitionSeen(change.node, *step))
     spec = process.spec
     known = Known(process.process_id, spec.name, comparable(spec), has_started=True, pid=7)
     interpreter.close()
-    return [known], loads
+    return [known], requests
 
 
 def replayed(before: Sequence[str], after: Sequence[str]) -> tuple[Reload, Interpreter, Replay]:
     with vocabulary():
-        known, loads = run_of(container(*before))
+        known, done = run_of(container(*before))
         interpreter = Interpreter(container(*after))
         replay = Replay(
             interpreter,
             known,
-            done=loads,
+            done=done,
             said=(),
             adapt=lambda spec: spec,
             numbered=1,
@@ -59,6 +76,10 @@ def replayed(before: Sequence[str], after: Sequence[str]) -> tuple[Reload, Inter
         reload = replay.run(100.0)
         interpreter.close()
         return reload, interpreter, replay
+
+
+def transitions(effects: Sequence[model.Effect]) -> list[str]:
+    return [one.request.transition for one in effects if isinstance(one, model.ChangeState)]
 
 
 def plugins(effects: Sequence[model.Effect]) -> list[str]:
@@ -118,6 +139,19 @@ def test_a_container_is_evaluated_once_when_its_nodes_have_changed():
 
     assert plugins(after_restart(reload)) == ["A"]
     assert len(calls) == 1 and replay.started == {1}
+
+
+def test_a_component_that_is_active_is_not_activated_again():
+    reload, _, replay = replayed(["A", PUMP], ["A", PUMP])
+    assert (transitions(reload.effects), reload.after) == ([], ())
+    assert transitions(replay.repeated) == ["configure", "activate"]
+
+
+def test_a_component_is_activated_again_with_its_container():
+    reload, _, _ = replayed(["A", PUMP], [PUMP])
+    ((_, after),) = reload.after
+    assert [type(one) for one in after] == [model.LoadComponent, *[model.ChangeState] * 2]
+    assert transitions(reload.effects) == []
 
 
 def test_timers_of_an_event_count_from_the_event():
