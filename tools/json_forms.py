@@ -182,7 +182,13 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "nodes[name, program, run_id, liveness, pid, cpu_percent, uss_bytes, uptime_s]",
         ),
         _form("param list", "nodes[name, parameters[name, type?]]"),
-        _form("param get", "node, name, type, value*"),
+        _form(
+            "param get",
+            "node, name, type, value*",
+            "node, parameters[name, type, value*]",
+            "parameters[node, name, type, value*]",
+            note="of one parameter, of several, and of all nodes",
+        ),
         _form("param dump", "node, parameters[name, type, value*]"),
         _form("param set, param load, param delete", "node, parameters[name, done, reason]"),
         _form(

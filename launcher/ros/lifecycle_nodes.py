@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
@@ -15,7 +15,7 @@ from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.base.text import did_you_mean as near_word
 from launcher.ros.discovery.completeness import settled_graph
 from launcher.ros.helpers.lifecycle_client import REFUSED, LifecycleClient
-from launcher.ros.service_caller import ASK_AGAIN_S, NoAnswerError, ServiceCaller, silence
+from launcher.ros.service_caller import NoAnswerError, ServiceCaller, silence
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -44,25 +44,10 @@ def require(observer: Observer, name: str, spin_time_s: float) -> str:
     raise VerbError("Node not found", hint=hint or none)
 
 
-def states(caller: ServiceCaller, nodes: list[str]) -> dict[str, Any]:
-    """Node -> its state, of those that answer in time; asked at once, and again if need be."""
-    deadline = time.monotonic() + caller.answer_s
-    asked: dict[str, list[Any]] = {node: [] for node in nodes}
-    answers: dict[str, Any] = {}
-
-    def collect() -> bool:
-        for node, futures in asked.items():
-            if done := [future for future in futures if future.done()]:
-                answers.setdefault(node, done[0].result().current_state)
-        return len(answers) == len(asked)
-
-    while not collect() and (left_s := deadline - time.monotonic()) > 0:
-        for node in [node for node in asked if node not in answers]:
-            with contextlib.suppress(NoAnswerError):
-                future = caller.start(GetState, f"{node}/get_state", GetState.Request())
-                asked[node].append(future)
-        caller.spin_until(collect, min(left_s, ASK_AGAIN_S))
-    return {node: answers[node] for node in nodes if node in answers}
+def states(caller: ServiceCaller, nodes: list[str]) -> Iterator[tuple[str, Any]]:
+    """Each node and its state, None if it does not answer in time, as soon as it does."""
+    for node, answer in caller.ask_each(GetState, nodes, "get_state", GetState.Request()):
+        yield node, answer and answer.current_state
 
 
 def silence_of(node: str, limit_s: float) -> NoAnswerError:

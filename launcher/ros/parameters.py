@@ -59,8 +59,14 @@ def get(caller: ServiceCaller, node: str, names: list[str]) -> list[Any]:
 
 def values_of(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, Any]:
     """Name -> ParameterValue; one that is not declared or has no value is of the type NOT_SET."""
+    found = known_values(caller, node, names)
+    return {name: found.get(name) or ParameterValue() for name in names}
+
+
+def known_values(caller: ServiceCaller, node: str, names: Sequence[str]) -> dict[str, Any]:
+    """Name -> ParameterValue, of those for which the node answers."""
     found = _all_answers(names, lambda asked: get(caller, node, asked))
-    return {name: value or ParameterValue() for name, value in found.items()}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def answers(names: Sequence[str]) -> Generator[list[str], Sequence[Any], dict[str, Any]]:

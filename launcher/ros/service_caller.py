@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.model.ros_names import full_name
@@ -125,10 +127,35 @@ class ServiceCaller:
                 return done[0].result()
         raise silence(name, self.answer_s)
 
+    def ask_each(
+        self, kind: object, nodes: Sequence[str], service: str, request: object
+    ) -> Iterator[tuple[str, Any]]:
+        """Each node with the answer of its service, None if there is none in time, in this order.
+
+        All are asked at once, and again if need be; each comes as soon as those before it have.
+        """
+        deadline = time.monotonic() + self.answer_s
+        asked: dict[str, list[Any]] = {node: [] for node in nodes}
+        due_s = -math.inf
+
+        def answers(node: str) -> list[Any]:
+            return [future for future in asked[node] if future.done()]
+
+        for node in nodes:
+            while not answers(node) and (now := time.monotonic()) < deadline:
+                if now >= due_s:
+                    due_s = now + ASK_AGAIN_S
+                    for silent in [one for one in nodes if not answers(one)]:
+                        with contextlib.suppress(NoAnswerError):
+                            asked[silent].append(self.start(kind, f"{silent}/{service}", request))
+                wait_s = min(due_s, deadline) - time.monotonic()
+                self.spin_until(functools.partial(answers, node), wait_s)
+            yield node, next((future.result() for future in answers(node)), None)
+
     def wait_until_done(self, futures: list[Any], limit_s: float) -> None:
         self.spin_until(lambda: all(future.done() for future in futures), limit_s)
 
-    def spin_until(self, is_done: Callable[[], bool], limit_s: float) -> None:
+    def spin_until(self, is_done: Callable[[], object], limit_s: float) -> None:
         """Run callbacks until `is_done`, which is called again and again, or for `limit_s`."""
         deadline = time.monotonic() + limit_s
         while not is_done() and (left_s := deadline - time.monotonic()) > 0:

@@ -264,6 +264,13 @@ def show(options: Parsed, document: Mapping[str, object], lines: Iterable[object
     return ExitCode.OK
 
 
+def show_lines(options: Parsed, lines: Iterable[str]) -> None:
+    """Print them at once, for a verb that goes on; not with --json, whose document comes later."""
+    if not options.json:
+        for line in lines:
+            print(line, flush=True)
+
+
 def show_typed(
     options: Parsed,
     kind: str,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.command_line import Command, Parsed
@@ -21,6 +21,7 @@ from launcher.ros.verb import (
     seconds,
     settled_observer,
     show,
+    show_lines,
     spin_time_s,
     warn,
 )
@@ -89,10 +90,10 @@ def _get(options: Parsed) -> int:
     from launcher.ros import lifecycle_nodes
 
     with _asking(options) as (caller, node):
-        found = _states(caller, [node], options)
-        if not found:
+        found = dict(_states(caller, [node], options))
+        if not found[node]:
             raise lifecycle_nodes.silence_of(node, caller.answer_s)
-    return show(options, _states_document(found), _state_lines(found, is_named=False))
+    return show(options, _states_document(found), _state_lines(found[node]))
 
 
 def _get_all(options: Parsed) -> int:
@@ -100,6 +101,7 @@ def _get_all(options: Parsed) -> int:
     from launcher.ros.node_tables import visible_names
     from launcher.ros.service_caller import ServiceCaller
 
+    found: dict[str, dict[str, Any]] = {}
     code = ExitCode.OK
     with (
         settled_observer(options) as observer,
@@ -107,39 +109,40 @@ def _get_all(options: Parsed) -> int:
     ):
         every = observer.graph_snapshot().lifecycle_nodes()
         names = visible_names(every, hidden=options.include_hidden_nodes)
-        found = _states(caller, names, options)
-        for node in [name for name in names if name not in found]:
-            problem = lifecycle_nodes.silence_of(node, caller.answer_s).message
-            warn(f"Exception while calling service of node '{node}': {problem}")
-            code = ExitCode.PROCESS_FAILED
-    show(options, _states_document(found), _state_lines(found, is_named=True))
+        for node, entry in _states(caller, names, options):
+            if not entry:
+                problem = lifecycle_nodes.silence_of(node, caller.answer_s).message
+                warn(f"Exception while calling service of node '{node}': {problem}")
+                code = ExitCode.PROCESS_FAILED
+                continue
+            found[node] = entry
+            show_lines(options, _state_lines(entry, f"{node}: "))
+    show(options, _states_document(found), ())
     return code
 
 
-def _states(caller: ServiceCaller, names: list[str], options: Parsed) -> dict[str, dict[str, Any]]:
+def _states(
+    caller: ServiceCaller, names: list[str], options: Parsed
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each node and what is known of its state, which is nothing if it does not answer."""
     from launcher.ros import lifecycle_nodes
 
-    found: dict[str, dict[str, Any]] = {
-        node: {"state": _document(state)}
-        for node, state in lifecycle_nodes.states(caller, names).items()
-    }
-    if options.transitions:
-        for node, document in found.items():
+    for node, state in lifecycle_nodes.states(caller, names):
+        entry: dict[str, Any] = {} if state is None else {"state": _document(state)}
+        if entry and options.transitions:
             possible = lifecycle_nodes.transitions(caller, node)
-            document["transitions"] = [_document(one.transition) for one in possible]
-    return found
+            entry["transitions"] = [_document(one.transition) for one in possible]
+        yield node, entry
 
 
 def _states_document(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     return {"nodes": [{"name": node, **entry} for node, entry in found.items()]}
 
 
-def _state_lines(found: dict[str, dict[str, Any]], *, is_named: bool) -> Iterable[str]:
-    for node, entry in found.items():
-        prefix, state = f"{node}: " if is_named else "", entry["state"]
-        yield f"{prefix}{state['label']} [{state['id']}]"
-        for one in entry.get("transitions", ()):
-            yield f"- {one['label']} [{one['id']}]"
+def _state_lines(entry: dict[str, Any], prefix: str = "") -> Iterator[str]:
+    yield f"{prefix}{entry['state']['label']} [{entry['state']['id']}]"
+    for one in entry.get("transitions", ()):
+        yield f"- {one['label']} [{one['id']}]"
 
 
 def _set(options: Parsed) -> int:

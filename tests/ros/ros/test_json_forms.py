@@ -70,6 +70,8 @@ def test_the_forms_of_changes(verb: Verb, env: dict[str, str], tmp_path: Path):
     (answer,) = fit("param set", refused.out)
     assert (refused.code, answer["parameters"][0]["done"]) == (1, False)
     unset = verb("param", "get", "/site/east/listener", "nosuch", "--json")
+    for words in (("/talker", "speed", "name"), ("speed",)):
+        fit("param get", verb("param", "get", *words, "--json").out)
     (answer,) = fit("param get", unset.out)
     assert (answer["type"], answer["value"]) == ("not set", None)
 

@@ -48,6 +48,48 @@ def test_get_has_the_words_of_ros2(verb, words, text):
     assert verb("param", "get", "/talker", *words).out == text
 
 
+def test_several_parameters_of_a_node(verb):
+    assert verb("param", "get", "/talker", "speed", "name").lines == [
+        "speed:",
+        "  Double value is: 1.5",
+        "name:",
+        "  String value is: sample",
+    ]
+    short = verb("param", "get", "/talker", "name", "nope", "sped", "--hide-type")
+    assert (short.out, short.code) == ("name: sample\n", 1)
+    assert short.err == (
+        "Parameter(s) 'nope', 'sped' not available on node\nhint: did you mean 'speed'?\n"
+    )
+
+
+def test_a_parameter_of_all_nodes(verb):
+    assert verb("param", "get", "speed").lines == ["/talker:", "  Double value is: 1.5"]
+    everywhere = verb("param", "get", "use_sim_time", "--hide-type").lines
+    assert everywhere[-2:] == ["/talker: False", "/twin: False"]
+    nowhere = verb("param", "get", "/talker")
+    assert (nowhere.out, nowhere.code) == ("Parameter '/talker' not set on any node\n", 0)
+    assert nowhere.err == "hint: '/talker' is a node: param list /talker\n"
+    (one,) = verb("param", "get", "speed", "--json").json()["parameters"]
+    assert one == {"node": "/talker", "name": "speed", "type": "double", "value": 1.5}
+
+
+@pytest.mark.thorough
+def test_nodes_are_listed_as_they_answer_and_those_that_do_not_are_named(tmp_path):
+    late = "Timed out waiting for list_parameters response from node /slow (timeout: 1.5s)\n"
+    with ros_domain(tmp_path) as env, talking(env, "tests.support.lifecycle_nodes"):
+        launcher(env, "lifecycle", "set", "/slow", "configure", "--timeout", "1")
+        listed = eventually(
+            lambda: launcher(env, "param", "list", "--service-timeout", "1.5"),
+            lambda answer: answer.err == late,
+        )
+        nodes = [line for line in listed.lines if line.startswith("/")]
+        assert (nodes, listed.code) == (["/plain:", "/pump:", "/site/stuck:"], 1)
+        got = launcher(env, "param", "get", "use_sim_time", "--timeout", "2", "--hide-type")
+    late = late.replace("1.5", "2.0").replace("list", "get")
+    assert (got.lines[-1], got.code) == ("/site/stuck: False", 1), got
+    assert got.err == f"/slow: Error: {late}"
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [

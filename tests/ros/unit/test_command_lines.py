@@ -62,7 +62,7 @@ def test_words_of_a_ros_verb(line, base, changes):
         "topic list --spin-time -1",
         "topic list --spin-time nan",
         "topic list -z",
-        "param get /n",
+        "param get",
         "param set /n",
         "service call /s",
         "service call /s T x --stdin",

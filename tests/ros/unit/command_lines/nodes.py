@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.ros.unit.command_lines.options import BASE, Line
 
 NODE = {**BASE, "node_name": "/n", "include_hidden_nodes": False, "timeout": None}
+NODE["service_timeout"] = None
 PARAMS = {**NODE, "param_prefixes": (), "param_type": False, "filter": None}
 LIFECYCLE = {**BASE, "node_name": "/n", "timeout": None}
 STATES = {**LIFECYCLE, "transitions": False}
@@ -40,7 +41,10 @@ LINES: list[Line] = [
         {"param_prefixes": ["a", "b"], "json": True},
     ),
     ("param list --param-prefixes=a /n", PARAMS, {"param_prefixes": ["a"]}),
-    ("param get /n p --hide-type", NODE, {"parameter_name": "p", "hide_type": True}),
+    ("param list --service-timeout 2", PARAMS, {"node_name": None, "service_timeout": 2.0}),
+    ("param get /n p --hide-type", NODE, {"parameter_names": ["p"], "hide_type": True}),
+    ("param get /n p q", NODE, {"parameter_names": ["p", "q"], "hide_type": False}),
+    ("param get p", NODE, {"node_name": None, "parameter_names": ["p"]}),
     ("param set /n p 1 q 2 --atomic", NODE, {"pairs": ["p", "1", "q", "2"], "atomic": True}),
     ("param delete /n p --timeout 2", NODE, {"parameter_name": "p", "timeout": 2.0}),
     ("param set /n p -5", NODE, {"pairs": ["p", "-5"], "atomic": False}),
