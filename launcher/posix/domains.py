@@ -18,7 +18,7 @@ REMOTE_S = 0.4  # the least wait for other machines, whose participants cannot b
 PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 _UNUSUAL = ("ROS_DISCOVERY_SERVER", "ROS_STATIC_PEERS", "CYCLONEDDS_URI")
 RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
-_OFF = (
+OFF = (
     "discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
     "unset it, or set it to LOCALHOST or SUBNET"
 )
@@ -129,7 +129,7 @@ def is_plain(environment: Mapping[str, str] = os.environ) -> bool:
 def why_empty(domain_id: int) -> str:
     """The message for a graph without nodes: discovery is off, or other domains have some."""
     if is_off():
-        return f"0 nodes on domain {domain_id}: {_OFF}"
+        return f"0 nodes on domain {domain_id}: {OFF}"
     place = " (localhost only)" if localhost_only() else ""
     sentence = f"0 nodes on domain {domain_id}{place}"
     others = sorted(d for d in participants_by_domain() if d != domain_id)

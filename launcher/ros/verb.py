@@ -91,6 +91,7 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
     if "domain" in vars(options):  # it looks at a graph
         if options.command.name.partition(" ")[0] not in _WITHOUT_GRAPH:
             check_environment(os.environ)
+            _warn_if_off()
         _look_as_the_run(options)
     # an orderly end removes our node from the graph and our shared memory from the disk
     for signum in heeded((signal.SIGTERM, signal.SIGHUP)):
@@ -101,6 +102,13 @@ def dispatch(command: Command, words: Sequence[str]) -> int:
             return options.command.run(options)
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
+
+
+def _warn_if_off() -> None:
+    from launcher.posix import domains
+
+    if domains.is_off():
+        warn(domains.OFF)
 
 
 def _look_as_the_run(options: Parsed) -> None:
@@ -237,10 +245,11 @@ def settled_observer(options: Parsed) -> Iterator[Observer]:
 
 def warn_if_incomplete(domain_id: int, nodes: Sequence[str], missing: int, waited_s: float) -> None:
     """Warn that the graph is empty, or may be incomplete."""
-    from launcher.posix.domains import why_empty
+    from launcher.posix.domains import is_off, why_empty
 
     if not nodes:
-        warn(why_empty(domain_id))
+        if not is_off():  # which was the first line
+            warn(why_empty(domain_id))
     elif missing:
         warn(
             f"{count(missing, 'participant')} on this machine did not answer within "

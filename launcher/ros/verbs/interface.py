@@ -41,7 +41,7 @@ def _show(options: Parsed) -> int:
     lines = list(
         definition(full, comments=not options.no_comments, nested_comments=options.all_comments)
     )
-    show(options, {"name": full, "definition": lines}, ["\n".join(lines)])
+    show(options, {"name": full, "definition": lines}, lines)
     if note := note_of_change(full):
         warn(note)
     return ExitCode.OK

@@ -27,7 +27,7 @@ def _list(options: Parsed) -> int:
     from launcher.ros import node_tables
 
     names = node_tables.visible_names(graph_snapshot(options).nodes, hidden=options.all)
-    if len(set(names)) < len(names) and not options.json:
+    if len(set(names)) < len(names) and not (options.json or options.count_nodes):
         warn(node_tables.SHARED_NAME)
     document = [{"name": name, "count": names.count(name)} for name in sorted(set(names))]
     return show(options, {"nodes": document}, [len(names)] if options.count_nodes else names)

@@ -95,7 +95,7 @@ def _type(graph: GraphSnapshot, service: str, given: str | None) -> str:
     if given is None and not types:
         known = [name for name in graph.service_types() if not is_hidden(name)]
         hint = did_you_mean(service, known)
-        raise VerbError("Could not load the type for the passed service", hint=hint)
+        raise VerbError(f"Cannot find type for '{service}'", hint=hint)
     if given is None and len(types) > 1:
         raise VerbError(
             f"service '{service}' has more than one type: {', '.join(types)}",

@@ -376,6 +376,7 @@ def test_a_definition_shows_what_it_is_made_of(verb):
     assert answer.out == (
         "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
     )
+    assert verb("interface", "show", "std_msgs/msg/Empty").out == ""
     whole = verb("interface", "show", "-", text="std_srvs/srv/SetBool\n")
     assert "---" in whole.lines
 

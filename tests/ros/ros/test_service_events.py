@@ -102,7 +102,7 @@ def test_a_service_without_introspection_is_told_so(service):
     [
         (
             ["/tolled"],
-            "Could not load the type for the passed service\nhint: did you mean '/told'?\n",
+            "Cannot find type for '/tolled'\nhint: did you mean '/told'?\n",
         ),
         (
             ["/told", "std_srvs/srv/SetBol"],

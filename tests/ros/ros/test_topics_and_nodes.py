@@ -168,7 +168,8 @@ def test_nodes_are_listed_and_a_shared_name_is_warned_about(verb):
 
 def test_hidden_nodes_and_the_count(verb):
     assert verb("node", "list", "-a").lines[0] == "/_shy"
-    assert verb("node", "list", "-c").out == "4\n"
+    counted = verb("node", "list", "-c")
+    assert (counted.out, counted.err) == ("4\n", "")
 
 
 def test_node_info_as_ros2_prints_it(verb):

@@ -8,6 +8,7 @@ import pytest
 
 from launcher.base.errors import UsageError
 from launcher.cli import dispatch as cli
+from launcher.posix.domains import OFF
 from launcher.ros.discovery.environment_check import check_environment
 
 INDEX = "share/ament_index/resource_index/rmw_typesupport"
@@ -74,6 +75,22 @@ def test_verbs_say_it_in_one_sentence(verb, monkeypatch, capsys):
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_bogus")
     assert cli.main(verb.split()) == 2
     assert capsys.readouterr().err.startswith("error: RMW_IMPLEMENTATION is 'rmw_bogus', ")
+
+
+@pytest.mark.parametrize(
+    ("verb", "more"),
+    [
+        ("node list", ""),
+        ("param get /n p", "Node not found\n"),
+        ("service call /s std_srvs/srv/Trigger", "service '/s' is not available after 0.1 s\n"),
+    ],
+)
+def test_discovery_that_is_off_is_reported_once_by_every_verb(verb, more, monkeypatch, capsys):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "")  # counts as 0
+    limit = ["--timeout", "0.1"] if more else []
+    cli.main([*verb.split(), *limit, "--spin-time", "0.1", "--no-observer"])
+    assert capsys.readouterr().err == f"{OFF}\n{more}"
 
 
 def test_interface_needs_no_middleware(monkeypatch, capsys):
