@@ -54,12 +54,17 @@ def start(network: int, *words: str) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize("options", [[], ["--ttl", "5"]], ids=["plain", "ttl"])
-def test_a_packet_arrives_at_all_who_wait(network, options):
-    waiting = [start(network, "receive", "--timeout", "60") for _ in range(2)]
+OWN = ["--group", "239.1.2.3", "--port", "50000"]
+
+
+@pytest.mark.parametrize(
+    ("options", "ttl"), [([], []), ([], ["--ttl", "255"]), (OWN, [])], ids=["plain", "ttl", "group"]
+)
+def test_a_packet_arrives_at_all_who_wait(network, options, ttl):
+    waiting = [start(network, "receive", "--timeout", "60", *options) for _ in range(2)]
 
     def is_over() -> bool:
-        sent = start(network, "send", *options)
+        sent = start(network, "send", *options, *ttl)
         assert sent.communicate(timeout=60) == ("Sending one UDP multicast datagram...\n", "")
         return all(process.poll() is not None for process in waiting)
 

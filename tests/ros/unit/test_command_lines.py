@@ -90,6 +90,8 @@ def test_words_of_a_ros_verb(line, base, changes):
         "interface package",
         "interface packages p",
         "multicast send --ttl 256",
+        "multicast send --group 10.0.0.1",
+        "multicast receive --port 0",
         "multicast receive --timeout 0",
         "daemon restart",
         "graph x",
