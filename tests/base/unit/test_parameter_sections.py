@@ -57,3 +57,24 @@ def test_what_is_for_the_node_alone_comes_after_wildcards():
     known = list(sections(yaml.safe_load(FILE)))
     found = [(name, value) for name, _, value in parameters_for("/x/a", known)]
     assert found == [("p", 2), ("r", 1), ("p", 1), ("group.q", [1, 2])]
+
+
+@pytest.mark.parametrize(
+    ("text", "node"),
+    [
+        ("/**: {ros__parameters: {p: 1}}", "/ns/n"),
+        ("/n: {ros__parameters: {p: 1}}", "/n"),
+        ("n: {ros__parameters: {p: 1}}", "/n"),
+        ("/ns/n: {ros__parameters: {p: 1}}", "/ns/n"),
+        ("/ns: {n: {ros__parameters: {p: 1}}}", "/ns/n"),
+        ("/ns/deep: {n: {ros__parameters: {p: 1}}}", "/ns/deep/n"),
+        ("/*: {n: {ros__parameters: {p: 1}}}", "/ns/n"),
+        ("/**/n: {ros__parameters: {p: 1}}", "/ns/deep/n"),
+    ],
+    ids=str,
+)
+def test_keys_that_ros2_param_load_takes(text: str, node: str):
+    # those of rclpy 7.1.11 and 10.0.10, for the node that is named
+    known = list(sections(yaml.safe_load(text)))
+    assert [(name, value) for name, _, value in parameters_for(node, known)] == [("p", 1)]
+    assert not list(parameters_for("/other/m", [one for one in known if one.selector != "/**"]))
