@@ -18,7 +18,7 @@ from launcher.base.text import escape_controls
 from launcher.posix.keys import read_keys
 from launcher.ros.verb import unescaped
 
-_REDRAW_S = 0.2
+REDRAW_S = 0.2
 
 
 class Keys:
@@ -62,15 +62,17 @@ def _is_in_foreground() -> bool:
 
 
 class StatusLine:
-    """One line on the terminal that is drawn again and again; nothing without a terminal.
+    """One line on the terminal that is drawn every `redraw_s` (None: never), if it is a terminal.
 
     `escaped_output` would show the control characters that this takes as text, so it writes them to
     the terminal itself, and nothing else.
     """
 
-    def __init__(self, render: Callable[[int], str]) -> None:
+    def __init__(self, render: Callable[[int], str], redraw_s: float | None = REDRAW_S) -> None:
         self._render = render
-        self.enabled = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self._redraw_s = redraw_s or 0.0
+        is_terminal = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self.enabled = is_terminal and redraw_s is not None
         self._terminal = unescaped(sys.stderr)
         self._next_s = 0.0
         self._drawn = False
@@ -79,7 +81,7 @@ class StatusLine:
         """Draw it if it is time."""
         if not self.enabled or (not now and time.monotonic() < self._next_s):
             return
-        self._next_s = time.monotonic() + _REDRAW_S
+        self._next_s = time.monotonic() + self._redraw_s
         width = shutil.get_terminal_size().columns
         text = escape_controls(self._render(width - 1))[: width - 1]
         self._control(f"\r{text}\x1b[K")

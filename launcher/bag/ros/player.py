@@ -13,7 +13,7 @@ from launcher.bag.quantity_texts import clock as clock_text
 from launcher.bag.reader import Bag
 from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
-from launcher.bag.ros.read_ahead import ReadAhead
+from launcher.bag.ros.read_ahead import ReadAhead, by_sending, merged
 from launcher.bag.topic_selection import Selection
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
@@ -30,7 +30,11 @@ MIN_RATE, MAX_RATE = 0.01, 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlayOptions:
-    """What `bag play` was asked for; offsets and durations are seconds of the bag."""
+    """What `bag play` was asked for; offsets and durations are seconds of the bag.
+
+    `sent`: in the order and at the times of publishing. `redraw_s` is the time from one drawing of
+    the status to the next; None: it is not drawn.
+    """
 
     selection: Selection
     overrides: Mapping[str, Qos]
@@ -46,8 +50,11 @@ class PlayOptions:
     start_paused: bool
     acked_s: float
     requests: str | None
+    goals: str | None
     read_ahead: int
     keyboard: bool
+    sent: bool
+    redraw_s: float | None
 
 
 def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
@@ -57,9 +64,16 @@ def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     player = None
     try:
         with observing(access) as observer:
-            status = StatusLine(lambda width: player.line(width) if player else "")
+            status = StatusLine(
+                lambda width: player.line(width) if player else "", options.redraw_s
+            )
             publishers = Publishers(
-                observer, options.overrides, options.remap, status.print, requests=options.requests
+                observer,
+                options.overrides,
+                options.remap,
+                status.print,
+                requests=options.requests,
+                goals=options.goals,
             )
             topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
@@ -114,7 +128,10 @@ class _Player:
         self._publishers = publishers
         self._status = status
         self._count = 0
+        self._ahead_ns: int | None = None
         whole = summed(bag.extent for bag in bags)
+        if options.sent:
+            whole = self._sent(whole)
         self._first_ns = whole.start_ns + round(options.start_offset_s * 1e9)
         self._end_ns = self._last(whole)
         self._source = self._read_from(self._first_ns)
@@ -127,6 +144,14 @@ class _Player:
     def _has_clock(self) -> bool:
         return self._options.clock_hz is not None or self._options.clock_topics is not None
 
+    def _sent(self, whole: Extent) -> Extent:
+        """The times of publishing, as far as the first messages show them."""
+        read_ahead = self._options.read_ahead
+        first = next(by_sending(merged(self._bags, self._topics, Span()), read_ahead), None)
+        shift_ns = 0 if first is None else first.log_ns - whole.start_ns
+        self._ahead_ns = max(0, shift_ns)
+        return Extent(whole.counts, whole.start_ns + shift_ns, whole.end_ns + shift_ns)
+
     def _last(self, whole: Extent) -> int:
         """The time of the last message that may be played."""
         ends = [whole.end_ns]
@@ -137,8 +162,12 @@ class _Player:
         return min(ends)
 
     def _read_from(self, start_ns: int) -> ReadAhead:
-        span = Span(start_ns, max(start_ns, self._end_ns + 1))
-        return ReadAhead(self._bags, self._topics, span, self._options.read_ahead)
+        options = self._options
+        end_ns: int | None = max(start_ns, self._end_ns + 1)
+        if options.sent and options.duration_s is None and options.until_ns is None:
+            end_ns = None  # the time of the last one is not known
+        span = Span(start_ns, end_ns)
+        return ReadAhead(self._bags, self._topics, span, options.read_ahead, self._ahead_ns)
 
     def run(self) -> None:
         try:
@@ -178,6 +207,7 @@ class _Player:
                 wait_s = min(wait_s, self._tick_clock())
             self._status.draw()
             if wait_s > 0:
+                self._publishers.poll()
                 time.sleep(min(wait_s, _LONGEST_SLEEP_S))
         return found
 

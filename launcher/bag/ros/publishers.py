@@ -6,20 +6,21 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from launcher.bag import bag_actions
 from launcher.bag.agreement import difference
 from launcher.bag.bag_model import CDR, Message, Qos, Topic
 from launcher.bag.bag_services import EVENTS
 from launcher.bag.ros import bag_qos
+from launcher.bag.ros.recorded_calls import ActionRequests, Requester, requester
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count, escape
 from launcher.ros.messages.classes import type_name, with_library
-from launcher.ros.messages.interfaces import load, load_message
+from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 
 if TYPE_CHECKING:
-    from rclpy.node import Node
     from rclpy.publisher import Publisher
 
     from launcher.ros.discovery.observer import Observer
@@ -30,13 +31,13 @@ _SLICE_NS = 100_000_000
 _UNKNOWN_S = 1.0  # for a service that was not in the graph
 _SHARED = ("/rosout", "/parameter_events")  # every node publishes them
 _NAMED = 5  # topics in a warning; others are counted
-_REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
 
 
 class Publishers:
     """A publisher for each topic that can be played; `notes` gets a sentence for the others.
 
-    `remap` maps names of the bag to those that are published.
+    `remap` maps names of the bag to those that are published. With `requests`, recorded calls of
+    services are sent as calls; with `goals`, those of actions. Both say whose events are used.
     """
 
     def __init__(
@@ -47,22 +48,27 @@ class Publishers:
         notes: Callable[[str], None],
         *,
         requests: str | None = None,
+        goals: str | None = None,
     ) -> None:
         self._observer = observer
         self._overrides = overrides
         self._remap = remap
         self._notes = notes
         self._requests = requests
+        self._goals = goals
         self._added: dict[str, Topic] = {}
         self._noted: set[str] = set()
         self._publishers: dict[str, Any] = {}
-        self._clients: dict[str, _Requester] = {}
+        self._clients: dict[str, Requester] = {}  # topic -> where its requests are sent
+        self._actions: dict[str, ActionRequests] = {}
         self._clock: Any = None
 
     def add(self, topic: Topic) -> bool:
         """Whether the topic can be played, also together with one of its name that was added."""
         name = self._remap.get(topic.name, topic.name)
         known = self._added.get(topic.name)
+        if self._comes_from_the_server(topic):
+            return False
         try:
             if topic.serialization != CDR:
                 raise VerbError(f"its messages are in '{topic.serialization}', and ROS 2 has CDR")
@@ -80,13 +86,25 @@ class Publishers:
             return False
         return True
 
+    def _comes_from_the_server(self, topic: Topic) -> bool:
+        """Feedback and status of an action whose goals are sent to a server."""
+        if self._goals is None or bag_actions.action_of(topic.name, topic.type) is None:
+            return False
+        return bag_actions.part_of(topic) in bag_actions.TOPICS
+
     def _create(self, topic: Topic, name: str) -> None:
         """VerbError where ROS has no such name or type."""
         from rclpy.exceptions import NameValidationException
 
         try:
-            if self._requests is not None and topic.name.endswith(EVENTS):
-                self._add_client(topic, name.removesuffix(EVENTS), self._requests)
+            action = bag_actions.action_of(topic.name, topic.type)
+            service = name.removesuffix(EVENTS)
+            if action is not None and self._goals is not None:
+                self._add_action(topic, action, service, self._goals)
+            elif action is None and self._requests is not None and service != name:
+                kind = topic.type.removesuffix("_Event")
+                node = self._observer.node
+                self._clients[topic.name] = requester(node, service, kind, self._requests)
             else:
                 self._publishers[topic.name] = self._observer.node.create_publisher(
                     with_library(load_message(topic.type)), name, self._profile(topic)
@@ -108,9 +126,13 @@ class Publishers:
             self._noted.add(note)
             self._notes(note)
 
-    def _add_client(self, topic: Topic, service: str, source: str) -> None:
-        node, kind = self._observer.node, topic.type.removesuffix("_Event")
-        self._clients[topic.name] = _Requester(node, service, kind, source)
+    def _add_action(self, topic: Topic, action: str, service: str, source: str) -> None:
+        if action not in self._actions:
+            self._actions[action] = ActionRequests(self._observer.node, source)
+        kind = bag_actions.type_of(topic)
+        self._clients[topic.name] = self._actions[action].client(
+            service, bag_actions.part_of(topic), kind
+        )
 
     def _profile(self, topic: Topic) -> Any:
         from rclpy.qos import DurabilityPolicy
@@ -137,10 +159,15 @@ class Publishers:
             return True
         try:
             client.send(message.data)
-        except RuntimeError as error:  # RMWError
+        except (RuntimeError, VerbError) as error:  # RMWError
             self._refuse(f"an event of {message.topic}", VerbError(str(error)))
             return False
         return True
+
+    def poll(self) -> None:
+        """Send what had to wait for an answer."""
+        for action in self._actions.values():
+            action.poll()
 
     def publish_clock(self, bag_ns: int) -> None:
         from builtin_interfaces.msg import Time
@@ -221,40 +248,5 @@ class Publishers:
                 if time.monotonic() >= end:
                     return False
                 time.sleep(_PERIOD_S)
+                self.poll()
         return True
-
-
-class _Requester:
-    """Sends the requests in the events of a service to the service that is there now.
-
-    `source` is whose events are used, `client` or `service`, since both may have been recorded.
-    """
-
-    def __init__(self, node: Node, service: str, type_name: str, source: str) -> None:
-        kind = load(type_name, "srv", "The passed service type is invalid")
-        with_library(kind)
-        self._event, self._response = kind.Event, kind.Response
-        self._pending: set[int] = set()
-        self.service = service
-        self._client = node.create_client(kind, service)
-        self.is_ready = self._client.service_is_ready
-        self._wanted = _REQUEST_SENT if source == "client" else _REQUEST_RECEIVED
-
-    def send(self, data: bytes) -> None:
-        from rclpy.serialization import deserialize_message
-
-        event = deserialize_message(data, self._event)
-        if event.info.event_type == self._wanted and event.request:
-            self.awaits_answers()  # there is room for a few only
-            with self._client.handle:
-                self._pending.add(self._client.handle.send_request(event.request[0]))
-
-    def awaits_answers(self) -> bool:
-        """Whether an answer has not come yet; a request that is under way ends with its client."""
-        with self._client.handle:
-            while self._pending:
-                header, _ = self._client.handle.take_response(self._response)
-                if header is None:
-                    break
-                self._pending.discard(header.request_id.sequence_number)
-        return bool(self._pending)

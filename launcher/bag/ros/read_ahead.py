@@ -5,24 +5,59 @@ from __future__ import annotations
 import heapq
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from launcher.bag.bag_model import Message, Span
+from launcher.bag.bag_model import Message, Span, never
 from launcher.bag.reader import Bag
+
+
+def merged(
+    bags: Sequence[Bag],
+    topics: Sequence[frozenset[str]],
+    span: Span,
+    stopped: Callable[[], bool] = never,
+) -> Iterator[Message]:
+    """The messages of these topics of each bag, in the order in which they were received."""
+    streams = [bag.messages(names, span, stopped) for bag, names in zip(bags, topics, strict=True)]
+    if len(streams) == 1:
+        return streams[0]
+    return heapq.merge(*streams, key=lambda message: message.log_ns)
+
+
+def by_sending(messages: Iterable[Message], limit: int) -> Iterator[Message]:
+    """Messages in the order in which they were published, with this time as `log_ns`.
+
+    Where one was received more than `limit` messages too late, it is out of order.
+    """
+    waiting: list[tuple[int, int, Message]] = []
+    for number, one in enumerate(messages):
+        sent_ns = one.publish_ns or one.log_ns
+        heapq.heappush(waiting, (sent_ns, number, one._replace(log_ns=sent_ns)))
+        if len(waiting) > limit:
+            yield heapq.heappop(waiting)[2]
+    while waiting:
+        yield heapq.heappop(waiting)[2]
 
 
 class ReadAhead:
     """The messages of bags in the order of their times; at most `limit` are waiting.
 
-    `peek` and `pop` raise the error of the reading.
+    With `ahead_ns` the times are those of publishing, which may be so much ahead of those of
+    receiving. `peek` and `pop` raise the error of the reading.
     """
 
     def __init__(
-        self, bags: Sequence[Bag], topics: Sequence[frozenset[str]], span: Span, limit: int
+        self,
+        bags: Sequence[Bag],
+        topics: Sequence[frozenset[str]],
+        span: Span,
+        limit: int,
+        ahead_ns: int | None = None,
     ) -> None:
         self._bags = bags
         self._topics = topics
         self._limit = limit
+        self._ahead_ns = ahead_ns
         self._queue: deque[Message] = deque()
         self._error: Exception | None = None
         self._changed = threading.Condition()
@@ -31,13 +66,17 @@ class ReadAhead:
         self._thread.start()
 
     def _messages(self, span: Span) -> Iterator[Message]:
-        streams = [
-            bag.messages(topics, span, lambda: self._closed)
-            for bag, topics in zip(self._bags, self._topics, strict=True)
-        ]
-        if len(streams) == 1:
-            return streams[0]
-        return heapq.merge(*streams, key=lambda message: message.log_ns)
+        read = (self._bags, self._topics)
+        if self._ahead_ns is None:
+            yield from merged(*read, span, lambda: self._closed)
+            return
+        start_ns = span.start_ns or 0
+        received = Span(max(0, start_ns - self._ahead_ns), None)
+        for message in by_sending(merged(*read, received, lambda: self._closed), self._limit):
+            if span.end_ns is not None and message.log_ns >= span.end_ns:
+                return
+            if message.log_ns >= start_ns:
+                yield message
 
     def _read(self, span: Span) -> None:
         try:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from launcher.bag.converting.time_texts import Moment, duration_ns, moment
-from launcher.bag.verbs.files import COMPRESSION, SPLIT, storage_of
+from launcher.bag.verbs.files import COMPRESSION, INPUT, SPLIT, inputs, storage_of
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import SELECT, remapping, selected
 from launcher.base.command_line import Command, Parsed
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
 _KINDS = ("csv", "jsonl", "mcap")
 _NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
-_STORAGES = ("mcap", "sqlite3")
 _OF_BAGS = ("max_bag_size", "max_bag_duration", "compression_mode", "compression_format")
 
 
@@ -35,7 +33,7 @@ def _convert(options: Parsed) -> int:
     from launcher.bag.converting.convert import STDOUT, convert
     from launcher.bag.reader import Bag
 
-    paths = [*(options.bags or ()), *_inputs(options)]
+    paths = [*(options.bags or ()), *inputs(options)]
     if not paths:
         raise UsageError("no bag to read was named", hint=f"usage: {options.command.usage}")
     if not options.output:
@@ -51,13 +49,6 @@ def _convert(options: Parsed) -> int:
             flush=True,
         )
     return ExitCode.OK
-
-
-def _inputs(options: Parsed) -> Iterator[str]:
-    """Of `-i URI [STORAGE ID]`; the files show their format."""
-    for path, *others in options.input or ():
-        yield path
-        yield from (one for one in others if one not in _STORAGES or os.path.exists(one))
 
 
 def _outputs(options: Parsed) -> Iterator[Output]:
@@ -149,7 +140,7 @@ COMMAND = Command(
             "folder to make, or file: .mcap, .csv, .jsonl, - with --to; or the YAML file of "
             "options of ros2 bag convert",
         ),
-        option("-i, --input URI ...", "bags as well, as in ros2 bag convert", repeat="all"),
+        INPUT,
         option("--to FORMAT", "in place of what OUT ends with", choices=_KINDS),
         *SELECT,
         *_TIMES,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from launcher.bag.compression import FORMATS, MODES, PRESETS
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
     from launcher.bag.writer import Storage
 
 MAX = 2**63 - 1
+STORAGES = ("mcap", "sqlite3")
 
 
 def byte_count(word: str) -> int:
@@ -19,6 +22,16 @@ def byte_count(word: str) -> int:
     units = {"k": 1024, "K": 1024, "M": 1024**2, "G": 1024**3}
     number, factor = (word[:-1], units[word[-1]]) if word[-1:] in units else (word, 1)
     return count(number, 0, MAX // factor) * factor
+
+
+INPUT = option("-i, --input URI ...", "bags as well, as in ros2: -i BAG [STORAGE]", repeat="all")
+
+
+def inputs(options: Parsed) -> Iterator[str]:
+    """The bags of `INPUT`; the files show their format."""
+    for path, *others in options.input or ():
+        yield path
+        yield from (one for one in others if one not in STORAGES or os.path.exists(one))
 
 
 SPLIT = (

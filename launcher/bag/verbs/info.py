@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from launcher.bag.verbs.files import STORAGES
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, JSON, option
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 _STORAGE = option(
     "-s, --storage ID",
     "ignored, for compatibility with ros2: the files show their format",
-    choices=("mcap", "sqlite3"),
+    choices=STORAGES,
 )
 _SORTS = ("name", "type", "count")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from launcher.bag.verbs.files import INPUT, STORAGES, inputs
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
@@ -21,13 +22,32 @@ def _rate(word: str) -> float:
     return value
 
 
+def _bar_rate(word: str) -> int:
+    return -1 if word.startswith("-") and count(word[1:], 1) else count(word)
+
+
+def _paths(options: Parsed) -> list[str]:
+    """UsageError as ros2 has it: bags are arguments, or follow `-i`."""
+    found = list(inputs(options))
+    if found and options.bags:
+        raise UsageError(
+            "bags are arguments, or each follows -i; not both",
+            hint=f"-i {options.bags[0]} -i {found[0]}",
+        )
+    if not found and not options.bags:
+        raise UsageError("no bag to play was named", hint=f"usage: {options.command.usage}")
+    return found or list(options.bags)
+
+
 def _play(options: Parsed) -> int:
     from launcher.bag.reader import Bag
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.player import PlayOptions, play
 
     path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
-    bags = [Bag(one) for one in options.bags]
+    until_ns = options.playback_until_nsec if until_s is None else round(until_s * 1e9)
+    source = str(options.service_requests_source).partition("_")[0]
+    bags = [Bag(one) for one in _paths(options)]
     for bag in bags:
         warn_of(bag)
     if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
@@ -45,24 +65,27 @@ def _play(options: Parsed) -> int:
             loop=options.loop,
             start_offset_s=options.start_offset,
             duration_s=options.playback_duration,
-            until_ns=None if until_s is None else round(until_s * 1e9),
+            until_ns=until_ns,
             delay_s=options.delay,
             clock_hz=options.clock,
             clock_topics=frozenset() if options.clock_topics_all else clock_topics,
             start_paused=options.start_paused,
             acked_s=_acked_s(options.wait_for_all_acked),
-            requests=_requests(options),
+            requests=source if options.publish_service_requests else None,
+            goals=source if options.send_actions_as_client else None,
             read_ahead=options.read_ahead_queue_size,
             keyboard=not options.disable_keyboard_controls,
+            sent=options.message_order == "sent",
+            redraw_s=_redraw_s(options.progress_bar_update_rate),
         ),
     )
 
 
-def _requests(options: Parsed) -> str | None:
-    """Whose events become requests, or None if they are published as they are."""
-    if not options.publish_service_requests:
+def _redraw_s(rate_hz: int) -> float | None:
+    """None for never; for each message if the rate is negative."""
+    if not rate_hz:
         return None
-    return str(options.service_requests_source).partition("_")[0]
+    return max(0.0, 1 / rate_hz)
 
 
 def _acked_s(milliseconds: int) -> float:
@@ -73,7 +96,8 @@ COMMAND = ros_command(
     "bag play",
     "publish what bags have",
     _play,
-    option("BAG ...", "folders, or .mcap and .db3 files", name="bags"),
+    option("[BAG ...]", "folders, or .mcap and .db3 files", name="bags"),
+    INPUT,
     option("-r, --rate FACTOR", "speed", _rate, 1.0),
     option("-l, --loop", "begin again at the end"),
     *SELECT,
@@ -92,6 +116,14 @@ COMMAND = ros_command(
     option("--start-offset S", "begin S seconds behind the start", seconds, 0.0),
     option("--playback-duration S", "end S seconds of the bag later", positive_seconds),
     option("--playback-until-sec S", "end at this time, in seconds since 1970", seconds),
+    option("--playback-until-nsec NS", "the same in nanoseconds", count),
+    option(
+        "--message-order ORDER",
+        "order and times: as received, or as sent, which needs --read-ahead-queue-size for as many "
+        "messages as one may be late",
+        choices=("received", "sent"),
+        default="received",
+    ),
     option(
         "--wait-for-all-acked MS",
         "at the end, wait so long until RELIABLE subscriptions have everything; 0: for ever",
@@ -104,8 +136,12 @@ COMMAND = ros_command(
         "call the services of recorded events, instead of publishing the events",
     ),
     option(
+        "--send-actions-as-client",
+        "send the goals, cancellations and requests for results of recorded events to the server",
+    ),
+    option(
         "--service-requests-source WHO",
-        "whose events are used",
+        "whose events are used for these two",
         choices=("service_introspection", "client_introspection"),
         default="service_introspection",
     ),
@@ -116,6 +152,17 @@ COMMAND = ros_command(
         1000,
     ),
     option("--disable-keyboard-controls", "read no keys"),
-    exclusive=(("clock_topics", "clock_topics_all"),),
+    option(
+        "--progress-bar-update-rate HZ",
+        "how often the status is drawn on a terminal; 0 is never, -1 with each message",
+        _bar_rate,
+        5,
+    ),
+    option("--progress-bar-separation-lines N", "ignored, for compatibility with ros2", count),
+    option("-s, --storage ID", "ignored, for compatibility with ros2", choices=STORAGES),
+    exclusive=(
+        ("clock_topics", "clock_topics_all"),
+        ("playback_until_sec", "playback_until_nsec"),
+    ),
     json=None,
 )
