@@ -66,14 +66,21 @@ def is_single_file(path: str) -> bool:
     return path.endswith(".mcap")
 
 
-def convert(bags: Sequence[Bag], output: Output, complete: Complete, notes: Notes) -> str:
+def convert(
+    bags: Sequence[Bag],
+    output: Output,
+    complete: Complete,
+    notes: Notes,
+    spans: Sequence[Span] | None = None,
+) -> str:
     """Write the output; a sentence about it. BagError, and then nothing is left of it.
 
-    `notes` gets a sentence for each topic that is left out of a table.
+    `notes` gets a sentence for each topic that is left out of a table. `spans` are the parts of
+    the bags that are read, None: all.
     """
     if output.path != STDOUT and os.path.lexists(output.path):
         raise BagError(f"{output.path} exists already", hint="name another one with -o")
-    merged = Merged(bags, output.selection, output.remap, complete)
+    merged = Merged(bags, output.selection, output.remap, complete, spans)
     span = output.span(merged.start_ns)
     number, last_ns = 0, None
     with _opened(output, merged, span, notes) as write:

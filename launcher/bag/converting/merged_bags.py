@@ -20,7 +20,7 @@ class Merged:
     """The selected topics of bags; those of one name are one topic.
 
     `remap` gives new names; selections are of the old ones. BagError if nothing is selected, or if
-    types differ.
+    types differ. `spans` are the parts of the bags that are read, None: all.
     """
 
     def __init__(
@@ -29,8 +29,10 @@ class Merged:
         selection: Selection,
         remap: Mapping[str, str] | None = None,
         complete: Complete = lambda topic: topic,
+        spans: Sequence[Span] | None = None,
     ) -> None:
         self.bags = bags
+        self._spans = spans or [Span()] * len(bags)
         self._remap = dict(remap or {})
         self._check_names((*selection.topics, *self._remap))
         self._chosen: list[dict[str, str]] = []  # of each bag, old names to new ones
@@ -106,8 +108,8 @@ class Merged:
     def messages(self, span: Span, topics: frozenset[str] | None = None) -> Iterator[Message]:
         """The messages of these topics (None: all) in the order of their times. BagError."""
         streams = [
-            self._of_bag(bag, names, span, topics)
-            for bag, names in zip(self.bags, self._chosen, strict=True)
+            self._of_bag(bag, names, _both(part, span), topics)
+            for bag, names, part in zip(self.bags, self._chosen, self._spans, strict=True)
         ]
         if len(streams) == 1:
             return streams[0]
@@ -120,3 +122,10 @@ class Merged:
         for message in bag.messages(wanted, span):
             new = names[message.topic]
             yield message if new == message.topic else message._replace(topic=new)
+
+
+def _both(one: Span, other: Span) -> Span:
+    """What is in both."""
+    starts = [span.start_ns for span in (one, other) if span.start_ns is not None]
+    ends = [span.end_ns for span in (one, other) if span.end_ns is not None]
+    return Span(max(starts, default=None), min(ends, default=None))

@@ -1,13 +1,14 @@
-"""The YAML file of `ros2 bag convert -o`: a list of bags to write, with options of recording."""
+"""The YAML files of `ros2 bag convert`: lists of bags to read, and to write."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from launcher.bag import compression
+from launcher.bag.bag_model import Span
 from launcher.bag.converting.convert import Output
 from launcher.bag.converting.time_texts import Moment
 from launcher.bag.metadata import document_in
@@ -17,7 +18,7 @@ from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.text import did_you_mean
 
-_ROOT = "output_bags"
+_INPUTS, _OUTPUTS = "input_bags", "output_bags"
 
 
 def _flag(value: object) -> bool:
@@ -36,6 +37,13 @@ def _number(value: object) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
         raise ValueError("is not a whole number of at least 0")
     return value
+
+
+def _time(value: object) -> int | None:
+    """None if it is not after 0: then there is no limit."""
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise ValueError("is not a whole number")
+    return value if value > 0 else None
 
 
 def _texts(value: object) -> list[str]:
@@ -97,9 +105,27 @@ _KEYS: Mapping[str, Callable[[object], Any]] = {
     "storage_preset_profile": _word("", *compression.PRESETS),
     "max_bagfile_size": _number,
     "max_bagfile_duration": _number,
-    "start_time_ns": _number,
-    "end_time_ns": _number,
+    "max_bag_files": _number,
+    "start_time_ns": _time,
+    "end_time_ns": _time,
     "custom_data": _mapping,
+}
+# Of a bag to read; the others are of writing, and in the same list in rosbag2.
+_OF_READING: Mapping[str, Callable[[object], Any]] = {
+    "uri": _text,
+    "start_time_ns": _time,
+    "end_time_ns": _time,
+    **dict.fromkeys(
+        (
+            "storage_id",
+            "max_bagfile_size",
+            "max_bagfile_duration",
+            "max_bag_files",
+            "storage_preset_profile",
+            "custom_data",
+        ),
+        lambda value: None,
+    ),
 }
 # Of recording, without effect on what is written.
 _IGNORED = frozenset(
@@ -107,14 +133,23 @@ _IGNORED = frozenset(
         "compression_queue_size",
         "compression_threads",
         "compression_threads_priority",
+        "disable_keyboard_controls",
         "ignore_leaf_topics",
         "include_hidden_topics",
         "include_unpublished_topics",
+        "input_serialization_format",
         "is_discovery_disabled",
+        "max_cache_duration",
         "max_cache_size",
         "node_prefix",
+        "output_serialization_format",
+        "repeat_all_transient_local_depth",
+        "repeat_transient_local_messages",
         "rmw_serialization_format",
         "snapshot_mode",
+        "start_paused",
+        "static_topics_uri",
+        "statistics_max_publishing_rate",
         "storage_config_uri",
         "topic_polling_interval",
         "topic_qos_profile_overrides",
@@ -125,41 +160,70 @@ _IGNORED = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class _BagOptions:
-    """A bag in the file, for messages."""
+    """A bag in a list of the file, for messages."""
 
     path: str
+    root: str
     number: int
 
     def wrong(self, text: str, hint: str | None = None) -> UsageError:
-        return UsageError(f"{self.path}: {_ROOT}, entry {self.number}: {text}", hint=hint)
+        return UsageError(f"{self.path}: {self.root}, entry {self.number}: {text}", hint=hint)
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A bag to read, or a part of it."""
+
+    path: str
+    span: Span
+
+
+def read_inputs(path: str) -> list[Input]:
+    """UsageError for a mistake in the file. The files of a bag show their storage."""
+    entries = _entries(path, _INPUTS, "read", _OF_READING)
+    return [Input(values["uri"], _span(values)) for _, values in entries]
 
 
 def read(path: str) -> list[Output]:
     """UsageError for a mistake in the file."""
-    document = document_in(path)
-    entries = document.get(_ROOT) if isinstance(document, dict) else None
-    if not isinstance(entries, list) or not entries:
-        raise UsageError(f"{path} has no list '{_ROOT}'", hint="it begins with: output_bags:")
-    found = [_output(_BagOptions(path, number), entry) for number, entry in enumerate(entries, 1)]
-    uris = [output.path for output in found]
-    for number, uri in enumerate(uris, 1):
-        if uri in uris[: number - 1]:
-            raise _BagOptions(path, number).wrong(f"'{uri}' is another entry's uri, too")
+    found: list[Output] = []
+    for place, values in _entries(path, _OUTPUTS, "write", _KEYS):
+        if any(one.path == values["uri"] for one in found):
+            raise place.wrong(f"'{values['uri']}' is another entry's uri, too")
+        found.append(_output(values))
     return found
 
 
-def _output(place: _BagOptions, entry: object) -> Output:
-    if not isinstance(entry, dict):
-        raise place.wrong("it is not a mapping", "as in - uri: out")
-    values = {str(key): _value(place, str(key), value) for key, value in entry.items()}
-    if not values.get("uri"):
-        raise place.wrong("'uri' is missing, the bag to write")
-    start, end = values.get("start_time_ns", 0), values.get("end_time_ns", 0)
+def _entries(
+    path: str, root: str, verb: str, keys: Mapping[str, Callable[[object], Any]]
+) -> Iterator[tuple[_BagOptions, dict[str, Any]]]:
+    document = document_in(path)
+    entries = document.get(root) if isinstance(document, dict) else None
+    if not isinstance(entries, list) or not entries:
+        raise UsageError(f"{path} has no list '{root}'", hint=f"it begins with: {root}:")
+    for number, entry in enumerate(entries, 1):
+        place = _BagOptions(path, root, number)
+        if not isinstance(entry, dict):
+            raise place.wrong("it is not a mapping", "as in - uri: bag")
+        values = {str(key): _value(place, str(key), value, keys) for key, value in entry.items()}
+        if not values.get("uri"):
+            raise place.wrong(f"'uri' is missing, the bag to {verb}")
+        yield place, values
+
+
+def _span(values: Mapping[str, Any]) -> Span:
+    """In these files the last time belongs to it."""
+    end_ns = values.get("end_time_ns")
+    return Span(values.get("start_time_ns"), None if end_ns is None else end_ns + 1)
+
+
+def _output(values: Mapping[str, Any]) -> Output:
+    start_ns, end_ns = _span(values)
     return Output(
         path=values["uri"],
         selection=_selection(values),
-        start=Moment(start, from_start=False) if start else None,
-        end=Moment(end, from_start=False) if end else None,
+        start=None if start_ns is None else Moment(start_ns, from_start=False),
+        end=None if end_ns is None else Moment(end_ns, from_start=False),
         storage=Storage(
             chunk_compression=compression.PRESETS[
                 values.get("storage_preset_profile") or "zstd_fast"
@@ -168,19 +232,22 @@ def _output(place: _BagOptions, entry: object) -> Output:
             format=values.get("compression_format") or compression.FORMATS[0],
             max_bytes=values.get("max_bagfile_size", 0),
             max_duration_ns=values.get("max_bagfile_duration", 0) * 10**9,
+            max_files=values.get("max_bag_files", 0),
         ),
         custom_data=values.get("custom_data", {}),
     )
 
 
-def _value(place: _BagOptions, key: str, value: object) -> Any:
+def _value(
+    place: _BagOptions, key: str, value: object, keys: Mapping[str, Callable[[object], Any]]
+) -> Any:
     if key in _IGNORED:
         return None
-    if key not in _KEYS:
-        hint = did_you_mean(key, _KEYS) or f"known: {', '.join(_KEYS)}"
+    if key not in keys:
+        hint = did_you_mean(key, keys) or f"known: {', '.join(keys)}"
         raise place.wrong(f"unknown key '{key}'", hint)
     try:
-        return _KEYS[key](value)
+        return keys[key](value)
     except ValueError as error:
         raise place.wrong(f"{key}: '{value}' {error}") from None
 

@@ -19,10 +19,13 @@ from launcher.ros.verb import warn
 if TYPE_CHECKING:
     from launcher.bag.bag_model import Topic
     from launcher.bag.converting.convert import Output
+    from launcher.bag.converting.output_options import Input
 
 _KINDS = ("csv", "jsonl", "mcap")
 _NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
 _OF_BAGS = ("max_bag_size", "max_bag_duration", "compression_mode", "compression_format")
+
+_BESIDE_YAML = {"--output", "--input", "--input-options", "--debug", "--workspace"}
 
 
 def _offset(word: str) -> Moment:
@@ -33,22 +36,34 @@ def _convert(options: Parsed) -> int:
     from launcher.bag.converting.convert import STDOUT, convert
     from launcher.bag.reader import Bag
 
-    paths = [*(options.bags or ()), *inputs(options)]
-    if not paths:
-        raise UsageError("no bag to read was named", hint=f"usage: {options.command.usage}")
+    parts = _parts(options)
     if not options.output:
         raise UsageError("-o OUT is missing", hint="a new folder, or a file: .mcap, .csv, .jsonl")
     outputs = list(_outputs(options))
-    bags = [Bag(path) for path in paths]
+    bags = [Bag(one.path) for one in parts]
     for bag in bags:
         warn_of(bag)
     for output in outputs:
         print(
-            convert(bags, output, _complete, warn),
+            convert(bags, output, _complete, warn, [one.span for one in parts]),
             file=sys.stderr if output.path == STDOUT else sys.stdout,
             flush=True,
         )
     return ExitCode.OK
+
+
+def _parts(options: Parsed) -> list[Input]:
+    from launcher.bag.bag_model import Span
+    from launcher.bag.converting import output_options
+
+    paths = [*(options.bags or ()), *inputs(options)]
+    if options.input_options is None:
+        if not paths:
+            raise UsageError("no bag to read was named", hint=f"usage: {options.command.usage}")
+        return [output_options.Input(path, Span()) for path in paths]
+    if paths:
+        raise UsageError(f"bags are in {options.input_options}, or named; not both")
+    return output_options.read_inputs(options.input_options)
 
 
 def _outputs(options: Parsed) -> Iterator[Output]:
@@ -56,7 +71,9 @@ def _outputs(options: Parsed) -> Iterator[Output]:
 
     if options.output.endswith((".yaml", ".yml")):
         given = {one.flags[-1] for one, *_ in options.given if one is not None}
-        if others := sorted(given - {"--output", "--input", "--debug", "--workspace"}):
+        if others := sorted(
+            given - {"--output", "--input", "--input-options", "--debug", "--workspace"}
+        ):
             raise UsageError(f"{others[0]} goes into {options.output}, which has all options")
         yield from output_options.read(options.output)
     else:
@@ -141,6 +158,7 @@ COMMAND = Command(
             "options of ros2 bag convert",
         ),
         INPUT,
+        option("--input-options FILE", "YAML: input_bags, as in ros2 bag convert"),
         option("--to FORMAT", "in place of what OUT ends with", choices=_KINDS),
         *SELECT,
         *_TIMES,

@@ -20,6 +20,7 @@ from launcher.bag.converting.time_texts import Moment, moment
 from launcher.bag.reader import Bag
 from launcher.base.errors import LauncherError, UsageError
 from tests.support.bags import (
+    START_NS,
     contents,
     convert,
     counting,
@@ -340,3 +341,52 @@ def test_the_oldest_text_is_kept(tmp_path: Path):
     folder = write_bag(tmp_path / "b", [Message("/a", 5, 3, 7, string_cdr("ü\n"))])
     convert(folder, "-o", tmp_path / "c")
     assert list(Bag(str(tmp_path / "c")).messages()) == [Message("/a", 5, 3, 7, string_cdr("ü\n"))]
+
+
+def test_bags_to_read_and_their_times_in_a_file(tmp_path: Path, whole: Path):
+    other = write_bag(tmp_path / "other", counting("/c", 5))
+    file = tmp_path / "in.yaml"
+    file.write_text(
+        f"input_bags:\n- uri: {whole}\n  storage_id: mcap\n  end_time_ns: {START_NS + 10**8}\n"
+        f"- {{uri: {other}, start_time_ns: {START_NS + 3 * 10**8}, end_time_ns: -1}}\n"
+    )
+    convert("--input-options", file, "-o", tmp_path / "one")
+    assert [(topic, int(text.split()[1])) for topic, text in contents(tmp_path / "one")] == [
+        ("/a", 0),
+        ("/b", 0),
+        ("/a", 1),  # the last time belongs to it
+        ("/b", 1),
+        ("/c", 3),
+        ("/c", 4),
+    ]
+    (tmp_path / "out.yaml").write_text(YAML.format(folder=tmp_path / "x"))
+    (tmp_path / "x").mkdir()
+    convert("--input-options", file, "-o", tmp_path / "out.yaml")
+    assert {topic for topic, _ in contents(tmp_path / "x" / "one")} == {"/a", "/c"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "error"),
+    [
+        ("input_bags: []", [], "in.yaml has no list 'input_bags'"),
+        ("input_bags: [{storage_id: mcap}]", [], "input_bags, entry 1: 'uri' is missing"),
+        ("input_bags: [{uri: a, start: 1}]", [], "entry 1: unknown key 'start'"),
+        ("input_bags: [{uri: a, end_time_ns: x}]", [], "end_time_ns: 'x' is not a whole number"),
+        ("input_bags: [{uri: a}]", ["a"], "bags are in .*in.yaml, or named; not both"),
+        ("input_bags: [{uri: a}]", ["-i", "a"], "bags are in .*in.yaml, or named; not both"),
+    ],
+)
+def test_mistakes_in_bags_to_read(tmp_path: Path, text: str, words: list[str], error: str):
+    (tmp_path / "in.yaml").write_text(text)
+    with pytest.raises(UsageError, match=error):
+        convert(*words, "--input-options", tmp_path / "in.yaml", "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_ring_of_files_of_an_output(tmp_path: Path, whole: Path):
+    (tmp_path / "o.yaml").write_text(
+        f"output_bags: [{{uri: {tmp_path}/o, max_bagfile_duration: 2, max_bag_files: 2}}]"
+    )
+    convert(whole, "-o", tmp_path / "o.yaml")
+    assert len(list((tmp_path / "o").glob("*.mcap"))) == 2
+    assert Bag(str(tmp_path / "o")).extent.end_ns == Bag(str(whole)).extent.end_ns
