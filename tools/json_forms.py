@@ -43,6 +43,7 @@ _TOPIC_OF_BAG = (
 )
 _TRAITS = "name, messages, type, type_hash, start_ns, rate_hz, gap_s, latency_s, latency_p99_s"
 _SPREAD = "min_s, max_s, std_dev_s, window"
+_DELAYS = "mean_delay_s, max_delay_s"
 _FINDING = "level, text, advice"
 _RELOAD = "processes[name, change, details[], done, text]"
 _DROPPED = "dropped, processes?{}, wall_s?"
@@ -157,6 +158,23 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "topic info",
             f"{_TYPED}, endpoints[node, direction, type, {_QOS}, gid], mismatches[subscription, "
             "publishers[], policies[policy, offered, requested, advice]], explanation",
+        ),
+        _form(
+            "tf tree",
+            "frames[frame, parent, static, broadcasters[], transforms, rate_hz, buffer_s, "
+            "newest_ns, oldest_ns], roots[], problems[kind, frame, text]",
+        ),
+        _form(
+            "tf echo",
+            "time_ns, frame, child, translation[], rotation[], rpy[]",
+            "time_ns, failure",
+            lines=True,
+        ),
+        _form(
+            "tf monitor",
+            f"wall_s, chain[], net_delay{{{_DELAYS}}}, frames[frame, broadcaster, {_DELAYS}], "
+            f"broadcasters[node, rate_hz, {_DELAYS}]",
+            lines=True,
         ),
         _form("topic echo, service echo", "topic, message*, info?{}", lines=True),
         _form("topic pub", "topic, number, message*", lines=True),

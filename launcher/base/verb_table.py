@@ -57,6 +57,7 @@ _TABLE = (
         "launcher.ros.verbs.interface",
         "show the installed types of messages, services and actions",
     ),
+    ("tf", LOOK, "launcher.ros.verbs.tf", "show transforms and the tree of frames, without tf2"),
     ("bag", RECORD, "launcher.bag.verbs", "record topics, play and compare recordings"),
     (
         "pkg",
@@ -148,6 +149,8 @@ ROS_VERBS = tuple(name for name, module in _MODULES.items() if module.startswith
 # `verb_first(words)`, which puts options of ROS verbs behind the verb.
 ENABLE = "launcher.export.verbs.enable"
 ROS_FRONT = "launcher.ros.front"
+# The transforms of a bag, for `tf`: `ros` does not import `bag`.
+BAG_TRANSFORMS = "launcher.bag.transforms:samples"
 
 # Other names of verbs.
 ALIASES = {"wtf": "doctor"}

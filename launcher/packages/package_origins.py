@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from launcher.base.program import program
 from launcher.packages.distribution import or_default
 
 # Without a wheel, to be built from source: repository on GitHub, branch, and the package's folders
@@ -206,6 +207,11 @@ def clone_commands(*packages: str) -> list[str]:
         if folders:
             commands.append(f"git -C {place} sparse-checkout add {' '.join(folders)}")
     return commands
+
+
+def build_command(package: str) -> str:
+    """One line for the shell that gets the sources of a package and builds them."""
+    return " && ".join([*clone_commands(package), f"{program()} build"])
 
 
 def debian(package: str) -> str:

@@ -10,19 +10,28 @@ from launcher.base.errors import PackageNotFoundError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
 from launcher.packages import source_packages, unbuilt
-from launcher.packages.package_origins import clone_commands, debian, has_wheel, needs_ros, wheel
+from launcher.packages.package_origins import (
+    build_command,
+    clone_commands,
+    debian,
+    has_wheel,
+    needs_ros,
+    wheel,
+)
 from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
+
+# Packages of programs that verbs replace.
+_REPLACED = {"foxglove_bridge": "foxglove", "tf2_tools": "tf tree"}
 
 
 def package_not_found(
     name: str, known: Iterable[str], prefixes: Sequence[os.PathLike[str]]
 ) -> PackageNotFoundError:
     """The error, with the nearest name, or where the package comes from."""
-    commands = clone_commands(name)
-    if name == "foxglove_bridge":
-        hint: str | None = f"`{program()} foxglove` does the same, without this package"
-    elif commands:
-        steps = " && ".join((*commands, f"{program()} build"))
+    if name in _REPLACED:
+        hint: str | None = f"`{program()} {_REPLACED[name]}` does the same, without this package"
+    elif clone_commands(name):
+        steps = build_command(name)
         hint = f"it has no wheel; build it from its sources, in a workspace: {steps}"
     elif has_wheel(name):
         hint = f"install its wheel: pip install {wheel(name)}"

@@ -38,10 +38,9 @@ from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from launcher.base import strict_json
-from launcher.base.program import program
 from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import error_text
-from launcher.packages.package_origins import INSTRUCTIONS, clone_commands
+from launcher.packages.package_origins import INSTRUCTIONS, build_command
 from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.helpers.clean_up import limited_clean_up
@@ -146,7 +145,7 @@ class AgentNode(Node):  # type: ignore[misc]  # rclpy has no types
         if self._explained:
             return
         self._explained = True
-        commands = " && ".join([*clone_commands("composition_interfaces"), f"{program()} build"])
+        commands = build_command("composition_interfaces")
         what = "composition_interfaces, the services of containers, has no wheel"
         self._write({"warning": f"{what}; build it in a workspace: {commands}; {INSTRUCTIONS}"})
 

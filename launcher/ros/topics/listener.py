@@ -40,13 +40,14 @@ _DISCOVERY_S = 3.0  # of publishers that only the prefetch has discovered
 class ReceivedMessage:
     """A message (bytes if taken raw) and rclpy's info; times are wall clock nanoseconds.
 
-    `is_history`: it was published before the subscription.
+    `is_history`: it was published before the subscription. `publisher` is a GID.
     """
 
     topic: str
     message: Any
     info: dict[str, Any]
     is_history: bool = False
+    publisher: bytes = b""
 
     @property
     def received_ns(self) -> int:
@@ -178,6 +179,7 @@ class Listener:
                 "reception_sequence_number": None,
             },
             is_history=_is_history(topic, raw),
+            publisher=raw.publisher,
         )
 
     def close(self) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
-_PROFILE = os.path.join(os.path.dirname(qos.__file__), "publisher.xml")
+PROFILE = os.path.join(os.path.dirname(qos.__file__), "publisher.xml")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +71,7 @@ def publish(options: PublishOptions) -> int:
     clock = clock_of(simulated=options.use_sim_time)
     with (
         until_interrupted(is_end=False),
-        observing(options.access, profile=_PROFILE) as observer,
+        observing(options.access, profile=PROFILE) as observer,
         _node(observer, options.node_name) as node,
     ):
         clock.start(observer)

@@ -113,6 +113,8 @@ ELSEWHERE = {
     "doctor --uninstall-list": "doctor/process/test_remains.py",
     "detach": "hosts/lab/test_attach.py",
     "foxglove": "foxglove/ros/test_server.py",
+    **dict.fromkeys(("tf tree", "tf echo"), "bag/unit/test_transforms.py"),
+    "tf monitor": "ros/ros/test_tf.py",
 }
 
 

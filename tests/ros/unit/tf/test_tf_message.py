@@ -8,7 +8,7 @@ from geometry_msgs.msg import Transform as TransformMessage
 from rclpy.serialization import serialize_message
 
 from launcher.ros.tf.tf_message import read
-from tests.support.transforms import tf_message
+from tests.support.tf_messages import tf_message
 
 
 def test_transforms_are_read_as_rclpy_writes_them():

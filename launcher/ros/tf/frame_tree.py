@@ -1,0 +1,246 @@
+"""What was received of each frame, the tree that they make, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from launcher.ros.tf.frame_buffer import StampedTransform, refusal
+
+_SECOND_NS = 1_000_000_000
+_OLD_S = 1.0  # a moving frame that is older is a problem, or if it lacks some of its periods
+_OLD_PERIODS = 5
+_AHEAD_S = 0.1  # of the clock
+_AUTHORITY = "default_authority"  # as tf2 calls one that it does not know
+
+
+class TfSample(NamedTuple):
+    """The transforms of one message; `broadcaster` is a node, empty if unknown."""
+
+    received_ns: int
+    is_static: bool
+    broadcaster: str
+    transforms: list[StampedTransform]
+
+
+class FrameProblem(NamedTuple):
+    """`frame` is empty for a problem of the whole tree."""
+
+    kind: str
+    frame: str
+    text: str
+
+
+@dataclass(slots=True)
+class FrameCourse:
+    """What was received of one frame; `parents` with the nodes that broadcast each."""
+
+    parent: str
+    is_static: bool
+    count: int = 0
+    newest_ns: int = 0
+    oldest_ns: int = 0
+    parents: dict[str, dict[str, None]] = field(default_factory=dict)
+    broadcasters: dict[str, None] = field(default_factory=dict)
+
+    def take(self, stamped: StampedTransform, sample: TfSample) -> None:
+        self.parent, self.is_static = stamped.parent, sample.is_static
+        stamp_ns = stamped.stamp_ns
+        self.newest_ns = max(self.newest_ns, stamp_ns) if self.count else stamp_ns
+        self.oldest_ns = min(self.oldest_ns, stamp_ns) if self.count else stamp_ns
+        self.count += 1
+        nodes = self.parents.setdefault(stamped.parent, {})
+        if sample.broadcaster:
+            nodes[sample.broadcaster] = self.broadcasters[sample.broadcaster] = None
+
+    @property
+    def buffer_s(self) -> float:
+        return (self.newest_ns - self.oldest_ns) / _SECOND_NS
+
+    @property
+    def rate_hz(self) -> float | None:
+        """None for a static frame, and for one message."""
+        span_s = self.buffer_s
+        return None if self.is_static or not span_s else (self.count - 1) / span_s
+
+    def age_s(self, now_ns: int) -> float:
+        return (now_ns - self.newest_ns) / _SECOND_NS
+
+    def is_old(self, now_ns: int) -> bool:
+        limit_s = max(_OLD_S, _OLD_PERIODS / self.rate_hz if self.rate_hz else 0.0)
+        return not self.is_static and self.age_s(now_ns) > limit_s
+
+
+class FrameTree:
+    """All frames of some messages; times of the questions are those of the clock."""
+
+    def __init__(self) -> None:
+        self.courses: dict[str, FrameCourse] = {}
+        self._ignored: dict[tuple[str, str], int] = {}  # (child, why) -> how many
+
+    def take(self, sample: TfSample) -> None:
+        for stamped in sample.transforms:
+            if (why := refusal(stamped)) is not None:
+                key = (stamped.child, _by(sample.broadcaster, why))
+                self._ignored[key] = self._ignored.get(key, 0) + 1
+                continue
+            course = self.courses.get(stamped.child)
+            if course is None:
+                course = FrameCourse(stamped.parent, sample.is_static)
+                self.courses[stamped.child] = course
+            course.take(stamped, sample)
+
+    def roots(self) -> list[str]:
+        """Frames without a parent, and one of each loop."""
+        parents = {course.parent for course in self.courses.values()}
+        return [*sorted(parents - self.courses.keys()), *(loop[0] for loop in self._loops())]
+
+    def _loops(self) -> list[list[str]]:
+        """The frames of each loop, from the least name on, child before parent."""
+        found: list[list[str]] = []
+        seen: set[str] = set()
+        for start in sorted(self.courses):
+            way: dict[str, None] = {}
+            frame = start
+            while frame in self.courses and frame not in seen:
+                seen.add(frame)
+                way[frame] = None
+                frame = self.courses[frame].parent
+            if frame in way:
+                loop = list(way)[list(way).index(frame) :]
+                least = loop.index(min(loop))
+                found.append(loop[least:] + loop[:least])
+        return found
+
+    # ---- problems
+
+    def problems(self, now_ns: int) -> list[FrameProblem]:
+        return [
+            *(FrameProblem("loop", loop[0], _loop_text(loop)) for loop in self._loops()),
+            *(one for frame in sorted(self.courses) for one in self._of_frame(frame, now_ns)),
+            *self._several_trees(),
+            *(
+                FrameProblem("ignored", frame, f"{frame or 'a frame'}: {number} ignored, {why}")
+                for (frame, why), number in sorted(self._ignored.items())
+            ),
+        ]
+
+    def _of_frame(self, frame: str, now_ns: int) -> Iterator[FrameProblem]:
+        course = self.courses[frame]
+        if len(course.parents) > 1:
+            parents = (_by(", ".join(nodes), name) for name, nodes in course.parents.items())
+            text = f"{frame} has several parents: {' and '.join(parents)}"
+            yield FrameProblem("several parents", frame, text)
+        elif len(course.broadcasters) > 1:
+            text = f"{frame} is broadcast by several nodes: {', '.join(course.broadcasters)}"
+            yield FrameProblem("several broadcasters", frame, text)
+        age_s = course.age_s(now_ns)
+        if course.is_old(now_ns):
+            yield FrameProblem(
+                "old", frame, f"{frame} is old: its last transform is {age_s:.1f} s old"
+            )
+        elif not course.is_static and age_s < -_AHEAD_S:
+            text = f"{frame} is {-age_s:.1f} s in the future: clocks differ"
+            yield FrameProblem("future", frame, text)
+
+    def _several_trees(self) -> Iterator[FrameProblem]:
+        roots = self.roots()
+        if len(roots) > 1:
+            text = f"there are {len(roots)} unconnected trees: {', '.join(roots)}"
+            yield FrameProblem("several trees", "", text)
+
+    # ---- as text, data and a drawing
+
+    def lines(self, now_ns: int) -> Iterator[str]:
+        """Problems first, then the trees."""
+        problems = [f"problem: {problem.text}" for problem in self.problems(now_ns)]
+        yield from [*problems, ""] if problems else []
+        rows = [row for root in self.roots() for row in self._rows(root, "", {root})]
+        width = max((len(shown) for shown, _ in rows), default=0)
+        for shown, frame in rows:
+            known = self._facts(frame, now_ns) if frame in self.courses else ""
+            yield f"{shown:{width}}  {known}".rstrip()
+
+    def _rows(self, frame: str, indent: str, above: set[str]) -> Iterator[tuple[str, str]]:
+        """A frame and all below it, each as it is shown and with its name."""
+        if not indent:
+            yield frame, frame
+        below = sorted(child for child, course in self.courses.items() if course.parent == frame)
+        below = [child for child in below if child not in above]
+        for child in below:
+            is_last = child == below[-1]
+            yield f"{indent}{'└─ ' if is_last else '├─ '}{child}", child
+            deeper = f"{indent}{'   ' if is_last else '│  '}"
+            yield from self._rows(child, deeper, above | {child})
+
+    def _facts(self, frame: str, now_ns: int) -> str:
+        course = self.courses[frame]
+        nodes = ", ".join(course.broadcasters)
+        if course.is_static:
+            return _by(nodes, "static")
+        rate = "one transform" if course.rate_hz is None else f"{course.rate_hz:.1f} Hz"
+        oldest_s = course.age_s(now_ns) + course.buffer_s
+        ages = f"newest {course.age_s(now_ns):.2f} s, oldest {oldest_s:.2f} s old"
+        return _by(nodes, f"{rate}, buffer {course.buffer_s:.2f} s, {ages}")
+
+    def document(self, now_ns: int) -> dict[str, Any]:
+        return {
+            "frames": [
+                {
+                    "frame": frame,
+                    "parent": course.parent,
+                    "static": course.is_static,
+                    "broadcasters": list(course.broadcasters),
+                    "transforms": course.count,
+                    "rate_hz": course.rate_hz,
+                    "buffer_s": course.buffer_s,
+                    "newest_ns": course.newest_ns,
+                    "oldest_ns": course.oldest_ns,
+                }
+                for frame, course in sorted(self.courses.items())
+            ],
+            "roots": self.roots(),
+            "problems": [problem._asdict() for problem in self.problems(now_ns)],
+        }
+
+    def dot(self, now_ns: int) -> str:
+        """The drawing as `view_frames` of tf2_tools makes it."""
+        if not self.courses:
+            return 'digraph G { "No tf data received" }\n'
+        edges = [self._edge(frame, course) for frame, course in self.courses.items()]
+        recorded = _quoted(f"Recorded at time: {now_ns / _SECOND_NS}")
+        legend = 'subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";'
+        ends = (f"}}->{_quoted(root)};" for root in self.roots()[:1])
+        lines = [*edges, "edge [style=invis];", f" {legend}", f"{recorded}[ shape=plaintext ] ;"]
+        return "\n".join(["digraph G {", *lines, *ends, "}\n"])
+
+    @staticmethod
+    def _edge(frame: str, course: FrameCourse) -> str:
+        # tf2 divides by a tenth of a millisecond where there is one transform
+        rate = 10000.0 if course.rate_hz is None else round(course.rate_hz, 3)
+        times = (0, 0) if course.is_static else (course.newest_ns, course.oldest_ns)
+        newest, oldest = (round(time_ns / _SECOND_NS, 6) for time_ns in times)
+        facts = {
+            "Broadcaster": ", ".join(course.broadcasters) or _AUTHORITY,
+            "Average rate": rate,
+            "Buffer length": 0.0 if course.is_static else round(course.buffer_s, 3),
+            "Most recent transform": newest,
+            "Oldest transform": oldest,
+        }
+        label = "".join(f"{name}: {value}\\n" for name, value in facts.items())
+        return f'{_quoted(course.parent)} -> {_quoted(frame)}[label=" {label}"];'
+
+
+def _by(nodes: str, text: str) -> str:
+    return f"{text} (by {nodes})" if nodes else text
+
+
+def _loop_text(loop: Iterable[str]) -> str:
+    frames = list(loop)
+    return f"the frames are a loop: {' -> '.join([*frames, frames[0]])} (child -> parent)"
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
