@@ -61,6 +61,7 @@ class LaunchContext:
         self._event_handlers: deque[BaseEventHandler] = deque()
         self._handler_changes = 0
         self._completion_futures: list[Any] = []
+        self._callers_loop: Any = None  # the asyncio loop in which `run_async` runs
         # The launch files of the run so far, and where each was included last.
         self._includers: dict[str, FileLine | None] = {}
         self.__host: EntityHost | None = None
@@ -99,8 +100,8 @@ class LaunchContext:
 
     @property
     def asyncio_loop(self) -> Any:
-        """An event loop for coroutines of the launch file; created on first use."""
-        return self._host.asyncio_loop()
+        """The loop of the caller of `run_async`; else one for coroutines of the launch file."""
+        return self._callers_loop or self._host.asyncio_loop()
 
     def add_completion_future(self, completion_future: object) -> None:
         """Keep the run going until this future is done."""

@@ -63,6 +63,10 @@ class LaunchService:
         """The loop for coroutines of the launch; None when nothing runs."""
         return None if self.__run is None else self.__context.asyncio_loop
 
+    def _is_idle(self) -> bool:
+        """Whether nothing runs: examples of launch_pytest ask for it by this name."""
+        return self.__run is None
+
     def emit_event(self, event: Event) -> None:
         """Queue an event; without a run it waits for the next one."""
         with self.__lock:
@@ -90,11 +94,13 @@ class LaunchService:
 
         with self.__running(shutdown_when_idle) as run:
             self.__task = asyncio.current_task()
+            self.__context._callers_loop = asyncio.get_running_loop()
             self.__async_thread = threading.get_ident()
             try:
                 return await run.run_async()
             finally:
                 self.__task = self.__async_thread = None
+                self.__context._callers_loop = None
 
     def shutdown(self, force_sync: bool = False) -> Any:
         """Stop everything; `run` returns then. Nothing if nothing runs.

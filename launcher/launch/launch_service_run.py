@@ -53,6 +53,13 @@ def _new_directory() -> str:
     return path
 
 
+# Between the actions of a description and its first process under `run_async`: who waited for the
+# actions, as launch_pytest for ReadyToTest, can register handlers for the start.
+_HEAD_START_S = 0.02
+# Rounds of the asyncio loop before `run_async` returns: they still see it running, however short.
+_LAST_ROUNDS = 5
+
+
 class EngineServiceRun:
     """One run of a LaunchService, which owns the context and calls `close` at the end."""
 
@@ -97,8 +104,12 @@ class EngineServiceRun:
 
     async def run_async(self) -> int:
         """The same within the running asyncio loop; a cancellation stops everything first."""
-        with self._running() as (supervisor, reactor), supervisor.running():
-            finished = await _serve(reactor, self._cancelled)
+        import asyncio
+
+        with self._running() as (supervisor, reactor):
+            await asyncio.sleep(_HEAD_START_S)
+            with supervisor.running():
+                finished = await _serve(reactor, self._cancelled)
         return self._code(supervisor) if finished else 1
 
     def close(self) -> None:
@@ -160,6 +171,8 @@ async def _serve(reactor: Reactor, on_cancel: Callable[[], None]) -> bool:
         while True:
             try:
                 await asyncio.shield(turns.finished)
+                for _ in range(_LAST_ROUNDS):
+                    await asyncio.sleep(0)
                 return not was_cancelled
             except asyncio.CancelledError:
                 if was_cancelled:

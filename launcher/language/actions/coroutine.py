@@ -49,7 +49,7 @@ class OpaqueCoroutine(Action):
     def execute(self, context: LaunchContext) -> None:
         given = [] if self.__ignore_context else [context]
         coroutine = self.__coroutine(*given, *self.__args, **self.__kwargs)
-        self.__future = context.asyncio_loop.create_task(coroutine)
+        self.__future = context._host.asyncio_loop().create_task(coroutine)
         context.add_completion_future(self.__future)
         context.register_event_handler(OnShutdown(on_shutdown=self.__on_shutdown))
 

@@ -250,6 +250,46 @@ def test_a_service_runs_within_an_asyncio_loop(tmp_path: Path):
     ], result.stderr
 
 
+WAITED_FOR = """
+from launch.event_handlers import OnProcessStart
+
+loop, service = asyncio.new_event_loop(), LaunchService()
+
+def waited_for(*entities):
+    ready = asyncio.Event()
+    set_ready = OpaqueFunction(function=lambda context: ready.set())
+    service.include_launch_description(LaunchDescription([*entities, set_ready]))
+    running = loop.create_task(service.run_async())
+    loop.run_until_complete(ready.wait())
+    return running
+
+running = waited_for()
+loops = service.event_loop, service.context.asyncio_loop
+print("> seen", *(one is loop for one in loops), service._is_idle())
+print(">", loop.run_until_complete(running), service.event_loop, service._is_idle())
+
+running = waited_for(ExecuteProcess(cmd=["true"]))
+started = lambda event, context: print("> started")
+service.context.register_event_handler(OnProcessStart(on_start=started))
+print(">", loop.run_until_complete(running))
+
+def later(context):
+    future = context.asyncio_loop.create_future()
+    context.add_completion_future(future)
+    context.asyncio_loop.call_later(0.1, future.set_result, None)
+
+print(">", loop.run_until_complete(waited_for(OpaqueFunction(function=later))))
+"""
+
+
+def test_who_waits_for_an_action_within_an_asyncio_loop_sees_the_rest(tmp_path: Path):
+    result = completed([sys.executable, str(write(tmp_path, WAITED_FOR))], tmp_path)
+
+    assert lines_of(result) == ["seen True True False", "0 None True", "started", "0", "0"], (
+        result.stderr
+    )
+
+
 ROS_NODE = """
 from launch_ros.ros_adapters import get_ros_adapter, get_ros_node
 
