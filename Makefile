@@ -1,7 +1,13 @@
 # For a newcomer: `make run` and `make test`. Every target creates the environment that it needs.
 
 PYTHON ?= python3
-VENV   := .venv
+# The ROS 2 from PyPI: jazzy or kilted, each in an environment for itself.
+DISTRO ?= jazzy
+OF_DISTRO := $(if $(filter-out jazzy,$(DISTRO)),-$(DISTRO))
+ifeq ($(wildcard requirements/run$(OF_DISTRO).txt),)
+$(error DISTRO=$(DISTRO): PyPI has wheels of jazzy and kilted)
+endif
+VENV   := .venv$(OF_DISTRO)
 PY     := $(VENV)/bin/python
 DOCS_ENV := build/docs-env
 ARGS   ?=
@@ -18,9 +24,11 @@ export PIP_BUILD_CONSTRAINT := requirements/build.txt
 
 LOCK := --universal --python-version 3.10 --upgrade --no-header --no-emit-index-url --no-annotate \
         -c requirements/build.txt
+LOCK_RUN := launcher/pyproject.toml --extra bag
+LOCK_DEV := $(LOCK_RUN) --extra build requirements/dev.in
 
 .DEFAULT_GOAL := help
-.PHONY: help run test thorough check lint types unit coverage browser fuzz smoke overflow picture drill \
+.PHONY: help run test thorough check ros lint types unit coverage browser fuzz smoke overflow picture drill \
         picker docs changelog env dev lock clean cost
 
 ## help: print this list
@@ -46,10 +54,10 @@ ALONE = $(shell grep -rl --include='*.py' 'mark\.alone' tests)
 define run_tests
 	@mkdir -p build
 	@status=0; \
-	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@.xml $(2) $(TESTS) \
+	$(PY) -m pytest -n auto -m "($(1)) and not alone" --junitxml=build/$@$(OF_DISTRO).xml $(2) $(TESTS) \
 	  || status=1; \
 	$(PY) -m mypy > build/types.txt 2>&1 & types=$$!; \
-	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@-alone.xml $(2) $(or $(TESTS),$(ALONE)) \
+	$(PY) -m pytest -m "($(1)) and alone" --junitxml=build/$@$(OF_DISTRO)-alone.xml $(2) $(or $(TESTS),$(ALONE)) \
 	  $(NO_TEST) || status=1; \
 	wait $$types || status=1; \
 	cat build/types.txt; \
@@ -57,7 +65,7 @@ define run_tests
 	exit $$status
 endef
 
-## test: lint, types, unit tests, and basic tests of every part (5 minutes); for one wing: WING=bag
+## test: lint, types, unit tests, and basic tests of every part (5 minutes); WING=bag, DISTRO=kilted
 test: lint
 	$(call run_tests,unit or basic)
 
@@ -68,6 +76,11 @@ thorough: lint
 ## check: both in one run: every test that needs no browser (26 minutes)
 check: lint
 	$(call run_tests,unit or basic or thorough,--hypothesis-profile=search)
+
+## ros: basic tests with rclpy, and the fleet's (2 minutes), for make ros DISTRO=kilted
+ros: $(VENV)/.dev
+	$(PY) -m pytest -n auto -m "basic and not alone" --junitxml=build/$@$(OF_DISTRO).xml \
+	  $(wildcard tests/*/ros) tests/packages/unit/test_distribution.py
 
 ## unit: unit tests only; options of pytest in ARGS
 unit: $(VENV)/.dev
@@ -137,7 +150,7 @@ env: $(VENV)/.run
 dev: $(VENV)/.dev
 
 # Said before the environment is made, with what comes behind that.
-RUN_COST  := 75 MB to download, 320 MB of disk, about half a minute
+RUN_COST  := 76 MB to download, 320 MB of disk, about half a minute
 DEV_COST  := 280 MB to download, 1 GB of disk, 1 to 2 minutes
 THEN_run  := Then the fleet starts; Ctrl-C stops it.
 THEN_test := Then the tools of the tests ($(DEV_COST)) and the tests (5 minutes).
@@ -153,24 +166,27 @@ $(VENV)/.python: | cost
 	  || { rm -rf $(VENV); echo "hint: on Debian and Ubuntu: sudo apt-get install python3-venv"; exit 2; }
 	@touch $@
 
-$(VENV)/.run: $(VENV)/.python requirements/run.txt launcher/pyproject.toml launcher/setup.py setup.py
-	@$(PIP_INSTALL) -r requirements/run.txt
+$(VENV)/.run: $(VENV)/.python requirements/run$(OF_DISTRO).txt launcher/pyproject.toml launcher/setup.py setup.py
+	@$(PIP_INSTALL) -r requirements/run$(OF_DISTRO).txt
 	@$(PIP_INSTALL) --no-deps --editable .
 	@$(PIP_INSTALL) --no-deps --editable ./launcher
 	@touch $@
 
-$(VENV)/.dev: $(VENV)/.run requirements/dev.txt
+$(VENV)/.dev: $(VENV)/.run requirements/dev$(OF_DISTRO).txt
 	@[ -e $@ ] || echo "Adding the tools of lint, types and tests to $(VENV): $(DEV_COST)."
-	@$(PIP_INSTALL) -r requirements/dev.txt
+	@$(PIP_INSTALL) -r requirements/dev$(OF_DISTRO).txt
 	@touch $@
 
 ## lock: upgrade and pin all versions in requirements/ (needs uv)
 lock:
-	uv pip compile $(LOCK) --extra bag launcher/pyproject.toml -o requirements/run.txt
-	uv pip compile $(LOCK) --extra bag --extra build launcher/pyproject.toml requirements/dev.in -o requirements/dev.txt
+	uv pip compile $(LOCK) $(LOCK_RUN) --extra jazzy -o requirements/run.txt
+	uv pip compile $(LOCK) $(LOCK_DEV) --extra jazzy -o requirements/dev.txt
+	@mkdir -p build && grep -v '^ros-' requirements/dev.txt > build/others.txt
+	uv pip compile $(LOCK) $(LOCK_RUN) --extra kilted -c build/others.txt -o requirements/run-kilted.txt
+	uv pip compile $(LOCK) $(LOCK_DEV) --extra kilted -c build/others.txt -o requirements/dev-kilted.txt
 	uv pip compile $(LOCK) requirements/docs.in -o requirements/docs.txt
 	uv pip compile $(LOCK) requirements/export.in -o requirements/export.txt
 
-## clean: remove .venv and everything that was built
+## clean: remove .venv, .venv-kilted and everything that was built
 clean:
-	rm -rf $(VENV) build install log *.egg-info launcher/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf .venv .venv-* build install log *.egg-info launcher/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

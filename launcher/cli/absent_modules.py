@@ -28,9 +28,9 @@ def absent_module(error: ModuleNotFoundError) -> LauncherError | None:
     if hint is None:
         return None
     if hint == "ROS":
-        from launcher.packages.distribution import or_default
+        from launcher.packages.distribution import with_wheels
 
-        command = install_command(or_default())
+        command = install_command(with_wheels())
         hint = f"source the setup file of ROS 2, or install its wheels: {command}"
     elif hint.startswith("EXTRA "):
         hint = install_command(hint.removeprefix("EXTRA "))

@@ -92,6 +92,7 @@ class SettingsFacts(Record):
     values: dict[str, str] = {}
     faults: dict[str, str] = {}
     refusal: tuple[str, str] | None = None
+    has_fast_dds_3: bool = False
 
 
 class NetworkFacts(Record):

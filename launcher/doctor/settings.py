@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from launcher.base import strict_json, text_file, xml_tree
 from launcher.base.errors import UsageError
 from launcher.doctor.doctor_facts import SettingsFacts
+from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.crowd import PROFILES
 from launcher.ros.discovery.environment_check import check_environment
 
@@ -36,7 +37,12 @@ _FILE = "file://"
 
 def collect_settings(env: Mapping[str, str]) -> SettingsFacts:
     values = {name: env[name] for name in NAMES if env.get(name)}
-    return SettingsFacts(values=values, faults=dict(_faults(values)), refusal=_refusal(env))
+    return SettingsFacts(
+        values=values,
+        faults=dict(_faults(values)),
+        refusal=_refusal(env),
+        has_fast_dds_3=has_fast_dds_3(env),
+    )
 
 
 def _refusal(env: Mapping[str, str]) -> tuple[str, str] | None:

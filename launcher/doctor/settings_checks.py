@@ -60,7 +60,8 @@ def _files(facts: SettingsFacts) -> Iterator[Mistake]:
             text = f"{name} has no effect: {facts.faults[name]}"
             yield Level.PROBLEM, text, repair
     old, new = PROFILES
-    if new in facts.values and old not in facts.values and new not in facts.faults:
+    is_alone = new in facts.values and old not in facts.values
+    if is_alone and not facts.has_fast_dds_3 and new not in facts.faults:
         text = f"{new} has no effect: Fast DDS 2 reads {old}"
         yield Level.PROBLEM, text, f"set {old}, too"
     if CYCLONE in facts.faults and middleware.startswith(_CYCLONE):

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.model.record import Record
+from launcher.packages.distribution import with_wheels
 from launcher.packages.extras import DISTRIBUTION
 from launcher.packages.finder import package_prefix
+from launcher.packages.package_origins import wheel
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -84,7 +86,7 @@ def _own_distribution() -> Distribution | None:
 
 def _distribution(package: str) -> Distribution | None:
     """The distribution of a ROS package; wheels of ROS are called `ros-PACKAGE`."""
-    for name in (package, f"ros-{package}", f"ros-jazzy-{package}"):
+    for name in (package, f"ros-{package}", wheel(package)):
         try:
             return metadata.distribution(name)
         except metadata.PackageNotFoundError:
@@ -103,6 +105,7 @@ def _closure(roots: Iterable[Distribution]) -> dict[str, Distribution]:
     found: dict[str, Distribution] = {}
     seen: set[tuple[str, str]] = set()
     waiting = [(one, "") for one in roots]
+    waiting += [(one, with_wheels()) for one, _ in waiting if one.metadata["Name"] == DISTRIBUTION]
     while waiting:
         one, extra = waiting.pop()
         key = _key(one.metadata["Name"])

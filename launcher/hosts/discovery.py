@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from launcher.base.errors import UsageError
 from launcher.base.model.record import Record
 from launcher.hosts.file.hosts_model import LOCAL, Discovery, DiscoveryMode, Host
+from launcher.packages.distribution import profiles_variable
 
 DEFAULT_PORT = 11811  # of Fast DDS's discovery server
 SERVER_NAME = "discovery-server"  # of its process
@@ -87,7 +88,7 @@ class Wiring(Record):
         has_own = any(given.get(name) for name in _OWN_PROFILES)
         if self.mode is not DiscoveryMode.SERVER or has_own or any(map(os.path.exists, _OWN_FILES)):
             return {}
-        return {PROFILES: MANY_PARTICIPANTS}
+        return {profiles_variable(given): MANY_PARTICIPANTS}
 
     def graph_environment(self) -> dict[str, str]:
         """The variables for programs here that read the whole graph."""

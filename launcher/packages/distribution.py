@@ -14,6 +14,7 @@ from launcher.base.model.record import Record
 # The distributions by the first number of the version of rclpy.
 NAMES = {"3": "humble", "4": "iron", "7": "jazzy", "9": "kilted", "10": "lyrical"}
 DEFAULT = "jazzy"  # whose packages hints name where there is no ROS 2
+EXTRAS = ("jazzy", "kilted")  # those with wheels; the extras of this package with these names
 ROS_VARIABLES = ("ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION")
 
 
@@ -43,6 +44,24 @@ def of_version(version: str) -> str | None:
 def or_default(environ: Mapping[str, str] = os.environ) -> str:
     """The distribution whose packages a hint names."""
     return installed(environ) or DEFAULT
+
+
+def with_wheels(environ: Mapping[str, str] = os.environ) -> str:
+    """The extra of this package with the wheels of the distribution in use, else of the default."""
+    name = installed(environ)
+    return name if name in EXTRAS else DEFAULT
+
+
+def has_fast_dds_3(environ: Mapping[str, str] = os.environ) -> bool:
+    """From Kilted on; names of variables and tags of profiles are not those of Fast DDS 2."""
+    found = find(environ)
+    first = found.version.partition(".")[0] if found is not None else ""
+    return first.isdigit() and int(first) >= 9
+
+
+def profiles_variable(environ: Mapping[str, str] = os.environ) -> str:
+    """What names a file of profiles; Fast DDS 3 warns of the older name."""
+    return f"{'FASTDDS' if has_fast_dds_3(environ) else 'FASTRTPS'}_DEFAULT_PROFILES_FILE"
 
 
 def find(environ: Mapping[str, str] = os.environ) -> RosInUse | None:

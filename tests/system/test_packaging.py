@@ -15,7 +15,8 @@ import pytest
 
 from launcher import __version__
 from launcher.packages import finder
-from tests.support.repository import REPOSITORY
+from launcher.packages.distribution import with_wheels
+from tests.support.repository import REPOSITORY, pins
 from tests.system.conftest import LONG_STOP_WORDS, World
 
 BUILD_S = 500.0
@@ -105,17 +106,19 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     home = tmp_path / "venv"
     venv.create(home, with_pip=True)
     python = str(home / "bin" / "python")
-    pins = str(sources / "requirements" / "run.txt")
     wheels = tmp_path / "wheels"
     wheel = (python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(wheels))
     run(*wheel, "./launcher", ".", cwd=sources)
-    install = (python, "-m", "pip", "install", "--quiet", "-c", pins)
-    run(*install, *map(str, wheels.iterdir()), cwd=sources)
+    install = (python, "-m", "pip", "install", "--quiet", "-c", str(pins()))
+    found = {path.name.partition("-")[0]: path for path in wheels.iterdir()}
+    ours = f"{found['ros2_launcher']}[{with_wheels()}]"
+    run(*install, ours, str(found["group_gp1"]), cwd=sources)
 
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     launcher = str(home / "bin" / "launcher")
-    assert run(launcher, "--version", cwd=elsewhere) == f"{__version__}\n"
+    said = f"{__version__} (ROS 2 {with_wheels().title()}, from wheels)\n"
+    assert run(launcher, "--version", cwd=elsewhere) == said
     assert {path.name for path in (home / "bin").iterdir()}.isdisjoint(PROGRAMS)
     fleet = world.terminal(python, "-m", "launcher", "system", *LONG_STOP_WORDS, cwd=elsewhere)
     fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")

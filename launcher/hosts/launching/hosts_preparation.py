@@ -154,7 +154,7 @@ def _services(wiring: discovery.Wiring) -> tuple[ProcessSpec, ...]:
         if server.host == LOCAL and discovery_server.find(os.environ, sys.prefix) is None:
             raise UsageError(
                 f"the discovery server is not installed: there is no {discovery_server.PROGRAM}",
-                hint="pip install ros-fastrtps; or source a ROS 2 installation",
+                hint=f"pip install {discovery_server.wheel()}; or source a ROS 2 installation",
             )
     return tuple(map(_service, wiring.servers))
 

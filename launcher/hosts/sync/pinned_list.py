@@ -11,8 +11,9 @@ from typing import Any
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
 from launcher.base.text import several
-from launcher.packages import source_packages
+from launcher.packages import distribution, source_packages
 
+# With the wheels of Jazzy; there is a list for each other distribution, too.
 _CHECKOUT = os.path.join("requirements", "run.txt")
 
 
@@ -60,8 +61,10 @@ def default() -> PinnedList:
     """That of the launcher's checkout, else the versions that are installed here."""
     here = os.path.dirname(os.path.dirname(importlib.import_module("launcher").__file__ or ""))
     path = os.path.join(here, _CHECKOUT)
-    if os.path.isfile(path):
-        return read(path)
+    of_distribution = path.replace(".txt", f"-{distribution.installed()}.txt")
+    for one in (of_distribution, path):
+        if os.path.isfile(one):
+            return read(one)
     lines = sorted(_installed())
     if not lines:
         raise UsageError(
@@ -137,10 +140,11 @@ def _installed() -> Iterator[str]:
         utils.canonicalize_name(one.metadata["Name"]): one
         for one in source_packages.distributions()
     }
-    wanted = [(one, "") for one in known.values() if _has_launcher(one)]
+    ours = [one for one in known.values() if _has_launcher(one)]
+    wanted = [(one, extra) for one in ours for extra in ("", distribution.with_wheels())]
     seen = set(map(str, wanted))
-    for distribution, extra in wanted:
-        for line in distribution.requires or ():
+    for one_of, extra in wanted:
+        for line in one_of.requires or ():
             found = requirements.Requirement(line)
             if found.marker is not None and not found.marker.evaluate({"extra": extra}):
                 continue
@@ -156,8 +160,8 @@ def _installed() -> Iterator[str]:
                 yield f"{found.name}=={needed.version}"
 
 
-def _has_launcher(distribution: Any) -> bool:
-    return "launcher" in (distribution.read_text("top_level.txt") or "").split()
+def _has_launcher(one: Any) -> bool:
+    return "launcher" in (one.read_text("top_level.txt") or "").split()
 
 
 def names(found: Sequence[Pin]) -> str:

@@ -19,9 +19,9 @@ from rclpy.logging import get_logging_directory
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import Parameter
 
+from launcher.packages.distribution import profiles_variable
 from launcher.posix import log_folder
 from launcher.posix.domains import (
-    PROFILES,
     environment_domain,
     has_profiles,
     see_whole_graph,
@@ -247,11 +247,12 @@ def _profile_of_fast_dds(path: str | None) -> Iterator[None]:
     if path is None or has_profiles():
         yield
         return
-    os.environ[PROFILES[0]] = path
+    variable = profiles_variable()
+    os.environ[variable] = path
     try:
         yield
     finally:
-        del os.environ[PROFILES[0]]
+        del os.environ[variable]
 
 
 def _provide_log_folder() -> None:

@@ -225,13 +225,12 @@ def _refusal(request_id: object, error: LauncherError) -> dict[str, Any]:
 
 def main() -> None:
     dispositions.ignore((signal.SIGINT, signal.SIGHUP))  # they are meant for the system
-    # announces us more often; a profile of the user takes precedence
-    os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(_PROFILE))
     keep_for_messages()
     inbox, outbox = Inbox(sys.stdin.fileno()), LineOutbox(sys.stdout.fileno())
     os.set_blocking(sys.stdout.fileno(), False)
     try:
-        with Observer() as observer:
+        # announces us more often; a profile of the user takes precedence
+        with Observer(profile=str(_PROFILE)) as observer:
             probe = Probe(observer, inbox, outbox)
             signal.signal(signal.SIGTERM, probe.end)
             probe.run()

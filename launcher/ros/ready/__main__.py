@@ -153,8 +153,7 @@ class FactWatcher:
 
         # announces us more often, to nodes that start later; a profile of the user takes precedence
         profile = os.path.join(os.path.dirname(probe.__file__), "participant.xml")
-        os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", profile)
-        return self._stack.enter_context(Observer())
+        return self._stack.enter_context(Observer(profile=profile))
 
 
 def main() -> None:

@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.package_origins import build_command
 from launcher.base.ros_errors import VerbError
 from launcher.packages import unbuilt
+from launcher.packages.package_origins import build_command
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.tf import tf_message

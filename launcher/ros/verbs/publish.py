@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError, name_fault
+from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.json_output import print_line
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.helpers.clean_up import limited_clean_up
@@ -35,7 +36,11 @@ if TYPE_CHECKING:
 
 _POLL_S = 0.02
 _DELIVERY_S = 10.0
-PROFILE = os.path.join(os.path.dirname(qos.__file__), "publisher.xml")
+_PROFILES = os.path.dirname(qos.__file__)
+
+
+def profile() -> str:
+    return os.path.join(_PROFILES, "publisher_3.xml" if has_fast_dds_3() else "publisher.xml")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +76,7 @@ def publish(options: PublishOptions) -> int:
     clock = clock_of(simulated=options.use_sim_time)
     with (
         until_interrupted(is_end=False),
-        observing(options.access, profile=PROFILE) as observer,
+        observing(options.access, profile=profile()) as observer,
         _node(observer, options.node_name) as node,
     ):
         clock.start(observer)

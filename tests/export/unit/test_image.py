@@ -14,7 +14,7 @@ from launcher.export.export_settings import ExportSettings, export
 from launcher.export.image import build_commands, files, image_of
 from launcher.export.verbs.export import ENGINES
 from launcher.packages.source_packages import MARKERS
-from tests.support.repository import REPOSITORY
+from tests.support.repository import pins
 
 
 def pinned_in(path: Path) -> set[str]:
@@ -29,7 +29,7 @@ def test_what_is_pinned_is_what_the_launcher_needs():
     image = image_of("x", ["group_gp1"], {})
     names = {line.partition("==")[0] for line in image.pinned}
     extra = {"lz4", "mcap", "mcap-ros2-support", "zstandard"}  # `bag`, which make run installs
-    assert names == pinned_in(REPOSITORY / "requirements" / "run.txt") - extra
+    assert names == pinned_in(pins()) - extra
     assert image.wheels == ("group-gp1", "ros2-launcher")
     assert image.missing == image.built == ()
 

@@ -16,6 +16,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from launcher.packages.distribution import installed
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.message_schema import schema_text
 from launcher.ros.snapshot.ros_graph import Direction
@@ -54,7 +55,7 @@ def test_the_server_introduces_itself(client: FoxgloveClient, env: dict[str, str
         *("clientPublish", "services", "connectionGraph", "parameters", "parametersSubscribe")
     }
     assert client.info["supportedEncodings"] == ["cdr", "json"]
-    assert client.info["metadata"]["ROS_DISTRO"] == "jazzy"
+    assert client.info["metadata"]["ROS_DISTRO"] == installed()
 
 
 @pytest.mark.thorough

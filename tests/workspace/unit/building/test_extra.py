@@ -74,4 +74,4 @@ def test_what_is_missing_is_named_with_the_command(monkeypatch: pytest.MonkeyPat
     assert raised.value.message.startswith(
         "building needs packages that are not installed: colcon-none, cmake<1 (there is 3."
     )
-    assert raised.value.hint == f"install them once: {install_command('build')}"
+    assert raised.value.hint == f"install them once: {install_command(','.join(extra.extras()))}"
