@@ -39,7 +39,7 @@ _DELIVERY_S = 10.0
 _PROFILES = os.path.dirname(qos.__file__)
 
 
-def profile() -> str:
+def participant_profile() -> str:
     return os.path.join(_PROFILES, "publisher_3.xml" if has_fast_dds_3() else "publisher.xml")
 
 
@@ -76,7 +76,7 @@ def publish(options: PublishOptions) -> int:
     clock = clock_of(simulated=options.use_sim_time)
     with (
         until_interrupted(is_end=False),
-        observing(options.access, profile=profile()) as observer,
+        observing(options.access, profile=participant_profile()) as observer,
         _node(observer, options.node_name) as node,
     ):
         clock.start(observer)

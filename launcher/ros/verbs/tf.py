@@ -8,11 +8,10 @@ from collections.abc import Callable, Iterator
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING
 
-from launcher.base import by_name
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.model.ros_names import full_name
-from launcher.base.option import JSON_LINES, Option, count, option, positive_seconds
+from launcher.base.option import JSON_LINES, Option, count, load, option, positive_seconds
 from launcher.base.verb_table import BAG_TRANSFORMS, VERBS
 from launcher.ros.verb import (
     SIM_TIME,
@@ -102,7 +101,7 @@ def _clock(options: Parsed) -> WallClock:
 
 
 def _of_bag(options: Parsed) -> Iterator[TfSample]:
-    found: Iterator[TfSample] = by_name.load(BAG_TRANSFORMS)(options.bag, _topics(options))
+    found: Iterator[TfSample] = load(BAG_TRANSFORMS)(options.bag, _topics(options))
     return found
 
 
@@ -259,7 +258,7 @@ def _monitor_graph(options: Parsed) -> int:
 def _static(options: Parsed) -> int:
     from launcher.ros.tf import static_transform
     from launcher.ros.tf.tf_listener import require_type
-    from launcher.ros.verbs.publish import profile
+    from launcher.ros.verbs.publish import participant_profile
     from launcher.ros.verbs.streams import until_interrupted
 
     names = [one.name for one in _STATIC]
@@ -270,7 +269,7 @@ def _static(options: Parsed) -> int:
         from launcher.ros.discovery.observer import Observer
 
         name = static_transform.node_name()
-        with Observer(domain_option(options), name=name, profile=profile()) as observer:
+        with Observer(domain_option(options), name=name, profile=participant_profile()) as observer:
             from rclpy.executors import SingleThreadedExecutor
 
             publisher = static_transform.publish(observer.node, stamped, message_class)
