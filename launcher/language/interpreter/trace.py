@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from launcher.language.actions.event_actions import EmitEvent
 from launcher.language.conditions import Condition
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import FileLine
@@ -59,6 +60,7 @@ class Trace:
         self._path: list[Visit] = []
         self._current: Visit | None = None
         self._of_entity: dict[int, Visit] = {}
+        self._of_event: dict[int, Visit] = {}
         self.roots: list[Visit] = []
         self.event: Any = None
 
@@ -74,6 +76,8 @@ class Trace:
         self._path.append(visit)
         self._current = visit
         self._of_entity[id(entity)] = visit
+        if isinstance(entity, EmitEvent):
+            self._of_event[id(entity.event)] = visit
         condition = getattr(entity, "condition", None)
         if isinstance(condition, Condition):
             visit.read = self._values(condition)
@@ -104,6 +108,10 @@ class Trace:
     def visit_of(self, entity: Any) -> Visit | None:
         """The last visit of an entity."""
         return self._of_entity.get(id(entity))
+
+    def emission_of(self, event: Any) -> Visit | None:
+        """The last visit of the action that emits this event."""
+        return self._of_event.get(id(event))
 
     def _note_argument(self, visit: Visit) -> None:
         """Record where the value of an argument was set, if it has one already."""

@@ -236,6 +236,8 @@ class _PlanTree:
         visit = self._visit_of.get(id(action))
         if visit is not None and visit.processes:
             return self._names[visit.processes[0]]
+        if visit is None and getattr(action, "is_lifecycle_node", False):
+            return f"component {action.node_name}"
         return headline(action)
 
     # ---- processes and components

@@ -233,16 +233,22 @@ class _VirtualTime:
 
     def _occasion_of(self, event: Any) -> Occasion | None:
         """That of what follows an event. Events of the launch file itself are no occasions."""
+        emission = None if event is None else self._trace.emission_of(event)
+        if emission is not None:
+            before: Occasion | None = emission.stamp.occasion
+            return before
         about = getattr(event, "timer_action" if isinstance(event, TimerEvent) else "action", None)
         visit = None if about is None else self._trace.visit_of(about)
+        if visit is None and getattr(about, "is_lifecycle_node", False):  # of a component
+            return Occasion(event, self._now_s, None, Stamp(self._now_s, self._phase, self._cause))
         if visit is None:
             return self._occasion
         if isinstance(event, TimerEvent):
             occasion: Occasion | None = visit.stamp.occasion
             return occasion
         number = visit.processes[-1] if visit.processes else None
-        before = visit.stamp if number is None else self._plan.processes[number].stamp
-        return Occasion(event, self._now_s, number, before)
+        since = visit.stamp if number is None else self._plan.processes[number].stamp
+        return Occasion(event, self._now_s, number, since)
 
     def _shutdown(self, event: Shutdown) -> bool:
         if self._phase == "shutdown":

@@ -25,7 +25,7 @@ from launch.conditions import *
 from launch.event_handlers import *; from launch.events.process import *
 from launch.substitutions import *
 from launch_ros.actions import *
-from launch_ros.descriptions import ComposableNode
+from launch_ros.descriptions import ComposableLifecycleNode, ComposableNode
 
 def sh(name, **options):
     return ExecuteProcess(cmd=["true", name], name=name, **options)
@@ -401,3 +401,20 @@ def test_arguments_are_listed_in_ros2_launchs_words(tmp_path):
 def test_a_file_without_arguments_says_so():
     expected = "Arguments (pass arguments as '<name>:=<value>'):\n\n  No arguments."
     assert describe_arguments([]) == expected
+
+
+def test_a_transition_follows_one_of_the_same_node(tree):
+    found = tree(
+        """
+        LifecycleNode(executable="/bin/cat", name="a", namespace="", autostart=True),
+        LoadComposableNodes(target_container="/box", composable_node_descriptions=[
+            ComposableLifecycleNode(package="p", plugin="P", name="c", autostart=True)]),
+        LifecycleNode(executable="/bin/cat", name="b", namespace="", autostart=True),
+        """
+    )
+    when = {line.split("── ")[1] for line in found if ": activate" in line}
+    assert when == {
+        "/a: activate  when cat-1 goes from configuring to inactive",
+        "/b: activate  when cat-2 goes from configuring to inactive",
+        "/c: activate  when component /c goes from configuring to inactive",
+    }
