@@ -310,7 +310,7 @@ class Search:
                     container=self._container(container),
                     package=self._text(node.package) or "",
                     plugin=self._text(node.node_plugin) or "",
-                    name=self._text(node.node_name),
+                    name=self._text(node._given_name),
                     namespace=resolve_namespace(self._context, self._text(node.node_namespace)),
                 )
             )

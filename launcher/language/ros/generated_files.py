@@ -39,7 +39,7 @@ def write_parameters(
 
     for name, value in parameters.items():
         first = value[0] if isinstance(value, tuple) and value else value
-        if isinstance(first, ExponentText):
+        if isinstance(first, ExponentText) and hasattr(context, "_host"):
             ros2_quirks.number_is_text(context, name, first, origin)
     content = plain({node: {"ros__parameters": parameters}})
     return write_parameter_file(context, file_text(content), content)

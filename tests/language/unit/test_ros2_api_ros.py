@@ -258,3 +258,14 @@ def test_test_cases_of_launch_testing_are_marked_and_repeated():
         launch_testing.post_shutdown_test()(lambda: None)
     with pytest.raises(ValueError, match="positive"):
         retry_on_failure(times=0)
+
+
+def test_an_error_about_a_value_has_the_short_name_of_its_type():
+    from launch import LaunchContext
+    from launch.substitutions import LaunchConfiguration
+    from launch_ros.utilities import evaluate_parameters, normalize_parameters
+
+    context = LaunchContext()
+    context.launch_configurations["x"] = "{b: 1}"
+    with pytest.raises(TypeError, match='Got dict for "a"'):
+        evaluate_parameters(context, normalize_parameters([{"a": LaunchConfiguration("x")}]))
