@@ -205,7 +205,6 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "node, name, type, value*",
             "node, parameters[name, type, value*]",
             "parameters[node, name, type, value*]",
-            note="of one parameter, of several, and of all nodes",
         ),
         _form("param dump", "node, parameters[name, type, value*]"),
         _form("param set, param load, param delete", "node, parameters[name, done, reason]"),
