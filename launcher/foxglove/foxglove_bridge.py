@@ -25,7 +25,7 @@ from launcher.foxglove.receiver import Receiver
 from launcher.foxglove.service_calls import ServiceCalls
 from launcher.packages.distribution import installed
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.messages.from_yaml import fill
+from launcher.ros.messages.from_yaml import fill, stamp_all
 from launcher.ros.messages.interfaces import load
 from launcher.ros.messages.message_schema import schema_text
 from launcher.ros.messages.to_yaml import to_plain
@@ -249,7 +249,8 @@ class FoxgloveBridge:
         try:
             if is_json:
                 request = kind.Request()
-                fill(request, strict_json.loads(call.payload or b"{}"))
+                stamps = fill(request, strict_json.loads(call.payload or b"{}"))
+                stamp_all(stamps, self._observer.node.get_clock())
             else:
                 request = deserialize_message(call.payload, kind.Request)
         except VerbError:

@@ -13,7 +13,7 @@ from launcher.foxglove import protocol
 from launcher.foxglove.feeds import reason
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
-from launcher.ros.messages.from_yaml import fill
+from launcher.ros.messages.from_yaml import fill, stamp_all
 from launcher.ros.messages.interfaces import full_type, load_message
 from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.topics.listener import full_topic
@@ -55,7 +55,8 @@ class Publication:
         try:
             if self._is_json:
                 message = self._kind()
-                fill(message, strict_json.loads(payload))
+                stamps = fill(message, strict_json.loads(payload))
+                stamp_all(stamps, self._observer.node.get_clock())
                 self._publisher.publish(message)
             else:
                 deserialize_message(payload, self._kind)

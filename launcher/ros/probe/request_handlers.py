@@ -16,7 +16,7 @@ from launcher.ros import parameter_values, parameters
 from launcher.ros.draw.filter import Filter, Mode
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.form import form
-from launcher.ros.messages.from_yaml import fill
+from launcher.ros.messages.from_yaml import Stamp, fill, stamp_all
 from launcher.ros.messages.interfaces import full_type, load, load_message
 from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.probe.jobs import pause, pause_or_refuse
@@ -114,9 +114,10 @@ class Handlers:
         type_name = self._service_type(caller, request, name, end_s)
         kind = with_library(load(type_name, "srv", "The passed service type is invalid"))
         message = kind.Request()
-        fill(message, request.values())
+        stamps = fill(message, request.values())
         if not caller.wait_for(caller.client(kind, name), end_s - time.monotonic()):
             raise NoAnswerError(f"service '{name}' is not available")
+        stamp_all(stamps, caller.observer.node.get_clock())
         asked_s = time.monotonic()
         answer = caller.call(kind, name, message, max(0.0, end_s - asked_s))
         took_s = time.monotonic() - asked_s
@@ -230,7 +231,7 @@ def _repeat(
     request: ProbeRequest,
     publisher: Publisher,
     message: Any,
-    stamps: Sequence[Callable[[Any], None]],
+    stamps: Sequence[Stamp],
 ) -> int:
     """Publish as often as the request says; how often, which is less if it is cancelled."""
     times = int(request.number("times", 1))
@@ -238,9 +239,7 @@ def _repeat(
     for number in range(times):
         if pause(caller, request, pause_s if number else 0.0):
             return number
-        now = caller.observer.node.get_clock().now().to_msg()
-        for stamp in stamps:
-            stamp(now)
+        stamp_all(stamps, caller.observer.node.get_clock())
         publisher.publish(message)
     return times
 

@@ -12,7 +12,7 @@ from rclpy.subscription import Subscription
 from launcher.base.errors import LauncherError
 from launcher.ros.discovery.prefetch import announce, own_ports
 from launcher.ros.messages.classes import with_library
-from launcher.ros.messages.from_yaml import fill
+from launcher.ros.messages.from_yaml import Stamp, fill, stamp_all
 from launcher.ros.messages.interfaces import full_type, load
 from launcher.ros.ready.graph_conditions import Seen, WatchedFact
 from launcher.ros.topics.listener import Listener, TopicTarget
@@ -106,6 +106,7 @@ class Calling:
         self.name = f"{fact.node}/get_state" if self._is_state else fact.subject
         self._client: Any = None
         self._request: Any = None
+        self._stamps: list[Stamp] = []
         self._future: Any = None
         self._asked_s = 0.0
         self._text = f"service {self.name} does not answer"
@@ -125,13 +126,14 @@ class Calling:
         if (is_lost or is_due) and self._client.service_is_ready():
             if is_lost:
                 self._client.remove_pending_request(self._future)
+            stamp_all(self._stamps, self._node.get_clock())
             self._future, self._asked_s = self._client.call_async(self._request), now
         return Seen(False, self._text)
 
     def _make(self, type_name: str) -> None:
         kind = with_library(load(type_name, "srv", "The passed service type is invalid"))
         self._request = kind.Request()
-        fill(self._request, dict(self._fact.request or {}))
+        self._stamps = fill(self._request, dict(self._fact.request or {}))
         self._client = self._node.create_client(kind, self.name)
 
     def _answered(self, answer: Any) -> Seen:

@@ -172,6 +172,16 @@ def test_clients_publish(client: FoxgloveClient, env: dict[str, str], encoding: 
     assert not client.statuses
 
 
+@pytest.mark.thorough
+def test_a_time_that_is_now_is_that_of_sending(server: Server):
+    with connected(server.url) as one, connected(server.url) as other:
+        number = one.advertise("/stamped", "std_msgs/msg/Header", "json")
+        received = other.subscribe("/stamped")
+        payload = b'{"stamp": "now", "frame_id": "map"}'
+        other.wait(lambda: one.publish(number, payload) or received.messages, "a message")
+        assert received.decoded()[0].stamp.sec > 0
+
+
 def test_clients_hear_each_other(server: Server):
     with connected(server.url) as one, connected(server.url) as other:
         number = one.advertise("/between_clients", "std_msgs/msg/String")
