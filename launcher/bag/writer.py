@@ -54,7 +54,8 @@ class BagWriter:
     messages of one that differs. In a file it cannot change once the channel is written, which is
     with the first message of the topic.
 
-    `notes` gets a sentence for each file that is removed.
+    `notes` gets a sentence for each file that is removed, `splits` each file that is finished with
+    the next one.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class BagWriter:
     ) -> None:
         self.folder = folder
         self.notes: deque[str] = deque()
+        self.splits: deque[tuple[str, str]] = deque()
         self._storage = storage or Storage()
         self._ros_distro = ros_distro
         self._custom_data = dict(custom_data or {})
@@ -158,6 +160,8 @@ class BagWriter:
         """Finish the file and begin the next one."""
         self._finish_file()
         self._file = self._new_file()
+        closed = os.path.join(self.folder, self._files[-1].path)
+        self.splits.append((closed, self._file.path))
         self._remove_oldest()
         if self._last is not None:  # with its times: those of a file are times of its recording
             for message in self._latched.at(self._last.log_ns, self._last.publish_ns):

@@ -7,10 +7,13 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from launcher.bag.bag_model import Extent, Message, Qos, Span, summed
 from launcher.bag.quantity_texts import clock as clock_text
 from launcher.bag.reader import Bag
+from launcher.bag.ros import control_services
+from launcher.bag.ros.control_services import ControlServices
 from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead, by_sending, merged
@@ -19,6 +22,9 @@ from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
 from launcher.ros.verb import GraphAccess, observing, warn
+
+if TYPE_CHECKING:
+    from launcher.ros.discovery.observer import Observer
 
 JUMP_S = 5.0
 RATE_FACTOR = 1.1
@@ -77,6 +83,7 @@ def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
             )
             topics = _added(bags, options.selection, publishers)
             player = _Player(bags, topics, options, publishers, status)
+            player.offer_services(observer)
             graph = observer.prefetched_graph()
             publishers.warn_of_others(graph or observer.graph_snapshot())
             publishers.wait_for_others(graph, access.spin_time_s)
@@ -137,8 +144,18 @@ class _Player:
         self._source = self._read_from(self._first_ns)
         self._clock = PlayClock(self._first_ns, 0.0, rate=options.rate)
         self._next_clock_s = 0.0
+        self._services: ControlServices | None = None
+        self._is_stopped = False
         if self._has_clock:
             publishers.add_clock()
+
+    def offer_services(self, observer: Observer) -> None:
+        """Those of rosbag2, if their types are installed."""
+        from launcher.bag.ros import player_services
+
+        if control_services.are_installed():
+            node = observer.companion(player_services.NODE)
+            self._services = player_services.PlayerServices(node, self)
 
     @property
     def _has_clock(self) -> bool:
@@ -176,8 +193,8 @@ class _Player:
                 now = time.monotonic()
                 self._clock.jump(self._first_ns, now + self._options.delay_s)
                 self._clock.set_paused(self._options.start_paused, now + self._options.delay_s)
-                while self._play_once(keys) and self._options.loop:
-                    self._jump(self._first_ns)
+                while self._play_once(keys) and self._options.loop and not self._is_stopped:
+                    self.seek(self._first_ns)
             self._status.close()
             limit_s = self._options.acked_s
             if not self._publishers.wait_for_all_acked(limit_s):
@@ -194,7 +211,7 @@ class _Player:
     def _play_once(self, keys: Keys) -> bool:
         """Play to the end; whether there was a message."""
         found = False
-        while (message := self._source.peek()) is not None:
+        while not self._is_stopped and (message := self._source.peek()) is not None:
             now = time.monotonic()
             wait_s = self._clock.wait_s(message.log_ns, now)
             if wait_s <= 0:
@@ -203,6 +220,8 @@ class _Player:
                 found = True
             if wait_s > 0 or self._status.enabled:
                 self._handle(keys)
+            if self._services is not None:
+                self._services.poll()
             if self._options.clock_hz is not None:
                 wait_s = min(wait_s, self._tick_clock())
             self._status.draw()
@@ -230,30 +249,53 @@ class _Player:
         for key in keys.pressed():
             now = time.monotonic()
             if key == " ":
-                self._clock.set_paused(not self._clock.paused, now)
+                self.paused = not self.paused
             elif key in ("up", "down"):
-                factor = RATE_FACTOR if key == "up" else 1 / RATE_FACTOR
-                self._clock.set_rate(self._clock.rate * factor, now)
-            elif key == "right" and self._clock.paused:
-                self._play_next()
+                self.rate *= RATE_FACTOR if key == "up" else 1 / RATE_FACTOR
+            elif key == "right" and self.paused:
+                self.step(1)
             elif key in ("left", "right"):
                 step_ns = round(JUMP_S * 1e9) * (1 if key == "right" else -1)
-                self._jump(self._clock.time_ns(now) + step_ns)
+                self.seek(self._clock.time_ns(now) + step_ns)
             self._status.draw(now=True)
 
-    def _play_next(self) -> None:
-        """The next message, while paused."""
-        message = self._source.peek()
-        if message is not None:
+    @property
+    def paused(self) -> bool:
+        return self._clock.paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        self._clock.set_paused(paused, time.monotonic())
+
+    @property
+    def rate(self) -> float:
+        return self._clock.rate
+
+    @rate.setter
+    def rate(self, rate: float) -> None:
+        self._clock.set_rate(rate, time.monotonic())
+
+    def step(self, number: int) -> int:
+        """The next messages at once, 0: all, while paused; how many there were."""
+        found = 0
+        while self.paused and (not number or found < number):
+            message = self._source.peek()
+            if message is None:
+                break
             self._source.pop()
             self._publish(message)
             self._clock.jump(message.log_ns, time.monotonic())
+            found += 1
+        return found
 
-    def _jump(self, bag_ns: int) -> None:
+    def seek(self, bag_ns: int) -> None:
         bag_ns = min(max(bag_ns, self._first_ns), self._end_ns)
         self._source.close()
         self._source = self._read_from(bag_ns)
         self._clock.jump(bag_ns, time.monotonic())
+
+    def stop(self) -> None:
+        self._is_stopped = True
 
     def line(self, width: int) -> str:
         """The status: a bar of how much was played."""
@@ -289,7 +331,7 @@ class PlayClock:
 
     def wait_s(self, bag_ns: int, now_s: float) -> float:
         """How long until this time of the bag; infinite while paused, negative in the past."""
-        if self.paused and bag_ns > self._bag_ns:
+        if self.paused:
             return float("inf")
         return (bag_ns - self.time_ns(now_s)) / 1e9 / self.rate
 

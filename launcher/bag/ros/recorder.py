@@ -91,6 +91,10 @@ class Recorder:
         self.nodes: dict[bytes, str] = {}  # id of a publisher -> full name of its node
         self.bytes = 0
         self.paused = False
+        self.discovers = True  # looks for new topics
+        self.is_taking = False
+        # Called with each message, also while it pauses: topic, time of publishing, of receiving.
+        self.watch: Callable[[str, int, int], None] | None = None
         self._observer = observer
         self._options = options
         self._sink = sink
@@ -117,10 +121,11 @@ class Recorder:
     def poll(self) -> int:
         """Look for new topics if it is time, and take what has arrived; how many were taken."""
         now = time.monotonic()
-        if now >= self._next_look_s:
+        if self.discovers and now >= self._next_look_s:
             self._look()
             poll_s = self._options.poll_s
-            self._next_look_s = float("inf") if poll_s is None else time.monotonic() + poll_s
+            self.discovers = poll_s is not None
+            self._next_look_s = time.monotonic() + (poll_s or 0.0)
         if now >= self._next_refit_s:
             if self._changes.happened():
                 for recorded in list(self.topics.values()):
@@ -249,7 +254,16 @@ class Recorder:
         """Take what has arrived."""
         if self._clock is not None:
             self._read_clock()
-        return sum(map(self._take_from, self.topics.values()))
+        self.is_taking = True
+        number = sum(map(self._take_from, self.topics.values()))
+        self.is_taking = False
+        return number
+
+    def now_ns(self) -> int:
+        """The time of messages that are received now; 0 before the first /clock."""
+        if self._options.use_sim_time:
+            return self._sim_ns or 0
+        return time.time_ns()
 
     def _read_clock(self) -> None:
         handle = self._clock.handle
@@ -271,6 +285,8 @@ class Recorder:
         log_ns: int | None = raw.received_ns
         if self._options.use_sim_time:
             log_ns = self._sim_ns
+        if self.watch is not None and log_ns is not None:
+            self.watch(recorded.topic.name, raw.source_ns, log_ns)
         if self.paused or log_ns is None:  # there is no time before the first /clock
             return
         message = Message(recorded.topic.name, log_ns, raw.source_ns, raw.sequence, raw.data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterable
 
@@ -11,7 +12,7 @@ from launcher.bag.verbs.topics import EXCLUDE, names
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
-from launcher.base.option import count, option, positive_seconds
+from launcher.base.option import count, number, option, positive_seconds
 from launcher.ros.verb import GraphAccess, ros_command
 
 _UINT32 = 2**32 - 1
@@ -35,6 +36,19 @@ def _repeated(word: str) -> tuple[str, int]:
     if not topic:
         raise ValueError(f"'{word}' is not TOPIC or TOPIC=DEPTH")
     return full_name(topic), _depth(depth) if sign else 1
+
+
+def _node_name(word: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", word):
+        raise ValueError(f"'{word}' is no name of a node")
+    return word
+
+
+def _events_rate(word: str) -> float:
+    value = number(word)
+    if not 0 <= value <= 1000:
+        raise ValueError(f"'{word}' is not a number from 0 to 1000")
+    return value
 
 
 def _record(options: Parsed) -> int:
@@ -65,6 +79,8 @@ def _record(options: Parsed) -> int:
             keyboard=not options.disable_keyboard_controls,
             for_s=options.for_s,
             custom_data=dict(options.custom_data or ()),
+            node_name=options.node_name,
+            lost_period_s=1 / rate if (rate := options.stats_max_publishing_rate) else None,
         ),
         RecorderOptions(
             selection=selection,
@@ -195,7 +211,18 @@ _HOW = (
     option("--qos-profile-overrides-path FILE", "YAML: topic -> policies of its subscription"),
     option("--for S", "end after S seconds", positive_seconds, name="for_s"),
     option("--disable-keyboard-controls", "read no keys"),
-    option("--node-name NAME", "ignored, for compatibility with ros2"),
+    option(
+        "--node-name NAME",
+        "name of the node with the services of rosbag2's recorder, which are there if "
+        "rosbag2_interfaces is installed (default: rosbag2_recorder)",
+        _node_name,
+    ),
+    option(
+        "--stats_max_publishing_rate HZ",
+        "how often at most the same node publishes what was lost; 0 is never",
+        _events_rate,
+        1.0,
+    ),
 )
 
 COMMAND = ros_command(
