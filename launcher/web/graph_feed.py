@@ -26,7 +26,7 @@ _POINTS_S = 0.2
 _FIRST_PICTURE_S = 1.0
 _MESSAGE_KEYS = ("topic", "wall", "sent", "data", "skipped", "error", "bytes")
 # Requests of pages to the probe; the second ones change something.
-READING = frozenset({"explain", "get_parameters", "describe_parameters", "form"})
+READING = frozenset({"explain", "frames", "get_parameters", "describe_parameters", "form"})
 CHANGING = frozenset({"set_parameters", "call", "publish"})
 KEEP_POINTS = 20_000
 KEEP_S = 600.0

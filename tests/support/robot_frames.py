@@ -46,15 +46,20 @@ class RobotFrames(Node):
         return message
 
 
-def main() -> None:
-    """Spin until stdin ends."""
+def spin(text: str = "") -> None:
+    """Broadcast until ROS is shut down; print the text when it has begun."""
     rclpy.init()
     node = RobotFrames()
-    threading.Thread(target=lambda: (sys.stdin.read(), rclpy.try_shutdown()), daemon=True).start()
-    print("ready", flush=True)
-    with contextlib.suppress(ExternalShutdownException):  # stdin has ended
+    print(text, end="", flush=True)
+    with contextlib.suppress(ExternalShutdownException, KeyboardInterrupt):
         rclpy.spin(node)
     node.destroy_node()
+
+
+def main() -> None:
+    """Spin until stdin ends."""
+    threading.Thread(target=lambda: (sys.stdin.read(), rclpy.try_shutdown()), daemon=True).start()
+    spin("ready\n")
 
 
 if __name__ == "__main__":

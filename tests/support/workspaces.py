@@ -18,6 +18,7 @@ from tests.support.verbs import Answer
 
 EXAMPLE = REPOSITORY / "examples/fleet_workspace"
 TYPE_MATRIX = REPOSITORY / "tests/support/type_matrix"  # interfaces with fields of every kind
+TRANSFORM_TYPES = REPOSITORY / "tests/support/transform_types"  # tf2_msgs with its one message
 BUILD_TIMEOUT_S = 500.0
 # Others import from the same folders, and rename what they have compiled while it is copied.
 COMPILED = shutil.ignore_patterns("__pycache__")

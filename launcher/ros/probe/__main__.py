@@ -22,6 +22,7 @@ from launcher.posix import dispositions
 from launcher.posix.stdio import keep_for_messages
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.probe import request_handlers
+from launcher.ros.probe.frames import ProbeFrames
 from launcher.ros.probe.jobs import Handler, Jobs
 from launcher.ros.probe.probe_snapshot import GraphWatcher, ProbeSnapshot
 from launcher.ros.probe.protocol import Inbox, LineOutbox, ProbeRequest, Waker, moment
@@ -50,6 +51,7 @@ class Probe:
         self._graph = GraphWatcher(observer)
         self._snapshot = ProbeSnapshot(snapshot=TopicGraph(nodes=(), endpoints=()))
         self._subscriptions = Subscriptions(observer, outbox)
+        self._frames = ProbeFrames(observer)
         self._jobs = Jobs(observer, self._answer_later)
         self._number = 0
         self._next_graph_s = 0.0
@@ -64,6 +66,7 @@ class Probe:
             "listen": self._listen,
             "cancel": lambda request: {"cancelled": self._jobs.cancel(request.of)},
             "explain": self._explain,
+            "frames": lambda _: self._frames.answer(),
             "clock": lambda _: moment(),
         }
         later = request_handlers.Handlers(lambda: self._snapshot, self._subscriptions)
@@ -95,6 +98,7 @@ class Probe:
         while not (self._is_ended or self._inbox.is_closed or self._outbox.is_broken):
             self._write_graph()
             self._subscriptions.take()
+            self._frames.rest()
             self._outbox.flush()
             self._wait()
         self._graph.close()

@@ -34,15 +34,19 @@ class FrameProblem(NamedTuple):
 
 @dataclass(slots=True)
 class FrameCourse:
-    """What was received of one frame; `parents` with the nodes that broadcast each."""
+    """What was received of one frame.
+
+    `parents` and `broadcasters` with the time of the last message; of each parent, the nodes.
+    """
 
     parent: str
     is_static: bool
     count: int = 0
     newest_ns: int = 0
     oldest_ns: int = 0
-    parents: dict[str, dict[str, None]] = field(default_factory=dict)
-    broadcasters: dict[str, None] = field(default_factory=dict)
+    parents: dict[str, int] = field(default_factory=dict)
+    broadcasters: dict[str, int] = field(default_factory=dict)
+    nodes: dict[str, set[str]] = field(default_factory=dict)
 
     def take(self, stamped: StampedTransform, sample: TfSample) -> None:
         self.parent, self.is_static = stamped.parent, sample.is_static
@@ -50,9 +54,22 @@ class FrameCourse:
         self.newest_ns = max(self.newest_ns, stamp_ns) if self.count else stamp_ns
         self.oldest_ns = min(self.oldest_ns, stamp_ns) if self.count else stamp_ns
         self.count += 1
-        nodes = self.parents.setdefault(stamped.parent, {})
+        self.parents[stamped.parent] = sample.received_ns
         if sample.broadcaster:
-            nodes[sample.broadcaster] = self.broadcasters[sample.broadcaster] = None
+            self.broadcasters[sample.broadcaster] = sample.received_ns
+            self.nodes.setdefault(stamped.parent, set()).add(sample.broadcaster)
+
+    def forget(self, before_ns: int) -> None:
+        """Who has sent nothing since then; the rate begins anew."""
+        self.count, self.oldest_ns = 1, self.newest_ns
+        for times in (self.parents, self.broadcasters):
+            limit_ns = min(before_ns, max(times.values(), default=0))  # the last one stays
+            for name in [name for name, at_ns in times.items() if at_ns < limit_ns]:
+                del times[name]
+
+    def nodes_of(self, parent: str) -> str:
+        """Those that broadcast it below this parent."""
+        return ", ".join(sorted(self.nodes.get(parent, set()) & self.broadcasters.keys()))
 
     @property
     def buffer_s(self) -> float:
@@ -90,6 +107,13 @@ class FrameTree:
                 course = FrameCourse(stamped.parent, sample.is_static)
                 self.courses[stamped.child] = course
             course.take(stamped, sample)
+
+    def forget(self, before_ns: int) -> None:
+        """What was received before, but for static frames, which are sent once."""
+        self._ignored.clear()
+        for course in self.courses.values():
+            if not course.is_static:
+                course.forget(before_ns)
 
     def roots(self) -> list[str]:
         """Frames without a parent, and one of each loop."""
@@ -129,7 +153,7 @@ class FrameTree:
     def _of_frame(self, frame: str, now_ns: int) -> Iterator[FrameProblem]:
         course = self.courses[frame]
         if len(course.parents) > 1:
-            parents = (_by(", ".join(nodes), name) for name, nodes in course.parents.items())
+            parents = (_by(course.nodes_of(name), name) for name in course.parents)
             text = f"{frame} has several parents: {' and '.join(parents)}"
             yield FrameProblem("several parents", frame, text)
         elif len(course.broadcasters) > 1:
@@ -156,11 +180,17 @@ class FrameTree:
         """Problems first, then the trees."""
         problems = [f"problem: {problem.text}" for problem in self.problems(now_ns)]
         yield from [*problems, ""] if problems else []
-        rows = [row for root in self.roots() for row in self._rows(root, "", {root})]
+        rows = self.rows(now_ns)
         width = max((len(shown) for shown, _ in rows), default=0)
-        for shown, frame in rows:
-            known = self._facts(frame, now_ns) if frame in self.courses else ""
-            yield f"{shown:{width}}  {known}".rstrip()
+        yield from (f"{shown:{width}}  {facts}".rstrip() for shown, facts in rows)
+
+    def rows(self, now_ns: int) -> list[tuple[str, str]]:
+        """The trees: each frame below its parent, and what is known of it."""
+        found = (row for root in self.roots() for row in self._rows(root, "", {root}))
+        return [
+            (shown, self._facts(frame, now_ns) if frame in self.courses else "")
+            for shown, frame in found
+        ]
 
     def _rows(self, frame: str, indent: str, above: set[str]) -> Iterator[tuple[str, str]]:
         """A frame and all below it, each as it is shown and with its name."""

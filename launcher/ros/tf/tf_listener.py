@@ -67,6 +67,9 @@ class TfListener:
             is_static = received.topic == self._static
             yield TfSample(received.received_ns, is_static, self._broadcaster(received), transforms)
 
+    def close(self) -> None:
+        self._listener.close()
+
     def _broadcaster(self, received: ReceivedMessage) -> str:
         """The node; of a new publisher it is awaited, who may never send again."""
         gid = received.publisher.hex(".")

@@ -7,23 +7,22 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
 from tests.support.json_forms import fit
+from tests.support.probe_process import ProbeProcess, names
 from tests.support.ros_domain import ros_domain, talking
 from tests.support.verbs import Answer, eventually, going_on, launcher
-from tests.support.workspaces import BuiltWorkspace, built_once
-
-TYPES = Path(__file__).parents[2] / "support/transform_types"
+from tests.support.waiting import wait_until
+from tests.support.workspaces import TRANSFORM_TYPES, BuiltWorkspace, built_once
 
 Run = Callable[..., Answer]
 
 
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> BuiltWorkspace:
-    return built_once(tmp_path_factory.getbasetemp(), "transform_types", TYPES)
+    return built_once(tmp_path_factory.getbasetemp(), "transform_types", TRANSFORM_TYPES)
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +140,24 @@ def test_a_recording_of_the_robot(tf, robot, tmp_path):
     assert "- Translation: [3.500, 0.000, 0.000]" in answer.lines
     frames = json.loads(tf("tree", str(bag), "--json").out)["frames"]
     assert [one["frame"] for one in frames] == ["base", "laser", "odom"]
+
+
+@pytest.mark.thorough
+def test_the_probe_has_the_tree_for_pages(robot):
+    with ProbeProcess(robot) as probe:
+        probe.graph(lambda graph: "/robot_frames" in names(graph), "the robot")
+        wait_until(lambda: len(probe.ask("frames")["rows"]) == 4, "all frames")
+
+        answer = probe.ask("frames")
+
+    assert [frame for frame, _ in answer["rows"]] == [
+        "map",
+        "└─ odom",
+        "   └─ base",
+        "      └─ laser",
+    ]
+    assert answer["rows"][3][1] == "static (by /robot_frames)"
+    assert answer["problems"] == []
 
 
 @pytest.mark.thorough

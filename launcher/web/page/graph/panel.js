@@ -6,6 +6,7 @@ import { graph, hello, traffic } from "page/store.js";
 import { GraphChart } from "page/graph/chart.js";
 import { GraphDetails } from "page/graph/details.js";
 import { forcePositions } from "page/graph/force.js";
+import { FrameTree } from "page/graph/frames.js";
 import { namespaces, picture, places, repairs, sentence } from "page/graph/model.js";
 import { isBetterTurned, turned } from "page/graph/turn.js";
 import { ProbeProblem, isFrozen, isLive, trafficText, useSubscription } from "page/shared/ros.js";
@@ -36,7 +37,7 @@ function noteOf(item) {
 }
 
 export default {
-  components: { GraphDetails, ProbeProblem, SearchField },
+  components: { FrameTree, GraphDetails, ProbeProblem, SearchField },
   setup() {
     const area = ref(null);
     const search = ref("");
@@ -264,6 +265,7 @@ export default {
                aria-label="Picture of the graph; the list beside it has the same"></div>
           <div v-if="isWaiting" class="graph-wait muted">Arranging…</div>
         </div>
+        <FrameTree v-if="!chosenItem" />
         <GraphDetails v-if="chosenItem" :item="chosenItem" :key="chosenItem.id"
                       @close="choose(null)"
                       @choose="chooseFromList" @unfold="fold" @keydown.esc="choose(null)" />

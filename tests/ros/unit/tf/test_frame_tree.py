@@ -162,3 +162,21 @@ def test_what_listeners_ignore_is_no_frame():
     assert [one.text for one in tree.problems(NOW)] == [
         "odom: 1 ignored, TF_NAN_INPUT: it contains nan"
     ]
+
+
+def test_what_has_ended_is_forgotten():
+    tree = tree_of(
+        sample("map>base", at_s=90, by="/other"),
+        sample("base>base", at_s=90),
+        sample("space>moon", at_s=90),
+        *ROBOT,
+    )
+    kinds = [problem.kind for problem in tree.problems(NOW)]
+    assert kinds == ["several parents", "old", "several trees", "ignored"]
+
+    tree.forget(95 * S)
+    tree.take(sample("odom>base", at_s=105.5))
+
+    assert [problem.kind for problem in tree.problems(NOW)] == ["future", "old", "several trees"]
+    assert tree.courses["base"].rate_hz == pytest.approx(2.0)
+    assert list(tree.courses["laser"].broadcasters) == ["/description"]
