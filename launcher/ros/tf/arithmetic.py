@@ -31,6 +31,23 @@ class Transform(NamedTuple):
         return Transform((-x, -y, -z), back)
 
 
+_TOLERANCE = 0.01  # of the square of a quaternion's length
+
+
+def is_unit(q: Quaternion) -> bool:
+    """Whether tf2 takes its length for 1."""
+    return abs(sum(number * number for number in q) - 1.0) < _TOLERANCE
+
+
+def normalized(q: Quaternion) -> Quaternion:
+    """The same rotation with length 1; ValueError for 0 and what is not finite."""
+    length = math.hypot(*q)
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"a quaternion of length {length:g} is no rotation")
+    x, y, z, w = (number / length for number in q)
+    return (x, y, z, w)
+
+
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
     """The rotation by `b`, then by `a`."""
     ax, ay, az, aw = a

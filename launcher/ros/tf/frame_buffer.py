@@ -10,11 +10,10 @@ import math
 from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
-from launcher.ros.tf.arithmetic import Transform, between
+from launcher.ros.tf.arithmetic import Transform, between, is_unit, normalized
 
 CACHE_NS = 10_000_000_000
 _DEEPEST = 1000  # frames above each other; more is a loop
-_TOLERANCE = 0.01  # of the square of a quaternion's length
 
 
 class StampedTransform(NamedTuple):
@@ -49,14 +48,11 @@ def refusal(stamped: StampedTransform) -> str | None:
     numbers = (*stamped.transform.translation, *stamped.transform.rotation)
     if any(math.isnan(number) for number in numbers):
         return "TF_NAN_INPUT: it contains nan"
-    if not is_unit(stamped.transform.rotation):
-        return "TF_DENORMALIZED_QUATERNION: the length of its quaternion is not 1"
+    try:
+        normalized(stamped.transform.rotation)
+    except ValueError as error:
+        return f"TF_DENORMALIZED_QUATERNION: {error}"
     return None
-
-
-def is_unit(rotation: tuple[float, ...]) -> bool:
-    """Whether listeners take a quaternion for a rotation."""
-    return abs(sum(number * number for number in rotation) - 1.0) < _TOLERANCE
 
 
 def seconds_text(time_ns: int) -> str:
@@ -99,6 +95,8 @@ class _Moving:
         first_ns, last_ns = self._stamps[0], self._stamps[-1]
         if time_ns in (0, last_ns):
             return self._items[-1]
+        if time_ns == first_ns:
+            return self._items[0]
         if len(self._stamps) == 1:
             known = f"but only time {seconds_text(last_ns)} is in the buffer"
             raise self._no_data(f" at time {seconds_text(time_ns)}, {known}")
@@ -160,10 +158,13 @@ class FrameBuffer:
         cache, kind = self._caches.get(stamped.child), _Fixed if is_static else _Moving
         if not isinstance(cache, kind):
             cache = _Fixed() if is_static else _Moving(self._keep_ns)
+        if not is_unit(stamped.transform.rotation):  # Jazzy takes it, Kilted does not
+            rotation = normalized(stamped.transform.rotation)
+            stamped = stamped._replace(transform=stamped.transform._replace(rotation=rotation))
+        self._frames.update({stamped.child: None, stamped.parent: None})
         if not cache.insert(stamped):
             return "TF_OLD_DATA: it is older than all that is kept"
         self._caches[stamped.child] = cache
-        self._frames.update({stamped.child: None, stamped.parent: None})
         return None
 
     def frames_text(self) -> str:

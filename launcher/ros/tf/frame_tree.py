@@ -6,12 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from launcher.ros.tf.arithmetic import is_unit
 from launcher.ros.tf.frame_buffer import StampedTransform, refusal
 
 _SECOND_NS = 1_000_000_000
 _OLD_S = 1.0  # a moving frame that is older is a problem, or if it lacks some of its periods
 _OLD_PERIODS = 5
 _AHEAD_S = 0.1  # of the clock
+_DENORMALIZED = "TF_DENORMALIZED_QUATERNION from Kilted on: the length of its quaternion is not 1"
 _AUTHORITY = "default_authority"  # as tf2 calls one that it does not know
 
 
@@ -98,9 +100,12 @@ class FrameTree:
 
     def take(self, sample: TfSample) -> None:
         for stamped in sample.transforms:
-            if (why := refusal(stamped)) is not None:
+            refused = refusal(stamped)
+            why = refused or (None if is_unit(stamped.transform.rotation) else _DENORMALIZED)
+            if why is not None:
                 key = (stamped.child, _by(sample.broadcaster, why))
                 self._ignored[key] = self._ignored.get(key, 0) + 1
+            if refused is not None:
                 continue
             course = self.courses.get(stamped.child)
             if course is None:
@@ -186,23 +191,25 @@ class FrameTree:
 
     def rows(self, now_ns: int) -> list[tuple[str, str]]:
         """The trees: each frame below its parent, and what is known of it."""
-        found = (row for root in self.roots() for row in self._rows(root, "", {root}))
-        return [
-            (shown, self._facts(frame, now_ns) if frame in self.courses else "")
-            for shown, frame in found
-        ]
-
-    def _rows(self, frame: str, indent: str, above: set[str]) -> Iterator[tuple[str, str]]:
-        """A frame and all below it, each as it is shown and with its name."""
-        if not indent:
-            yield frame, frame
-        below = sorted(child for child, course in self.courses.items() if course.parent == frame)
-        below = [child for child in below if child not in above]
-        for child in below:
-            is_last = child == below[-1]
-            yield f"{indent}{'└─ ' if is_last else '├─ '}{child}", child
-            deeper = f"{indent}{'   ' if is_last else '│  '}"
-            yield from self._rows(child, deeper, above | {child})
+        below: dict[str, list[str]] = {}
+        for child in sorted(self.courses, reverse=True):
+            below.setdefault(self.courses[child].parent, []).append(child)
+        rows: list[tuple[str, str]] = []
+        for root in self.roots():
+            waiting, seen = [(root, "", "")], {root}
+            while waiting:
+                frame, branch, indent = waiting.pop()
+                facts = self._facts(frame, now_ns) if frame in self.courses else ""
+                rows.append((f"{branch}{frame}", facts))
+                children = [child for child in below.get(frame, ()) if child not in seen]
+                seen.update(children)
+                waiting += (
+                    (child, f"{indent}└─ ", f"{indent}   ")
+                    if child == children[0]
+                    else (child, f"{indent}├─ ", f"{indent}│  ")
+                    for child in children
+                )
+        return rows
 
     def _facts(self, frame: str, now_ns: int) -> str:
         course = self.courses[frame]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import load_message
-from launcher.ros.tf.arithmetic import Transform, quaternion
-from launcher.ros.tf.frame_buffer import StampedTransform, is_unit
+from launcher.ros.tf.arithmetic import Transform, normalized, quaternion
+from launcher.ros.tf.frame_buffer import StampedTransform
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
@@ -72,12 +72,11 @@ def _checked(parent: str, child: str, transform: Transform) -> StampedTransform:
             f"cannot publish static transform from '{parent}' to '{child}', exiting",
             hint="child_frame_id cannot equal frame_id",
         )
-    if not is_unit(transform.rotation):  # static_transform_publisher sends it in vain
-        raise VerbError(
-            f"{transform.rotation} is no rotation: the length of a quaternion is 1",
-            hint="every listener would ignore it; --roll, --pitch and --yaw are angles",
-        )
-    return StampedTransform(parent, child, 0, transform)
+    try:
+        rotation = normalized(transform.rotation)  # listeners from Kilted on take no other
+    except ValueError as error:
+        raise _fault(str(error)) from None
+    return StampedTransform(parent, child, 0, transform._replace(rotation=rotation))
 
 
 def _fault(text: str) -> VerbError:

@@ -229,7 +229,7 @@ def test_a_static_transform_becomes_a_moving_one_and_back():
         (at("", "b", 1.0), "TF_NO_FRAME_ID"),
         (at("a", "b", 1.0, x=math.nan), "TF_NAN_INPUT"),
         (
-            at("a", "b", 1.0)._replace(transform=Transform(rotation=(0.0, 0.0, 0.0, 0.9))),
+            at("a", "b", 1.0)._replace(transform=Transform(rotation=(0.0, 0.0, 0.0, 0.0))),
             "TF_DENORMALIZED_QUATERNION",
         ),
     ],
@@ -239,3 +239,17 @@ def test_what_listeners_ignore_is_ignored(stamped, name):
 
     assert str(buffer.add(stamped, is_static=False)).startswith(f"{name}: ")
     assert buffer.frames_text() == ""
+
+
+def test_a_quaternion_of_another_length_is_normalized_as_in_jazzy():
+    turned = Transform(rotation=(0.0, 0.0, 3.0, 4.0))
+    buffer = buffer_of(StampedTransform("a", "b", S, turned))
+
+    assert buffer.lookup("a", "b").transform.rotation == pytest.approx((0.0, 0.0, 0.6, 0.8))
+
+
+def test_of_several_at_one_time_tf2_has_the_first_of_the_oldest_and_the_last_of_the_newest():
+    buffer = buffer_of(*(at("a", "b", time, x=x) for x, time in enumerate((1.0, 1.0, 2.0, 2.0))))
+
+    found = [buffer.lookup("a", "b", time * S).transform.translation[0] for time in (1, 2)]
+    assert found == [0.0, 3.0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -180,3 +181,24 @@ def test_what_has_ended_is_forgotten():
     assert [problem.kind for problem in tree.problems(NOW)] == ["future", "old", "several trees"]
     assert tree.courses["base"].rate_hz == pytest.approx(2.0)
     assert list(tree.courses["laser"].broadcasters) == ["/description"]
+
+
+def test_a_deep_tree():
+    frames = [f"f{number:04}" for number in range(3000)]
+    tree = tree_of(sample(*(f"{one}>{other}" for one, other in pairwise(frames))))
+
+    assert len(tree.rows(NOW)) == 3000
+    assert tree.problems(NOW) == []
+
+
+def test_a_quaternion_that_kilted_ignores_is_a_problem():
+    [problem] = tree_of(
+        TfSample(
+            NOW, True, "/r", [StampedTransform("a", "b", NOW, Transform(rotation=(0, 0, 0, 2.0)))]
+        )
+    ).problems(NOW)
+
+    assert problem.text == (
+        "b: 1 ignored, TF_DENORMALIZED_QUATERNION from Kilted on: the length of its quaternion is "
+        "not 1 (by /r)"
+    )
