@@ -34,7 +34,7 @@ class _Sink:
 
     def put(self, raw: RawMessage) -> None:
         if self.numbers.missed(raw) is not None:
-            self.deliver(raw.received_ns, raw.data)
+            self.deliver(self.numbers.available_ns(raw), raw.data)
 
 
 @dataclass(slots=True)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     Fitting = Callable[[Sequence[Endpoint]], QoSProfile]
 
 OVERLAP_S = 1.0  # for publishers to discover the subscription that replaces another
+_MAX_WAIT_NS = 10 * 10**9  # for a message that is sent again; more: the clock was set
 _NO_NUMBER = 2**64 - 1  # of a middleware that does not count messages
 
 
@@ -35,6 +36,7 @@ class Numbers:
 
     def __init__(self) -> None:
         self.last: dict[bytes, int] = {}
+        self._last_ns = 0
 
     def missed(self, raw: RawMessage) -> int | None:
         """How many before it have not come; None if it was there before."""
@@ -45,6 +47,15 @@ class Numbers:
             return None
         self.last[raw.publisher] = raw.sequence
         return 0 if last is None else raw.sequence - last - 1
+
+    def available_ns(self, raw: RawMessage) -> int:
+        """When it could be taken, after those before it.
+
+        Fast DDS 3 says when it has arrived, even if it had to wait for one that was sent again.
+        """
+        is_early = 0 < self._last_ns - raw.received_ns < _MAX_WAIT_NS
+        self._last_ns = self._last_ns if is_early else raw.received_ns
+        return self._last_ns
 
 
 class Fitted:
@@ -101,6 +112,10 @@ class Fitted:
 
         With each, how many of its publisher were lost before it.
         """
+        for raw, lost in self._new(most):
+            yield raw._replace(received_ns=self.numbers.available_ns(raw)), lost
+
+    def _new(self, most: int) -> Iterator[tuple[RawMessage, int]]:
         if self._before:
             yield from self._take_overlapping(most)
         elif self._subscription is not None:

@@ -145,3 +145,26 @@ def test_lost_messages_are_counted_for_each_publisher():
     assert [numbers.missed(message(n)) for n in (8, 7, 9)] == [None, None, 0]
     uncounted = message(2**64 - 1)
     assert [numbers.missed(uncounted) for _ in range(2)] == [0, 0]
+
+
+def test_a_message_that_has_waited_for_one_sent_again_is_not_older_than_that(
+    middleware: Middleware, fitted: Fitted
+):
+    fitted.fit([publisher("a", RELIABLE)])
+    second = 10**9
+    arrived = [7 * second, 9 * second, 8 * second, 10 * second]  # the second one was sent again
+    middleware.queues[0].waiting.extend(
+        message(n)._replace(received_ns=ns) for n, ns in enumerate(arrived)
+    )
+
+    received = [raw.received_ns // second for raw, _ in fitted.take(100)]
+    assert received == [7, 9, 9, 10]
+
+
+def test_a_clock_that_was_set_back_is_believed(middleware: Middleware, fitted: Fitted):
+    fitted.fit([publisher("a", RELIABLE)])
+    middleware.queues[0].waiting.extend(
+        message(n)._replace(received_ns=ns) for n, ns in enumerate([10**15, 5, 6])
+    )
+
+    assert [raw.received_ns for raw, _ in fitted.take(100)] == [10**15, 5, 6]
