@@ -68,8 +68,8 @@ class LaunchSession:
     ones for it. `warn` does the same for warnings with a place, each once. `modules` are those that
     were imported before any launch file. `reads_arguments`: the launch file has looked at the words
     of the command line itself. `target` is the distribution of ROS 2 whose behaviour is wanted, if
-    not that of the installed one. `uses` is a set, in order, of names with their places, if they
-    are to be noted.
+    not that of the installed one. `uses` is a set, in order, of the `watched` names that
+    launch files use, with their places.
     """
 
     def __init__(self, *, is_script: bool = False) -> None:
@@ -84,7 +84,8 @@ class LaunchSession:
         self.log_name = "launch"  # of the launcher's own messages, and of the file with all lines
         self.is_debug = False  # --debug, which also shows messages of level DEBUG
         self.target: str | None = None
-        self.uses: dict[tuple[str, FileLine], None] | None = None
+        self.watched: frozenset[str] = frozenset()
+        self.uses: dict[tuple[str, FileLine], None] = {}
         self.nodes_made = 0  # by the launch file, whether they are started or not
         self._log_dir: str | None = None
         self._made_log_dir: str | None = None
@@ -124,7 +125,7 @@ class LaunchSession:
 
     def note_use(self, name: str, place: FileLine | None) -> None:
         """A launch file uses this: `$(word)`, `<tag>`, `<tag attribute>`, a name of Python."""
-        if self.uses is not None and place is not None:
+        if name in self.watched and place is not None:
             self.uses[name, place] = None
 
     def note_arguments_read(self) -> None:

@@ -28,7 +28,7 @@ FIRST = _table(
     ),
     kilted=(
         "<for>, <for_each>, $(for-var), $(index), "
-        "ForEach, ForLoop, ForEachVar, ForLoopIndex, StringJoinSubstitution, EnableRmwIsolation"
+        "ForEach, ForLoop, ForEachVar, ForLoopIndex, StringJoinSubstitution"
     ),
     lyrical=(
         "<log level>, <log_debug>, <log_info>, <log_warning>, <log_error>, "

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
 # Tools and extensions of ROS that launch files import from: an installed one goes first.
-TOOL_NAMES = ("launch_testing_ros", "ros2launch", "ros2pkg", "tracetools_launch")
+TOOL_NAMES = ("ros2launch", "ros2pkg", "tracetools_launch")
 _FOLDER = os.path.dirname(__file__)
 
 

@@ -255,12 +255,10 @@ MODULES = {
         ),
         "launcher.language.sources": "InvalidLaunchFileError InvalidPythonLaunchFileError",
     },
-    "launch_testing_ros": {},
-    "launch_testing_ros.actions": {"launcher.language.actions.absent": "EnableRmwIsolation"},
     "ros2launch": {},
     "ros2pkg": {},
     "tracetools_launch": {},
-    "tracetools_launch.action": {"launcher.language.actions.absent": "Trace"},
+    "tracetools_launch.action": {"launcher.language.actions.trace": "Trace"},
     "ros2pkg.api": {
         "launcher.language.ros.cli_api": (
             "PackageNotFound get_executable_paths get_package_names get_prefix_path "

@@ -65,7 +65,7 @@ class PublicModule(ModuleType):
         if name in sources:
             source, original = sources[name]
             value = getattr(importlib.import_module(source), original)
-            if current().uses is None:
+            if name not in current().watched:
                 self.__dict__[name] = value
             elif _is_written(sys._getframe(1)):
                 current().note_use(name, caller_origin())

@@ -84,7 +84,7 @@ class Entity:
     def _note_use(self, names: Iterable[object]) -> None:
         """Note the tag, and its attributes and nested tags, for warnings about what is new."""
         current, place = launch_session.current(), self.place
-        if current.uses is not None and place is not None:
+        if current.watched and place is not None:
             where = FileLine(place.path, place.line)
             for one in ("", *(f" {name}" for name in names)):
                 current.note_use(f"<{self.type_name}{one}>", where)

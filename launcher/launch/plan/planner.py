@@ -25,6 +25,7 @@ from launcher.base.text import typed_error
 from launcher.language.compat import vocabulary
 from launcher.language.events.launch import TimerEvent
 from launcher.language.interpreter.interpreter import Interpreter
+from launcher.launch.needed_release import FIRST
 from launcher.launch.plan.plan import Occasion, Plan, PlanError, PlannedProcess, Stamp
 
 TYPE_CHECKING = False
@@ -58,7 +59,8 @@ def make_plan(
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
     with vocabulary(words) as session, contextlib.redirect_stdout(sys.stderr):
-        session.is_debug, session.target, session.uses = debug, target, {}
+        session.is_debug, session.target = debug, target
+        session.watched = frozenset(FIRST)
         description = _load(plan)
         if description is not None:
             _evaluate(plan, description, arguments, with_scopes)

@@ -51,9 +51,12 @@ def launched(monkeypatch) -> Any:
         request: Any,
         *,
         as_json: bool = False,
+        target: str | None = None,
         options: RunOptions,
     ) -> int:
         note("plan", request)
+        if target is not None:
+            seen[-1][2].add(f"target={target}")
         seen[-1][2].update(f"level={pattern}" for pattern, _ in options.log_levels)
         if as_json:
             seen[-1][2].add("json")
@@ -172,6 +175,7 @@ def test_a_launch_may_show_the_plan(launched, word):
             {"--hosts=h.yaml", "--discovery=peers", "--skip=b1,c*"},
         ),
         (f"{F} a:=1 --prefix=b=nice", {"--prefix=b=nice"}),
+        (f"--target kilted {F} a:=1", {"--target=kilted"}),
     ],
 )
 def test_words_of_a_plan(launched, line, flags):

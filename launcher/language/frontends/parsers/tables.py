@@ -26,7 +26,7 @@ def _by_name(modules: dict[str, str]) -> dict[str, tuple[str, str]]:
 
 ACTIONS = _by_name(
     {
-        "launcher.language.actions.absent": "trace=Trace",
+        "launcher.language.actions.trace": "trace=Trace",
         "launcher.language.actions.arguments": (
             "arg=DeclareLaunchArgument bool_arg=DeclareBooleanLaunchArgument"
         ),
