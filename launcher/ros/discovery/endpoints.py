@@ -8,15 +8,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from launcher.ros.discovery import rtps
-from launcher.ros.snapshot.ros_graph import INFINITE_NS, Direction, EndpointInfo
+from launcher.ros.snapshot.ros_graph import (
+    INFINITE_NS,
+    UNKNOWN_HISTORY,
+    Direction,
+    EndpointInfo,
+    shown_history,
+)
 
 _TOPIC, _TYPE, _GUID, _USER_DATA = 0x05, 0x07, 0x5A, 0x2C
 _RELIABILITY, _DURABILITY, _LIVELINESS, _DEADLINE, _LIFESPAN = 0x1A, 0x1D, 0x1B, 0x23, 0x2B
+_HISTORY = 0x40  # of Cyclone DDS, unless it is KEEP_LAST (1); not of Fast DDS 2.14 and 3.2
 _METATRAFFIC, _DEFAULT, _ENDPOINT_SET = 0x32, 0x31, 0x58
 _UDP_V4 = 1
 
 _RELIABILITIES = {1: "BEST_EFFORT", 2: "RELIABLE"}
 _DURABILITIES = {0: "VOLATILE", 1: "TRANSIENT_LOCAL"}
+_HISTORIES = {0: "KEEP_LAST", 1: "KEEP_ALL"}
 _LIVELINESSES = {0: "AUTOMATIC", 2: "MANUAL_BY_TOPIC"}
 _OTHER = "UNKNOWN"  # ROS has no name for it
 
@@ -51,6 +59,7 @@ def endpoint_in(payload: bytes, direction: Direction) -> EndpointInfo:
         lease_ns=_duration(liveliness and liveliness[4:], order),
         lifespan_ns=_duration(found.get(_LIFESPAN), order),
         type_hash=_type_hash(found.get(_USER_DATA, b"")),
+        history=_history(found.get(_HISTORY), order),
         gid=found[_GUID].hex("."),
     )
 
@@ -61,6 +70,13 @@ def _kind(value: bytes | None, order: str, default: int) -> int:
 
 def _duration(value: bytes | None, order: str) -> int:
     return rtps.nanoseconds_in(value, order) if value else INFINITE_NS
+
+
+def _history(value: bytes | None, order: str) -> str:
+    if value is None:
+        return UNKNOWN_HISTORY
+    kind, depth = struct.unpack_from(f"{order}Ii", value)
+    return shown_history(_HISTORIES.get(kind, UNKNOWN_HISTORY), depth)
 
 
 def _type_hash(user_data: bytes) -> str:

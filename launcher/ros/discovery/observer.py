@@ -45,6 +45,7 @@ from launcher.ros.snapshot.ros_graph import (
     EndpointInfo,
     GraphSnapshot,
     TopicGraph,
+    shown_history,
 )
 
 if TYPE_CHECKING:
@@ -296,6 +297,7 @@ def _info(topic: str, direction: Direction, info: Any) -> EndpointInfo:
         lease_ns=profile.liveliness_lease_duration.nanoseconds,
         lifespan_ns=profile.lifespan.nanoseconds,
         type_hash=str(info.topic_type_hash),
+        history=shown_history(profile.history.name, profile.depth),
         gid=".".join(f"{byte:02x}" for byte in info.endpoint_gid),
     )
 

@@ -17,6 +17,7 @@ DEBUG_TOPICS = frozenset({"/rosout", "/parameter_events"})
 INFINITE_NS = 2**63 - 1
 
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"  # as in rclpy
+UNKNOWN_HISTORY = "UNKNOWN"
 UNKNOWN_NAMESPACE = "_NODE_NAMESPACE_UNKNOWN_"
 TOPIC, REQUEST, REPLY = "rt", "rq", "rr"
 _STATE_TYPE = "lifecycle_msgs/srv/GetState"
@@ -118,10 +119,14 @@ def ros_type(type_name: str, channel: str = TOPIC) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndpointInfo(Endpoint):
-    """An endpoint as DDS names it: `topic` and `type` mangled; `node` is empty if unknown."""
+    """An endpoint as DDS names it: `topic` and `type` mangled; `node` is empty if unknown.
+
+    `history` is as in `shown_history`; most middleware does not announce it.
+    """
 
     lifespan_ns: int = INFINITE_NS
     type_hash: str = "INVALID"
+    history: str = UNKNOWN_HISTORY
 
     @property
     def node_name(self) -> str:
@@ -164,7 +169,7 @@ class EndpointInfo(Endpoint):
     def qos_lines(self, indent: str = "  ") -> list[str]:
         lines = {
             "Reliability": self.reliability,
-            "History (Depth)": "UNKNOWN",  # discovery does not carry it
+            "History (Depth)": self.history,
             "Durability": self.durability,
             "Lifespan": _duration(self.lifespan_ns),
             "Deadline": _duration(self.deadline_ns),
@@ -172,6 +177,11 @@ class EndpointInfo(Endpoint):
             "Liveliness lease duration": _duration(self.lease_ns),
         }
         return [f"{indent}{title}: {value}" for title, value in lines.items()]
+
+
+def shown_history(name: str, depth: int) -> str:
+    """`KEEP_LAST (10)`, `KEEP_ALL` or `UNKNOWN`, as rclpy writes it."""
+    return f"{name} ({depth})" if name == "KEEP_LAST" else name
 
 
 def _duration(nanoseconds: int) -> str:

@@ -76,6 +76,23 @@ def test_what_is_for_another_participant_is_left_out():
     assert len(received(rtps.to(OTHER), beat, rtps.to(OWN), beat)) == 1
 
 
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (bytes.fromhex("0000000007000000"), "KEEP_LAST (7)"),  # of Cyclone DDS 11
+        (bytes.fromhex("0100000000000000"), "KEEP_ALL"),
+        (struct.pack("<Ii", 9, 1), "UNKNOWN"),
+        (None, "UNKNOWN"),
+    ],
+)
+def test_the_history_of_an_endpoint_is_shown_where_it_is_announced(value, shown):
+    listed = [(0x5A, TALKER_GID), (0x05, rtps.text("rt/x")), (0x07, rtps.text("y"))]
+    listed += [] if value is None else [(0x40, value)]
+    sample = rtps.sample(rtps.PUBLICATIONS_READER, rtps.PUBLICATIONS_WRITER, 1, listed)
+    info = endpoint_in(payload_of(sample), Direction.PUBLISHER)
+    assert f"\n  History (Depth): {shown}\n" in str(info)
+
+
 @given(missing=st.sets(st.integers(1, 700), min_size=1))
 def test_samples_are_asked_for_in_the_bitmap_of_the_standard(missing):
     wanted = sorted(missing)
