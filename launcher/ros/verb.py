@@ -263,6 +263,16 @@ def warn(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def say(text: str, *, json: bool) -> None:
+    """A line beside the answers, which with --json are alone on stdout."""
+    print(text, file=sys.stderr if json else sys.stdout, flush=True)
+
+
+def clear_screen() -> None:
+    """The control characters of ros2cli, whatever stdout is."""
+    unescaped(sys.stdout).write("\x1b[H\x1b[2J\n")
+
+
 def show(options: Parsed, document: Mapping[str, object], lines: Iterable[object]) -> int:
     """Print the document with --json, the lines without; the exit code."""
     if options.json:

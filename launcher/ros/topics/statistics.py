@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from launcher.base.text import aligned
-
 NANOS = 1_000_000_000
-REPORT_NS = NANOS
 SILENT_INTERVALS = 2  # a topic that pauses for twice its longest interval has stopped
 
 
@@ -53,8 +50,7 @@ class Arrivals:
         self._intervals_ns: deque[int] = deque(maxlen=window)
         self._first_ns: int | None = None
         self._last_ns = 0
-        self._reported_ns: int | None = None
-        self._is_reported = False
+        self._has_news = False
         self.count = 0
 
     def add(self, received_ns: int) -> None:
@@ -64,25 +60,16 @@ class Arrivals:
             self.count = 0
         else:
             self._intervals_ns.append(received_ns - self._last_ns)
+        self._has_news = True
         self._last_ns = received_ns
         self.count += 1
 
     def due(self) -> Spread | None:
-        """The window, if the messages since the last report span a second."""
-        if not self._intervals_ns:
+        """The window, if a message has come since it was last returned."""
+        if not (self._has_news and self._intervals_ns):
             return None
-        if self._reported_ns is None:
-            self._reported_ns = self._last_ns
-            return None
-        if self._last_ns < self._reported_ns + REPORT_NS:
-            return None
-        self._reported_ns = self._last_ns
-        self._is_reported = True
+        self._has_news = False
         return self.now()
-
-    def rest(self) -> Spread | None:
-        """The window at the end, if it was never due."""
-        return None if self._is_reported else self.now()
 
     def now(self) -> Spread | None:
         return spread(self._intervals_ns)
@@ -122,14 +109,18 @@ class _Arrived(NamedTuple):
 
 
 class Bandwidth:
+    """The sizes of the latest `window` messages; `has_news` is for those who print them."""
+
     def __init__(self, window: int) -> None:
         self._sizes: deque[_Arrived] = deque(maxlen=window)
+        self.has_news = False
 
     def __len__(self) -> int:
         return len(self._sizes)
 
     def add(self, received_ns: int, size_bytes: int) -> None:
         self._sizes.append(_Arrived(received_ns, size_bytes))
+        self.has_news = True
 
     def due(self, now_ns: int) -> tuple[float, list[int]] | None:
         """Bytes per second up to now, and the sizes; None with fewer than two messages."""
@@ -159,33 +150,40 @@ def _spread_text(found: Spread) -> str:
 
 
 def bandwidth_text(rate: float, sizes: list[int]) -> str:
-    """Two lines, as `ros2 topic bw` prints them; one unit for all, chosen by the rate."""
-    scale, digits, unit = next(u for u in _UNITS if rate < u[0] * 1000 or u is _UNITS[-1])
-    texts = [
-        f"{value / scale:.{digits}f} {unit}"
-        for value in (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
-    ]
+    """Two lines, as `ros2 topic bw` prints them."""
+    bandwidth, count, mean, least, most = bandwidth_cells(rate, sizes)
     return (
-        f"{texts[0]}/s from {len(sizes)} messages\n"
-        f"\tMessage size mean: {texts[1]} min: {texts[2]} max: {texts[3]}"
+        f"{bandwidth} from {count} messages\n\tMessage size mean: {mean} min: {least} max: {most}"
     )
 
 
+BANDWIDTH_HEAD = ("topic", "bandwidth", "window", "mean", "min", "max")
+RATE_HEAD = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
 _UNITS = ((1, 0, "B"), (1000, 2, "KB"), (1_000_000, 2, "MB"))
 
 
-def rate_table(rows: dict[str, Spread]) -> str:
-    head = ("topic", "rate", "min_delta", "max_delta", "std_dev", "window")
-    cells = [head] + [
-        (
-            topic,
-            f"{s.rate_hz:.3f}",
-            f"{s.min_s:.3f}",
-            f"{s.max_s:.3f}",
-            f"{s.std_dev_s:.5f}",
-            str(s.window),
-        )
-        for topic, s in rows.items()
+def bandwidth_cells(rate: float, sizes: list[int]) -> tuple[str, ...]:
+    """Those of the table after the topic; one unit for all, chosen by the rate."""
+    scale, digits, unit = next(u for u in _UNITS if rate < u[0] * 1000 or u is _UNITS[-1])
+    bandwidth, *texts = (
+        f"{value / scale:.{digits}f} {unit}"
+        for value in (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
+    )
+    return (f"{bandwidth}/s", str(len(sizes)), *texts)
+
+
+def rate_cells(found: Spread) -> tuple[str, ...]:
+    """Those of the table after the topic."""
+    deltas = (f"{found.min_s:.3f}", f"{found.max_s:.3f}", f"{found.std_dev_s:.5f}")
+    return (f"{found.rate_hz:.3f}", *deltas, str(found.window))
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as ros2cli prints it: a centred head, padded cells, and an empty line below."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    lines = [
+        "   ".join(map(str.center, head, widths)),
+        "=" * (sum(widths) + 3 * (len(widths) - 1)),
+        *("   ".join(map(str.ljust, row, widths)) for row in rows),
     ]
-    lines = aligned(cells)
-    return "\n".join([lines[0], "=" * max(map(len, lines)), *lines[1:]])
+    return "\n".join(lines) + "\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot
 from launcher.ros.topics import qos
 from launcher.ros.topics.listener import Listener, TopicTarget, full_topic
 from launcher.ros.topics.qos import QosOptions
-from launcher.ros.verb import warn
+from launcher.ros.verb import say, warn
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -55,9 +54,16 @@ class TopicSubscriber:
     """Subscribes with the QoS of the command line, or as it fits the publishers."""
 
     def __init__(
-        self, observer: Observer, listener: Listener, chosen: QosOptions, spin_time_s: float
+        self,
+        observer: Observer,
+        listener: Listener,
+        chosen: QosOptions,
+        spin_time_s: float,
+        *,
+        json: bool,
     ) -> None:
         self.observer = observer
+        self.json = json
         self._listener = listener
         self._chosen = chosen
         self._spin_time_s = spin_time_s
@@ -66,7 +72,7 @@ class TopicSubscriber:
         """Subscribe; VerbError with the text of ros2cli if the type is unknown."""
         target = self.first_target(name, type_name)
         if target is None:
-            print(_unpublished(name), flush=True)
+            say(_unpublished(name), json=self.json)
             raise VerbError(
                 "Could not determine the type for the passed topic",
                 hint=_hint(self.observer, name),
@@ -115,15 +121,14 @@ class TopicSubscriber:
             self._listener.subscribe(target, qos.from_options(self._chosen, profile))
             return
         for note in notes:
-            print(note)
-        sys.stdout.flush()
+            say(note, json=self.json)
         self._listener.subscribe(target)
 
 
 class AwaitedTopics:
     """Subscribes to topics now, and to unpublished ones as soon as they are published.
 
-    `found` is called for each.
+    `found` is called for each, or `failed` if its type is not usable.
     """
 
     def __init__(
@@ -131,26 +136,38 @@ class AwaitedTopics:
         subscriber: TopicSubscriber,
         names: Sequence[str],
         found: Callable[[TopicTarget], None],
+        failed: Callable[[str, VerbError], None],
     ) -> None:
         self._subscriber = subscriber
         self._found = found
+        self._failed = failed
         self._missing: dict[str, TopicTarget | None] = {}
         for name in names:
-            if target := subscriber.first_target(name):
-                self._take(target)
-            else:
+            full_topic(name)  # VerbError
+            try:
+                target = subscriber.first_target(name)
+            except VerbError as error:
+                failed(name, error)
+                continue
+            if target is None:
                 self._miss(name)
+            else:
+                self._take(name, target)
         self._next_check = time.monotonic() + _AWAIT_PERIOD_S
 
     def _miss(self, name: str) -> None:
         self._missing[name] = None
-        print(_unpublished(name), flush=True)
+        say(_unpublished(name), json=self._subscriber.json)
         if hint := _hint(self._subscriber.observer, name):
             warn(f"hint: {hint}")
 
-    def _take(self, target: TopicTarget) -> None:
-        self._subscriber.subscribe(target)
-        self._found(target)
+    def _take(self, name: str, target: TopicTarget) -> None:
+        try:
+            self._subscriber.subscribe(target)
+        except VerbError as error:
+            self._failed(name, error)
+        else:
+            self._found(target)
 
     def poll(self) -> None:
         """Subscribe to missing topics that are published now; checks at most ten times a second."""
@@ -161,7 +178,7 @@ class AwaitedTopics:
             target = self._missing[name] = found
             if target is not None and target == before:
                 del self._missing[name]
-                self._take(target)
+                self._take(name, target)
         self._next_check = time.monotonic() + _AWAIT_PERIOD_S
 
 

@@ -19,7 +19,7 @@ from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.echo import Writer
 from launcher.ros.topics.listener import Listener
 from launcher.ros.topics.qos import QosOptions
-from launcher.ros.verb import GraphAccess, observing
+from launcher.ros.verb import GraphAccess, observing, say
 from launcher.ros.verbs.awaited_topics import TopicSubscriber
 from launcher.ros.verbs.streams import ListeningLimit, nothing_came, until_interrupted
 
@@ -70,15 +70,16 @@ def echo(options: ServiceEchoOptions) -> int:
     ):
         graph = settled_graph(observer, options.access.spin_time_s, enough)
         listener = Listener(observer, raw=False)
-        subscriber = TopicSubscriber(observer, listener, options.qos, options.access.spin_time_s)
+        is_json = options.writer.json
+        subscriber = TopicSubscriber(
+            observer, listener, options.qos, options.access.spin_time_s, json=is_json
+        )
         subscriber.subscribe_now(topic, f"{_type(graph, service, options.type)}_Event")
         if not graph.on(topic, Direction.PUBLISHER):
-            # With --json, standard output has events only.
-            print(
+            say(
                 f"No publishers on topic '{topic}'; "
                 "is service introspection on the client or server enabled?",
-                file=sys.stderr if options.writer.json else sys.stdout,
-                flush=True,
+                json=is_json,
             )
         limit = ListeningLimit(options.timeout_s)
         for sample in listener.samples(limit.tick):

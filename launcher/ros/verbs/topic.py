@@ -35,7 +35,7 @@ from launcher.ros.verb import (
 from launcher.ros.verbs.listening import QOS, STYLE, natural, qos_options, style
 
 if TYPE_CHECKING:
-    from launcher.ros.verbs.streams import MeasureOptions
+    from launcher.ros.verbs.measurements import MeasureOptions
 
 _MAX = 2**31 - 1
 
@@ -49,7 +49,8 @@ def _positive(word: str) -> int:
 
 
 NAME = option("NAME", name="topic_name")
-NAMES = option("NAME ...", name="topic_names")
+NAMES = option("[NAME ...]", name="topic_names")
+ALL = option("-a, --all", "all topics that there are")
 HIDDEN = option("--include-hidden-topics", "hidden topics as well")
 COUNT = option("-c, --count-topics", "print only the number of topics")
 FOR = option("--for S", "end after S seconds", seconds, name="for_s")
@@ -162,9 +163,14 @@ def _topics_and_type(words: list[str]) -> tuple[list[str], str | None]:
 
 
 def _measuring(
-    options: Parsed, topics: list[str], accepted: str | None = None, min_hz: float | None = None
+    options: Parsed,
+    topics: list[str],
+    accepted: str | None = None,
+    min_hz: float | None = None,
+    *,
+    hidden: bool = False,
 ) -> MeasureOptions:
-    from launcher.ros.verbs.streams import MeasureOptions
+    from launcher.ros.verbs.measurements import MeasureOptions
 
     return MeasureOptions(
         access=GraphAccess.of(options),
@@ -176,29 +182,43 @@ def _measuring(
         json=options.json,
         filter=accepted,
         min_hz=min_hz,
+        hidden=hidden,
     )
 
 
+def _named_or_all(options: Parsed) -> list[str]:
+    """The topics; none for all of them."""
+    names: list[str] = options.topic_names or []
+    if names and options.all:
+        raise UsageError("Cannot specify both --all/-a and topic names")
+    if not names and not options.all:
+        usage = f"usage: {options.command.usage}"
+        raise UsageError("NAME is missing", hint=f"{usage}; --all for all topics")
+    return names
+
+
 def _hz(options: Parsed) -> int:
-    from launcher.ros.verbs.streams import hz
+    from launcher.ros.verbs.measurements import Rates
 
     if options.min_hz is not None and not math.isfinite(options.min_hz):
         raise UsageError(f"--min takes a rate in Hz, not {options.min_hz}")
     if options.min_hz is not None and options.for_s is None:
         raise UsageError("--min needs --for", hint="for example: --for 5 --min 4.5")
-    return hz(_measuring(options, options.topic_names, options.filter, options.min_hz))
+    named, hidden = _named_or_all(options), options.include_hidden_topics
+    return Rates(_measuring(options, named, options.filter, options.min_hz, hidden=hidden)).run()
 
 
 def _bw(options: Parsed) -> int:
-    from launcher.ros.verbs.streams import bw
+    from launcher.ros.verbs.measurements import Bandwidths
 
-    return bw(_measuring(options, [options.topic_name]))
+    hidden = options.include_hidden_topics
+    return Bandwidths(_measuring(options, _named_or_all(options), hidden=hidden)).run()
 
 
 def _delay(options: Parsed) -> int:
-    from launcher.ros.verbs.streams import delay
+    from launcher.ros.verbs.measurements import Ages
 
-    return delay(_measuring(options, [options.topic_name]))
+    return Ages(_measuring(options, [options.topic_name])).run()
 
 
 def _pub(options: Parsed) -> int:
@@ -280,6 +300,8 @@ COMMAND = Command(
             "measure the rate of messages",
             _hz,
             NAMES,
+            ALL,
+            HIDDEN,
             _window(10000),
             option("--filter EXPR", "count only messages m for which it is true"),
             option("--wall-time", "ignored; always on"),
@@ -287,13 +309,16 @@ COMMAND = Command(
             option("--min HZ", "with --for: exit code 1 below HZ", number, name="min_hz"),
             SIM_TIME,
             groups=QOS,
+            exclusive=(("all", "min_hz"),),
             json=JSON_LINES,
         ),
         ros_command(
             "topic bw",
             "measure the bandwidth",
             _bw,
-            NAME,
+            NAMES,
+            ALL,
+            HIDDEN,
             _window(100),
             FOR,
             SIM_TIME,

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from std_msgs.msg import Header
 
+from launcher.ros.snapshot.ros_graph import EndpointInfo, GraphSnapshot
 from launcher.ros.topics.listener import ReceivedMessage, TopicTarget
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.statistics import NANOS
 from launcher.ros.verb import GraphAccess
-from launcher.ros.verbs import streams
+from launcher.ros.verbs import measurements
+from tests.support.verbs import in_process
 
+VERBS = {
+    "hz": measurements.Rates,
+    "bw": measurements.Bandwidths,
+    "delay": measurements.Ages,
+}
 Measured = Callable[..., tuple[int, str, str]]
 
 
@@ -24,35 +32,45 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     """Runs a verb as if messages had arrived at these seconds; exit code, output and errors."""
 
     def run(name: str, times_s: Sequence[float], **more: Any) -> tuple[int, str, str]:
-        def measure(
-            options: Any,
-            clock: Any,
-            found: Any,
-            take: Any,
-            report: Any,
-            *,
-            raw: bool,
-        ) -> None:
-            found(TopicTarget(name="/t", type="x", publishers=()))
-            message = b"12" if raw else SimpleNamespace(header=Header())
+        def listen(self: measurements.Measurement, observer: object) -> None:
+            for topic in self.topics:
+                self.found(TopicTarget(name=topic, type="x", publishers=()))
+            message: Any = b"12" if self.is_raw else SimpleNamespace(header=Header())
             for time_s in times_s:
-                info = {"received_timestamp": round(time_s * NANOS)}
-                take(
-                    ReceivedMessage(topic="/t", message=message, info=info),
-                    info["received_timestamp"],
-                )
-            report()
+                received_ns = round(time_s * NANOS)
+                info = {"received_timestamp": received_ns}
+                self.take(ReceivedMessage(topic="/t", message=message, info=info), received_ns)
+            self.report()
 
-        monkeypatch.setattr(streams, "_measure", measure)
+        monkeypatch.setattr(measurements.Measurement, "_listen", listen)
+        monkeypatch.setattr(measurements, "observing", no_graph)
         given = {"for_s": 2.0, "json": False, "window": 100, "use_sim_time": False}
-        access, profile = GraphAccess(0, 1.0), QosOptions()
-        options = streams.MeasureOptions(
-            access=access, topics=["t"], qos=profile, **{**given, **more}
+        options = measurements.MeasureOptions(
+            access=GraphAccess(0, 1.0),
+            qos=QosOptions(),
+            **{"topics": ["t"], **given, **more},
         )
-        code = getattr(streams, name)(options)
+        code = VERBS[name](options).run()
         return (int(code), *capsys.readouterr())
 
     return run
+
+
+@contextlib.contextmanager
+def no_graph(*words: object, **more: object) -> Iterator[object]:
+    graph = GraphSnapshot(domain_id=0, nodes=("/n",), infos=tuple(map(published, "tuv")))
+    yield SimpleNamespace(prefetched_graph=lambda: graph)
+
+
+def published(letter: str) -> EndpointInfo:
+    return EndpointInfo(
+        topic=f"rt/{letter}",
+        node="/n",
+        direction="publisher",
+        type="x",
+        reliability="RELIABLE",
+        durability="VOLATILE",
+    )
 
 
 NOTHING = "no message on /t within 2 s\n"
@@ -97,3 +115,45 @@ def test_silence_is_told_in_json_and_with_a_minimum_too(measured: Measured):
     assert json.loads(out) == total
     code, out, err = measured("hz", [], min_hz=1.0, filter="True")
     assert (code, out, err) == (1, "", NOTHING.replace("message", "message that fits --filter"))
+
+
+CLEAR = "\x1b[H\x1b[2J\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("hz", "/t      2.000   0.500       0.500       0.00000   2     \n\n"),
+        ("bw", " 3        2 B    2 B   2 B\n\n"),
+    ],
+)
+def test_all_topics_are_measured_below_a_cleared_screen(measured: Measured, name: str, line: str):
+    code, out, err = measured(name, [0.5, 1.0, 1.5], topics=[])
+    assert (code, err) == (0, "")
+    first, *subscribed = out.partition(CLEAR)[0].splitlines()
+    assert first == "Subscribing to all 3 available topics..."
+    assert subscribed == [f"Subscribed to [/{letter}]" for letter in "tuv"]
+    assert out.partition(CLEAR)[2].endswith(line)
+
+
+def test_one_of_several_topics_that_is_silent_is_an_error_but_not_one_of_all(measured: Measured):
+    two = measured("hz", [0.5, 1.0], topics=["/t", "/u"])
+    assert (two[0], two[2]) == (1, NOTHING.replace("/t", "/u"))
+    assert two[1].startswith("Subscribed to [/t]\nSubscribed to [/u]\n")
+    assert measured("hz", [0.5, 1.0], topics=[])[::2] == (0, "")
+    nothing = "nothing to measure on 3 topics within 2 s\n"
+    assert measured("hz", [0.5], topics=[])[::2] == (1, nothing)
+    assert measured("bw", [], topics=[])[::2] == (1, nothing)
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["/a", "--all"], "Cannot specify both --all/-a and topic names"),
+        ([], "NAME is missing"),
+    ],
+)
+@pytest.mark.parametrize("name", ["hz", "bw"])
+def test_names_and_all_exclude_each_other(name: str, words: list[str], error: str):
+    answer = in_process("topic", name, *words)
+    assert (answer.code, answer.err.splitlines()[0]) == (2, f"error: {error}")

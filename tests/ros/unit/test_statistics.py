@@ -5,15 +5,19 @@ from __future__ import annotations
 import pytest
 
 from launcher.ros.topics.statistics import (
+    BANDWIDTH_HEAD,
     NANOS,
+    RATE_HEAD,
     Arrivals,
     Bandwidth,
     Delays,
+    bandwidth_cells,
     bandwidth_text,
     delay_text,
-    rate_table,
+    rate_cells,
     rate_text,
     spread,
+    table,
 )
 
 
@@ -32,18 +36,16 @@ def test_a_report_has_the_shape_of_ros2_topic_hz():
     )
 
 
-def test_a_report_is_due_when_a_second_of_messages_has_come():
+def test_a_report_is_due_when_a_message_has_come_since_the_last_one():
     found = arrivals(0.0)
     assert found.due() is None  # one message is no interval
     found.add(NANOS // 2)
-    assert found.due() is None  # the first look only starts the second
-    found.add(NANOS)
-    assert found.due() is None
-    found.add(3 * NANOS // 2)
     report = found.due()
     assert report is not None
-    assert (report.rate_hz, report.window) == (2.0, 3)
+    assert (report.rate_hz, report.window) == (2.0, 1)
     assert found.due() is None  # nothing new since
+    found.add(NANOS)
+    assert found.due() is not None
 
 
 def test_the_window_keeps_the_latest():
@@ -110,10 +112,27 @@ def test_delays_say_when_nothing_new_has_come():
     assert delay_text(second[0], fresh=second[1]) == "no new messages"
 
 
-def test_several_topics_are_a_table():
-    one = spread([NANOS])
+def test_rates_of_several_topics_are_a_table():
+    one, two = spread([NANOS]), spread([8_000_000, 12_000_000])
     assert one is not None
-    lines = rate_table({"/a": one, "/long/name": one}).splitlines()
-    assert lines[0].split() == ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
-    assert set(lines[1]) == {"="}
-    assert lines[3].split() == ["/long/name", "1.000", "1.000", "1.000", "0.00000", "1"]
+    assert two is not None
+    rows = [("/a", *rate_cells(one)), ("/long/name", *rate_cells(two))]
+    assert table(RATE_HEAD, rows) == (
+        "  topic        rate    min_delta   max_delta   std_dev   window\n"
+        "===============================================================\n"
+        "/a           1.000     1.000       1.000       0.00000   1     \n"
+        "/long/name   100.000   0.008       0.012       0.00200   2     \n"
+    )
+
+
+def test_bandwidths_of_several_topics_are_a_table():
+    rows = [
+        ("/a", *bandwidth_cells(300.0, [100, 200])),
+        ("/b", *bandwidth_cells(3000.0, [1000, 2000])),
+    ]
+    assert table(BANDWIDTH_HEAD, rows) == (
+        "topic   bandwidth   window     mean      min       max  \n"
+        "========================================================\n"
+        "/a      300 B/s     2        150 B     100 B     200 B  \n"
+        "/b      3.00 KB/s   2        1.50 KB   1.00 KB   2.00 KB\n"
+    )

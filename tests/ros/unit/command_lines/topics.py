@@ -21,8 +21,9 @@ ECHO = {
     "include_message_info": False,
 }
 HZ = {**BASE, **QOS, "window": 10000, "filter": None, "for_s": None, "min_hz": None}
-HZ["use_sim_time"] = False
-BW = {**BASE, **QOS, "window": 100, "for_s": None}
+HZ |= {"use_sim_time": False, "all": False, "include_hidden_topics": False}
+BW = {**BASE, **QOS, "window": 100, "for_s": None, "all": False, "include_hidden_topics": False}
+DELAY = {**BASE, **QOS, "window": 10000, "for_s": None}
 PUB = {
     **BASE,
     **QOS,
@@ -121,8 +122,12 @@ LINES: list[Line] = [
         {"topic_names": ["/a"], "for_s": 3.0, "min_hz": 2.5},
     ),
     ("topic hz /a --filter m.x", HZ, {"topic_names": ["/a"], "filter": "m.x"}),
-    ("topic bw /a --window=3 --for=1", BW, {"topic_name": "/a", "window": 3, "for_s": 1.0}),
-    ("topic delay /a", BW, {"topic_name": "/a", "window": 10000}),
+    ("topic hz --all", HZ, {"topic_names": [], "all": True}),
+    ("topic hz -a -w 5", HZ, {"topic_names": [], "all": True, "window": 5}),
+    ("topic bw /a --window=3 --for=1", BW, {"topic_names": ["/a"], "window": 3, "for_s": 1.0}),
+    ("topic bw /a /b", BW, {"topic_names": ["/a", "/b"]}),
+    ("topic bw -a", BW, {"all": True}),
+    ("topic delay /a", DELAY, {"topic_name": "/a"}),
     ("topic pub /a T", PUB, {"topic_name": "/a", "message_type": "T"}),
     (
         "topic pub /a T 'data: 1' -1",
