@@ -231,6 +231,28 @@ def observing(
 
 
 @contextlib.contextmanager
+def named_node(observer: Observer, name: str | None) -> Iterator[Any]:
+    """The hidden node of the observer, or with a name one more that others see."""
+    from rclpy.exceptions import InvalidNodeNameException
+
+    from launcher.base.ros_errors import name_fault
+    from launcher.ros.helpers.clean_up import limited_clean_up
+
+    if name is None:
+        yield observer.node
+        return
+    try:
+        node = observer.companion(name)
+    except InvalidNodeNameException as error:
+        raise UsageError(f"--node-name: {name_fault(error)}") from None
+    try:
+        yield node
+    finally:
+        with limited_clean_up():
+            node.destroy_node()
+
+
+@contextlib.contextmanager
 def settled_observer(options: Parsed) -> Iterator[Observer]:
     """An observer that has discovered the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle

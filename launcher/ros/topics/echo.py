@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,37 +73,58 @@ def _fields_of(value: Any) -> str | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Writer:
-    """How messages are written; `prefixed` puts the topic before each line."""
+    """How messages are written; `prefixed` puts the topic before each line.
+
+    Of a message `fields` are selected, the whole without; each is a value with its path.
+    """
 
     style: Style
     csv: bool = False
     json: bool = False
     raw: bool = False
     info: bool = False
-    field: str | None = None
+    fields: tuple[str, ...] = ()
     prefixed: bool = False
 
-    def value(self, sample: ReceivedMessage) -> Any:
-        """The message, or the selected field."""
-        if self.field is None or self.raw:
-            return sample.message
-        return field_of(sample.message, self.field)
+    def values(self, sample: ReceivedMessage) -> list[tuple[str, Any]]:
+        """The selected fields, or the message with an empty path."""
+        if not self.fields or self.raw:
+            return [("", sample.message)]
+        return [(path, field_of(sample.message, path)) for path in self.fields]
 
-    def pieces(self, sample: ReceivedMessage, value: object) -> Iterator[str]:
-        """What is printed for `value`; in pieces, so that long arrays are not held as text."""
+    def pieces(
+        self, sample: ReceivedMessage, values: Sequence[tuple[str, object]]
+    ) -> Iterator[str]:
+        """What is printed for some of the `values`, in pieces: long arrays are not held as text."""
         if self.json:
-            yield json_line(self._document(sample, value)) + "\n"
+            yield json_line(self._document(sample, values)) + "\n"
         elif self.prefixed:
-            text = self._info(sample) + "".join(self._body(value))
+            text = "".join(self._texts(sample, values))
             yield "".join(
                 f"[{sample.topic}] {line}\n" for line in text.removesuffix("\n").split("\n")
             )
         else:
-            yield self._info(sample)
-            yield from self._body(value)
+            yield from self._texts(sample, values)
 
-    def _document(self, sample: ReceivedMessage, value: Any) -> dict[str, Any]:
-        message = list(value) if self.raw else self._plain(value)
+    def _texts(
+        self, sample: ReceivedMessage, values: Sequence[tuple[str, object]]
+    ) -> Iterator[str]:
+        if self.csv and not self.raw:
+            for _, value in values:
+                yield self._info(sample)
+                yield from self._body(value)
+            return
+        yield self._info(sample)
+        for _, value in values:
+            yield from self._body(value)
+        if not self.csv:
+            yield "---\n"
+
+    def _document(
+        self, sample: ReceivedMessage, values: Sequence[tuple[str, Any]]
+    ) -> dict[str, Any]:
+        plain = {path: list(one) if self.raw else self._plain(one) for path, one in values}
+        message = plain if len(self.fields) > 1 and not self.raw else next(iter(plain.values()))
         document = {"topic": sample.topic, "message": to_json_plain(message)}
         return {**document, "info": sample.info} if self.info else document
 
@@ -129,9 +150,8 @@ class Writer:
 
     def _body(self, value: object) -> Iterator[str]:
         if not hasattr(value, "SLOT_TYPES"):
-            yield f"{value}\n" if self.csv else f"{value}\n---\n"
+            yield f"{value}\n"
         elif self.csv:
             yield f"{to_csv(value, self.style)}\n"
         else:
             yield from yaml_pieces(value, self.style)
-            yield "---\n"

@@ -27,6 +27,8 @@ from launcher.ros.topics.unmatched import Unmatched
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
+    from rclpy.node import Node
+
     from launcher.ros.discovery.observer import Observer
 
 _PERIOD_S = 0.004
@@ -93,10 +95,18 @@ class _TopicSubscription:
 
 
 class Listener:
-    """Subscriptions of an observer; `samples` yields what they receive."""
+    """Subscriptions of an observer, or of another `node`; `samples` yields what they receive."""
 
-    def __init__(self, observer: Observer, *, raw: bool, taker: RawTaker | None = None) -> None:
+    def __init__(
+        self,
+        observer: Observer,
+        *,
+        raw: bool,
+        taker: RawTaker | None = None,
+        node: Node | None = None,
+    ) -> None:
         self._observer = observer
+        self._node = observer.node if node is None else node
         self._raw = raw
         self._taker = RawTaker() if taker is None else taker
         self._topics: list[_TopicSubscription] = []
@@ -114,12 +124,12 @@ class Listener:
 
         def create(fitting: object) -> Any:
             topic.history = _history(fitting)
-            return subscribed(self._observer.node, kind, target.name, fitting)
+            return subscribed(self._node, kind, target.name, fitting)
 
         topic = _TopicSubscription(
             target=target,
             fitted=Fitted(
-                self._observer.node,
+                self._node,
                 self._taker,
                 create,
                 lambda publishers: qos.listening(publishers, depth)[0],

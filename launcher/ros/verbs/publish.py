@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from launcher.base.errors import ExitCode, UsageError
-from launcher.base.ros_errors import VerbError, name_fault
+from launcher.base.errors import ExitCode
+from launcher.base.ros_errors import VerbError
 from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.json_output import print_line
 from launcher.ros.discovery.observer import Observer
-from launcher.ros.helpers.clean_up import limited_clean_up
 from launcher.ros.messages.classes import with_library
 from launcher.ros.messages.from_yaml import Stamp, fill, parse
 from launcher.ros.messages.interfaces import load_message
@@ -28,7 +25,7 @@ from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import GraphAccess, observing, to_json_plain, warn
+from launcher.ros.verb import GraphAccess, named_node, observing, to_json_plain, warn
 from launcher.ros.verbs.streams import until_interrupted
 
 if TYPE_CHECKING:
@@ -77,7 +74,7 @@ def publish(options: PublishOptions) -> int:
     with (
         until_interrupted(is_end=False),
         observing(options.access, profile=participant_profile()) as observer,
-        _node(observer, options.node_name) as node,
+        named_node(observer, options.node_name) as node,
     ):
         clock.start(observer)
         publisher = node.create_publisher(type(message), name, profile)
@@ -88,25 +85,6 @@ def publish(options: PublishOptions) -> int:
         if options.limit is not None:
             _await_delivery(publisher, options.keep_alive_s)
     return ExitCode.OK
-
-
-@contextlib.contextmanager
-def _node(observer: Observer, name: str | None) -> Iterator[Any]:
-    """The node that publishes: a hidden one, or one of this name."""
-    from rclpy.exceptions import InvalidNodeNameException
-
-    if name is None:
-        yield observer.node
-        return
-    try:
-        node = observer.companion(name)
-    except InvalidNodeNameException as error:
-        raise UsageError(f"--node-name: {name_fault(error)}") from None
-    try:
-        yield node
-    finally:
-        with limited_clean_up():
-            node.destroy_node()
 
 
 def _await_delivery(publisher: Publisher, keep_alive_s: float) -> None:

@@ -52,7 +52,7 @@ class EventWriter(Writer):
         if self.csv:
             yield from super()._body(value)
         else:
-            yield dump(self._plain(value), flow=self.style.flow) + "---\n"
+            yield dump(self._plain(value), flow=self.style.flow)
 
 
 def echo(options: ServiceEchoOptions) -> int:
@@ -84,7 +84,7 @@ def echo(options: ServiceEchoOptions) -> int:
         limit = ListeningLimit(options.timeout_s)
         for sample in listener.samples(limit.tick):
             is_silent, limit.is_fresh = False, True
-            sys.stdout.writelines(options.writer.pieces(sample, sample.message))
+            sys.stdout.writelines(options.writer.pieces(sample, options.writer.values(sample)))
     if is_silent and options.timeout_s is not None:
         return nothing_came([topic], options.timeout_s)
     return ExitCode.OK

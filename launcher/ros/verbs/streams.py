@@ -14,7 +14,7 @@ from launcher.base.model.ros_names import full_name
 from launcher.ros.topics.echo import Writer, compiled_filter
 from launcher.ros.topics.listener import Listener
 from launcher.ros.topics.qos import QosOptions
-from launcher.ros.verb import GraphAccess, observing, warn
+from launcher.ros.verb import GraphAccess, clear_screen, named_node, observing, warn
 from launcher.ros.verbs.awaited_topics import TopicSubscriber, are_published
 
 
@@ -29,7 +29,9 @@ class EchoOptions:
     qos: QosOptions
     filter: str | None
     once: bool
+    clear: bool
     timeout_s: float | None
+    node_name: str | None
 
 
 @contextlib.contextmanager
@@ -57,8 +59,9 @@ def echo(options: EchoOptions) -> int:
     with (
         until_interrupted(is_end=is_endless),
         observing(options.access, enough, listens=True) as observer,
+        named_node(observer, options.node_name) as node,
     ):
-        listener = Listener(observer, raw=writer.raw)
+        listener = Listener(observer, raw=writer.raw, node=node)
         subscriber = TopicSubscriber(
             observer, listener, options.qos, options.access.spin_time_s, json=writer.json
         )
@@ -68,11 +71,15 @@ def echo(options: EchoOptions) -> int:
         write = sys.stdout.write
         for sample in listener.samples(limit.tick):
             limit.is_fresh = True
-            value = writer.value(sample)
-            if accepts and not writer.raw and not accepts(value):
+            values = writer.values(sample)
+            if accepts and not writer.raw:
+                values = [(path, value) for path, value in values if accepts(value)]
+            if not values:
                 continue
             is_silent = False
-            for piece in writer.pieces(sample, value):
+            if options.clear:
+                clear_screen()
+            for piece in writer.pieces(sample, values):
                 write(piece)
             if options.once:
                 break

@@ -120,15 +120,16 @@ def _echo(options: Parsed) -> int:
     topics, message_type = _topics_and_type(options.words)
     if options.field and options.raw:
         raise UsageError("--field and --raw exclude each other")
-    if options.field is not None and not options.field.strip("."):
-        raise VerbError(f"Invalid field value '{options.field}'")
+    for path in options.field:
+        if not path.strip("."):
+            raise VerbError(f"Invalid field value '{path}'")
     writer = Writer(
         style=style(options),
         csv=options.csv,
         json=options.json,
         raw=options.raw,
         info=options.include_message_info,
-        field=options.field,
+        fields=options.field,
         prefixed=len(topics) > 1,
     )
     return echo(
@@ -140,7 +141,9 @@ def _echo(options: Parsed) -> int:
             qos=qos_options(options),
             filter=options.filter,
             once=options.once,
+            clear=options.clear,
             timeout_s=options.timeout,
+            node_name=options.node_name,
         )
     )
 
@@ -285,12 +288,19 @@ COMMAND = Command(
             ),
             option("--once", "end after the first message"),
             option("--timeout S", "end after S seconds", seconds),
-            option("--field A.B[0]", "print only this field"),
+            option(
+                "--field A.B[0]",
+                "print only this field; several are printed one after another",
+                default=(),
+                repeat="all",
+            ),
             option("--filter EXPR", "only messages m for which this is true"),
             *STYLE,
             option("--raw", "print the serialized bytes"),
             option("-i, --include-message-info", "print timestamps and sequence numbers"),
             option("--no-lost-messages", "ignored, for compatibility with ros2"),
+            option("-c, --clear", "clear the screen before each message"),
+            option("-n, --node-name NAME", "name of the node that subscribes"),
             SIM_TIME,
             groups=QOS,
             json=JSON_LINES,

@@ -58,6 +58,16 @@ def test_the_timeout_of_echo_ends_it_although_messages_arrive(verb):
         (["/chatter", "--filter", "m.data.endswith('5')"], r"data: msg \d*5\n---\n"),
         (["/points", "--field", "point.x"], r"0\.5\n---\n"),
         (
+            ["/points", "--field", "point.x", "--field", "header.frame_id", "--field", "point"],
+            r"0\.5\nmap\nx: 0\.5\ny: 0\.0\nz: 0\.0\n---\n",
+        ),
+        (
+            ["/points", "--field", "point.x", "--field", "point", "--csv"],
+            r"0\.5\n0\.5,0\.0,0\.0\n",
+        ),
+        (["/numbers", "--field", "data.[3]", "--field", "data[4]"], r"3\.0\n4\.0\n---\n"),
+        (["/chatter", "--clear"], r"\x1b\[H\x1b\[2J\ndata: msg \d+\n---\n"),
+        (
             ["/numbers", "--no-arr", "--field", "data", "--csv"],
             r"array\('d', \[0\.0, .*\]\)\n",
         ),
@@ -285,6 +295,28 @@ def test_a_reader_that_has_enough_ends_echo_quietly(env):
     wait_until(lambda: echo.poll() is not None, "echo has ended")
     assert (without_complaints(echo.stderr.read()), echo.returncode) == ("", 0)
     echo.stderr.close()
+
+
+@pytest.mark.thorough
+def test_a_filter_looks_at_each_of_several_fields(verb):
+    words = ("--field", "data[1]", "--field", "data[2]", "--field", "data[3]", "--once")
+    answer = verb("topic", "echo", "/numbers", *words, "--filter", "m > 1")
+    assert answer.out == "2.0\n3.0\n---\n"
+    answer = verb("topic", "echo", "/numbers", *words, "--filter", "m == 2", "--json")
+    assert answer.json()["message"] == {"data[2]": 2.0}
+
+
+@pytest.mark.thorough
+def test_the_node_that_subscribes_may_have_a_name(verb, env):
+    with going_on(env, "topic", "echo", "/chatter", "-n", "listening_in") as echo:
+        assert echo.stdout is not None
+        assert echo.stdout.readline().startswith("data: msg")
+        listed = eventually(lambda: verb("node", "list"), lambda one: "listening_in" in one.out)
+        assert "/listening_in" in listed.lines
+        told = verb("topic", "info", "/chatter", "-v", "--json").json()
+        assert "/listening_in" in [one["node"] for one in told["endpoints"]]
+    wrong = verb("topic", "echo", "/chatter", "-n", "1x")
+    assert (wrong.code, wrong.err.startswith("error: --node-name: ")) == (2, True)
 
 
 def test_a_filter_looks_at_the_field_that_is_asked_for(verb):

@@ -31,6 +31,8 @@ INFO = {
         ("poses[1].position.x", 1.0),
         ("poses[-1].position.x", 2.0),
         ("poses[0].position", Point()),
+        ("poses.[1].position.x", 1.0),
+        ("poses.[0].position", Point()),
         ("header.frame_id", ""),
     ],
 )
@@ -41,6 +43,7 @@ def test_a_field_may_be_in_a_list(path: str, value: object):
 @pytest.mark.parametrize(
     ("path", "reason"),
     [
+        ("poses.[7].position", "list index out of range\nhint: it has 3 values"),
         ("poses[7]", "list index out of range\nhint: it has 3 values"),
         ("poses[a]", "invalid literal"),
         ("poses[0", "invalid literal"),
@@ -56,10 +59,10 @@ def test_an_unknown_field_is_reported_with_the_existing_ones(path: str, reason: 
     assert reason in caught.value.render()
 
 
-def written(message: object, **options: bool) -> str:
+def written(message: object, *fields: str, info: bool = True, **options: bool) -> str:
     sample = ReceivedMessage(topic="/t", message=message, info=INFO)
-    writer = Writer(style=Style(), info=True, **options)
-    return "".join(writer.pieces(sample, writer.value(sample)))
+    writer = Writer(style=Style(), info=info, fields=fields, **options)
+    return "".join(writer.pieces(sample, writer.values(sample)))
 
 
 def test_times_and_numbers_come_before_a_message_in_each_shape():
@@ -68,6 +71,24 @@ def test_times_and_numbers_come_before_a_message_in_each_shape():
     assert written(b"ab", raw=True) == (
         f"---Got new message, message info:---\n{INFO}\n---Message data:---\nb'ab'\n---\n"
     )
+
+
+FIELDS = ("poses[1].position", "header.frame_id", "poses[2].position.x")
+
+
+def test_several_fields_are_printed_one_after_another():
+    whole = "x: 1.0\ny: 0.0\nz: 0.0\n\n2.0\n---\n"
+    assert written(POSES, *FIELDS, info=False) == whole
+    assert written(POSES, *FIELDS).count("source_timestamp") == 1
+    assert written(POSES, *FIELDS).endswith("---\n" + whole)
+    assert written(POSES, *FIELDS, csv=True, info=False) == "1.0,0.0,0.0\n\n2.0\n"
+    assert written(POSES, "header.frame_id", FIELDS[2], csv=True) == "1,2,3,None,\n1,2,3,None,2.0\n"
+
+
+def test_several_fields_are_an_object_in_json():
+    document = json.loads(written(POSES, *FIELDS, json=True))
+    position = {"x": 1.0, "y": 0.0, "z": 0.0}
+    assert document["message"] == dict(zip(FIELDS, (position, "", 2.0), strict=True))
 
 
 def test_nan_and_inf_have_no_json_form(capsys: pytest.CaptureFixture[str]):

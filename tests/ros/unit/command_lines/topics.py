@@ -9,7 +9,7 @@ ECHO = {
     **QOS,
     "once": False,
     "timeout": None,
-    "field": None,
+    "field": (),
     "filter": None,
     "csv": False,
     "full_length": False,
@@ -19,6 +19,8 @@ ECHO = {
     "flow_style": False,
     "raw": False,
     "include_message_info": False,
+    "clear": False,
+    "node_name": None,
 }
 HZ = {**BASE, **QOS, "window": 10000, "filter": None, "for_s": None, "min_hz": None}
 HZ |= {"use_sim_time": False, "all": False, "include_hidden_topics": False}
@@ -86,8 +88,15 @@ LINES: list[Line] = [
     (
         "topic echo /a --timeout 3 --field x.y[0]",
         ECHO,
-        {"words": ["/a"], "timeout": 3.0, "field": "x.y[0]"},
+        {"words": ["/a"], "timeout": 3.0, "field": ("x.y[0]",)},
     ),
+    (
+        "topic echo /a --field x --field y.[1].z",
+        ECHO,
+        {"words": ["/a"], "field": ("x", "y.[1].z")},
+    ),
+    ("topic echo /a --clear -n ear", ECHO, {"words": ["/a"], "clear": True, "node_name": "ear"}),
+    ("topic echo -c /a T", ECHO, {"words": ["/a", "T"], "clear": True}),
     ("topic echo /a --filter 'm.x > 1'", ECHO, {"words": ["/a"], "filter": "m.x > 1"}),
     (
         "topic echo /a --no-arr --no-str --flow-style",
