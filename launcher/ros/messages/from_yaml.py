@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any
+import itertools
+import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
 
 import yaml
 from rosidl_parser import definition
@@ -21,6 +23,23 @@ LIMITS: dict[str, tuple[int, int]] = {
 }
 
 Stamp = Callable[[Any], None]
+_MARKER = re.compile(r"---(\s|$)")  # the first line of a document
+
+
+class Content(NamedTuple):
+    """A message, and what sets its `now` fields."""
+
+    message: Any
+    stamps: list[Stamp]
+
+    def stamp(self, now_ns: int) -> None:
+        """Set the `now` fields to this time."""
+        if self.stamps:
+            now = class_of("builtin_interfaces", "msg", "Time")(
+                sec=now_ns // 1_000_000_000, nanosec=now_ns % 1_000_000_000
+            )
+            for stamp in self.stamps:
+                stamp(now)
 
 
 def parse(text: str) -> dict[str, Any]:
@@ -54,6 +73,27 @@ def stamp_all(stamps: Iterable[Stamp], clock: Any) -> None:
     now = clock.now().to_msg()
     for stamp in stamps:
         stamp(now)
+
+
+def documents(path: str) -> Iterator[str]:
+    """The documents of a YAML file between lines of `---`, as `topic echo` prints them.
+
+    Those without an entry are left out. VerbError.
+    """
+    lines: list[str] = []
+    try:
+        with open(path, encoding="utf-8") as file:
+            for line in itertools.chain(file, ["---"]):
+                if not _MARKER.match(line):
+                    lines.append(line)
+                    continue
+                if any(one.strip() and not one.startswith("#") for one in lines):
+                    yield "".join(lines)
+                lines = [line[3:]]
+    except OSError as error:
+        raise VerbError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise VerbError(f"{path}: not UTF-8") from None
 
 
 def _fill(message: Any, values: object, path: str, stamps: list[Stamp]) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
-import sys
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from launcher.packages.distribution import has_fast_dds_3
 from launcher.posix.json_output import print_line
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.classes import with_library
-from launcher.ros.messages.from_yaml import Stamp, fill, parse
+from launcher.ros.messages.from_yaml import Content, documents, fill, parse
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.messages.to_yaml import to_plain
 from launcher.ros.snapshot.qos_matching import Mismatch
@@ -25,7 +26,7 @@ from launcher.ros.topics.clock import WallClock, clock_of
 from launcher.ros.topics.listener import full_topic
 from launcher.ros.topics.qos import QosOptions
 from launcher.ros.topics.unmatched import Unmatched
-from launcher.ros.verb import GraphAccess, named_node, observing, to_json_plain, warn
+from launcher.ros.verb import GraphAccess, named_node, observing, say, to_json_plain, warn
 from launcher.ros.verbs.streams import until_interrupted
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def participant_profile() -> str:
 class PublishOptions:
     """What `topic pub` was asked for; without a `limit` it publishes until Ctrl-C.
 
+    With a `yaml_file` it publishes each document of it instead of the `values`, and ends.
     `subscriptions` is how many to wait for, `print_each` the N of each Nth message.
     """
 
@@ -51,6 +53,7 @@ class PublishOptions:
     topic: str
     type: str
     values: str
+    yaml_file: str | None
     qos: QosOptions
     rate_hz: float
     limit: int | None
@@ -66,8 +69,7 @@ class PublishOptions:
 def publish(options: PublishOptions) -> int:
     from rclpy.qos import QoSProfile
 
-    message = with_library(load_message(options.type))()
-    stamps = fill(message, parse(options.values))
+    contents, has_end = _contents(options), options.limit is not None or bool(options.yaml_file)
     name = full_topic(options.topic)
     profile = qos.from_options(options.qos, QoSProfile(depth=10))
     clock = clock_of(simulated=options.use_sim_time)
@@ -77,14 +79,39 @@ def publish(options: PublishOptions) -> int:
         named_node(observer, options.node_name) as node,
     ):
         clock.start(observer)
-        publisher = node.create_publisher(type(message), name, profile)
+        publisher = node.create_publisher(load_message(options.type), name, profile)
         own = qos.endpoint_of(profile, Direction.PUBLISHER, name, options.type, node="this command")
         _await_subscriptions(observer, publisher, options, own)
-        with until_interrupted(is_end=options.limit is None):
-            _loop(clock, publisher, message, stamps, options)
-        if options.limit is not None:
+        with until_interrupted(is_end=not has_end):
+            _loop(clock, publisher, contents, options)
+        if has_end:
             _await_delivery(publisher, options.keep_alive_s)
     return ExitCode.OK
+
+
+def _contents(options: PublishOptions) -> Iterable[Content]:
+    """The messages in their order, as many as there are; VerbError."""
+    kind, path = with_library(load_message(options.type)), options.yaml_file
+    if path is None:
+        message = kind()
+        return itertools.repeat(Content(message, fill(message, parse(options.values))))
+    found = _documents_of(path, kind, options.limit)
+    first = next(found, None)
+    if first is None:
+        raise VerbError(f"{path}: no message in it")
+    # A pipe may have no end; of a file, nothing is published if a document is wrong.
+    return [first, *found] if os.path.isfile(path) else itertools.chain([first], found)
+
+
+def _documents_of(path: str, kind: Any, limit: int | None) -> Iterator[Content]:
+    for number, text in itertools.islice(enumerate(documents(path), 1), limit):
+        message = kind()
+        try:
+            stamps = fill(message, parse(text))
+        except VerbError as error:
+            place = f"{path}, document {number}: {error.message}"
+            raise VerbError(place, hint=error.hint) from None
+        yield Content(message, stamps)
 
 
 def _await_delivery(publisher: Publisher, keep_alive_s: float) -> None:
@@ -111,10 +138,8 @@ def _await_subscriptions(
     while (there := publisher.get_subscription_count()) < wanted:
         now = time.monotonic()
         if printed_s is None or now - printed_s >= 1.0:
-            # With --json, standard output has messages only.
-            stream = sys.stderr if options.json else sys.stdout
             waiting = f"Waiting for at least {wanted} matching subscription(s)..."
-            print(waiting, file=stream, flush=True)
+            say(waiting, json=options.json)
             printed_s = now
             others = [e for e in observer.endpoints(own.topic) if not e.is_publisher]
             if text := unmatched.news([*others, own], _with_options):
@@ -136,25 +161,19 @@ def _with_options(found: list[Mismatch], reasons: str) -> str:
 def _loop(
     clock: WallClock,
     publisher: Publisher,
-    message: Any,
-    stamps: list[Stamp],
+    contents: Iterable[Content],
     options: PublishOptions,
 ) -> None:
     if not options.json:
         print("publisher: beginning loop", flush=True)
-    limit = options.limit
-    count, due = 0, clock.elapsed_s()
-    while limit is None or count < limit:
+    due = clock.elapsed_s()
+    for count, content in enumerate(itertools.islice(contents, options.limit), 1):
         clock.sleep_until(due)
         due = max(due + 1.0 / options.rate_hz, clock.elapsed_s() - 1.0)  # do not catch up for ever
-        count += 1
-        if stamps:
-            now = _message(clock.now_ns() or 0)
-            for stamp in stamps:
-                stamp(now)
-        publisher.publish(message)
+        content.stamp(clock.now_ns() or 0)
+        publisher.publish(content.message)
         if count % options.print_each == 0:
-            _report(count, message, options)
+            _report(count, content.message, options)
 
 
 def _report(number: int, message: Any, options: PublishOptions) -> None:
@@ -163,9 +182,3 @@ def _report(number: int, message: Any, options: PublishOptions) -> None:
         print_line({"topic": full_topic(options.topic), "number": number, "message": plain})
     else:
         print(f"publishing #{number}: {message!r}\n", flush=True)
-
-
-def _message(now_ns: int) -> Any:
-    from builtin_interfaces.msg import Time
-
-    return Time(sec=now_ns // 1_000_000_000, nanosec=now_ns % 1_000_000_000)

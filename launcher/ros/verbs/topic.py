@@ -228,6 +228,10 @@ def _pub(options: Parsed) -> int:
     from launcher.ros.verbs.publish import PublishOptions, publish
 
     require_rate(options.rate)
+    if options.values and (options.stdin or options.yaml_file):
+        raise UsageError(
+            f"YAML and {'--stdin' if options.stdin else '--yaml-file'} exclude each other"
+        )
     limit, wanted = 1 if options.once else options.times, options.wait_matching_subscriptions
     wanted = int(limit is not None) if wanted is None else wanted
     if options.max_wait_time_secs is not None and not wanted:
@@ -241,6 +245,7 @@ def _pub(options: Parsed) -> int:
             topic=options.topic_name,
             type=options.message_type,
             values=standard_input() if options.stdin else options.values,
+            yaml_file=options.yaml_file,
             qos=qos_options(options),
             rate_hz=options.rate,
             limit=limit,
@@ -354,6 +359,7 @@ COMMAND = Command(
             option("TYPE", name="message_type"),
             option("[YAML]", '"field: value"', default="", name="values"),
             option("--stdin", "read the YAML from stdin"),
+            option("--yaml-file FILE", "publish each document of this file, and end"),
             option("-r, --rate HZ", "rate", number, 1.0),
             option("-p, --print N", "print each Nth", _positive, 1),
             option("-1, --once", "publish one message"),
@@ -373,7 +379,7 @@ COMMAND = Command(
             option("-n, --node-name NAME", "name of the node that publishes"),
             SIM_TIME,
             groups=QOS,
-            exclusive=(("once", "times"),),
+            exclusive=(("once", "times"), ("stdin", "yaml_file")),
             json=JSON_LINES,
         ),
         ros_command("topic type", "print the type of a topic", _type, NAME),

@@ -31,6 +31,7 @@ PUB = {
     **QOS,
     "values": "",
     "stdin": False,
+    "yaml_file": None,
     "rate": 1.0,
     "print": 1,
     "once": False,
@@ -137,6 +138,7 @@ LINES: list[Line] = [
     ("topic bw /a /b", BW, {"topic_names": ["/a", "/b"]}),
     ("topic bw -a", BW, {"all": True}),
     ("topic delay /a", DELAY, {"topic_name": "/a"}),
+    ("topic pub /a T --yaml-file f -r 5", PUB, {"yaml_file": "f", "rate": 5.0}),
     ("topic pub /a T", PUB, {"topic_name": "/a", "message_type": "T"}),
     (
         "topic pub /a T 'data: 1' -1",
