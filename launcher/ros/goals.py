@@ -97,7 +97,7 @@ class Goal:
             return bool(answer.result().accepted)
         if self._status is None:
             raise NoAnswerError(
-                f"action '{self._name}' did not answer within {limit_s:g} s",
+                f"Timed out waiting for goal acceptance after {limit_s:g} seconds.",
                 hint="its node may be busy or stopped: node ps",
             )
         return True

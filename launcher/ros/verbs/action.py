@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import functools
 import signal
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.command_line import Command, Parsed
-from launcher.base.errors import ExitCode
+from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.option import JSON_LINES, option
 from launcher.base.verb_table import VERBS
@@ -33,10 +34,12 @@ from launcher.ros.verb import (
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.goals import Goal
+    from launcher.ros.messages.from_yaml import Content
     from launcher.ros.service_caller import ServiceCaller
     from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 _ANSWER_S = 30.0
+_LATE = "Timed out waiting for result"
 
 NAME = option("NAME", name="action_name")
 TYPE = option("TYPE", name="action_type")
@@ -110,10 +113,12 @@ def _find(options: Parsed) -> int:
 
 
 def _send_goal(options: Parsed) -> int:
-    from launcher.ros.messages.from_yaml import fill, parse, stamp_all
+    from launcher.ros.messages.from_yaml import Content, fill, parse
     from launcher.ros.messages.interfaces import load
     from launcher.ros.service_caller import ServiceCaller
 
+    if options.goal and options.stdin:
+        raise UsageError("YAML and --stdin exclude each other")
     kind = load(options.action_type, "action", "The passed action type is invalid")
     values = kind.Goal()
     stamps = fill(values, parse(standard_input() if options.stdin else options.goal))
@@ -124,8 +129,7 @@ def _send_goal(options: Parsed) -> int:
     ):
         caller.load(kind)
         _refuse_other_type(observer, name, kind, options)
-        clock = observer.node.get_clock()
-        return _pursue(caller, kind, name, values, lambda: stamp_all(stamps, clock), options)
+        return _pursue(caller, kind, name, Content(values, stamps), options)
 
 
 def _refuse_other_type(observer: Observer, name: str, kind: object, options: Parsed) -> None:
@@ -143,17 +147,9 @@ def _refuse_other_type(observer: Observer, name: str, kind: object, options: Par
 
 
 def _pursue(
-    caller: ServiceCaller,
-    kind: object,
-    name: str,
-    values: object,
-    stamp: Callable[[], None],
-    options: Parsed,
+    caller: ServiceCaller, kind: object, name: str, content: Content, options: Parsed
 ) -> int:
-    """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long.
-
-    `stamp` sets the times in `values` that are those of sending.
-    """
+    """Send the goal and wait for its end; cancel it on Ctrl-C, or if it takes too long."""
     from launcher.ros.goals import Goal
     from launcher.ros.service_caller import NoAnswerError
 
@@ -165,29 +161,35 @@ def _pursue(
         )
 
     goal = Goal(caller, kind, name, feedback if options.feedback else None)
+    limit_s = options.timeout or None
     _show(options, None, "Waiting for an action server to become available...")
-    if not goal.wait_for_server(options.timeout):
-        raise NoAnswerError(f"action '{name}' is not available after {options.timeout:g} s")
-    stamp()
-    _show(options, None, f"Sending goal:\n     {_yaml(values, options)}")
+    if not goal.wait_for_server(limit_s):
+        raise NoAnswerError(f"Action server is not available after waiting {limit_s:g} seconds.")
+    content.stamp(time.time_ns())
+    _show(options, None, f"Sending goal:\n     {_yaml(content.message, options)}")
     try:
         with _interrupts() as goal.interrupts:
-            limit_s = _ANSWER_S if options.timeout is None else options.timeout
-            accepted = goal.send(values, limit_s)
+            accepted = goal.send(content.message, limit_s or _ANSWER_S)
             document = {"event": "accepted" if accepted else "rejected", "goal_id": goal.id}
             if not accepted:
                 _show(options, document, "Goal was rejected.")
                 return ExitCode.PROCESS_FAILED
             _show(options, document, f"Goal accepted with ID: {goal.id}\n")
-            found = goal.result(options.timeout)
+            if options.timeout == 0:
+                _show(options, None, f"{_LATE} after 0 seconds.")
+                return ExitCode.OK
+            found = goal.result(limit_s)
     except KeyboardInterrupt:
         _cancel(goal, options)
         return ExitCode.INTERRUPTED
     if found is None:
-        warn(f"the goal has not ended after {options.timeout:g} s")
+        warn(f"{_LATE} after {limit_s:g} seconds.")
         _cancel(goal, options)
         return ExitCode.PROCESS_FAILED
-    status, result = found
+    return _ended(*found, options)
+
+
+def _ended(status: str, result: Any, options: Parsed) -> int:
     text = f"Result:\n    {_yaml(result, options)}\nGoal finished with status: {status}"
     _show(options, {"event": "ended", "status": status, "result": result}, text)
     return ExitCode.OK if status == "SUCCEEDED" else ExitCode.PROCESS_FAILED
@@ -253,9 +255,10 @@ COMMAND = Command(
             option("--stdin", "read the YAML from stdin"),
             option("-f, --feedback", "print the feedback"),
             option(
-                "--timeout S",
+                "-t, --timeout S",
                 "wait S seconds for the server, and as long for its answer and for the end of the "
-                "goal, which is then cancelled (default: 30 for the answer, else without end)",
+                "goal, which is then cancelled; 0: do not wait for the end (default: 30 for the "
+                "answer, else without end)",
                 seconds,
             ),
             json=JSON_LINES,

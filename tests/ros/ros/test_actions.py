@@ -8,81 +8,23 @@ import json
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
 
+from tests.support.action_site import TYPE, WAIT, Site
 from tests.support.any_message import has
 from tests.support.node_process import without_complaints
 from tests.support.ros_domain import ros_domain, talking
-from tests.support.verbs import Answer, eventually, going_on, launcher
+from tests.support.verbs import Answer, eventually
 from tests.support.waiting import rest_of
 from tests.support.workspaces import BuiltWorkspace
 
-TYPE = "fleet_interfaces/action/ExecuteTask"
 SERVER = "tests.support.task_server"
 WORK = "assignment: {task: work, task_id: 2}"
-WAIT = "assignment: {task: wait}"
 IDS = itertools.count()
-
-
-class Site:
-    """A domain with an action server, and a launcher in the workspace of its type."""
-
-    def __init__(self, env: dict[str, str], root: Path) -> None:
-        self.env = env
-        self._root = root
-
-    def action(self, *words: str, text: str | None = None) -> Answer:
-        return launcher(self.env, "action", *words, text=text, cwd=self._root)
-
-    def graph(self, *words: str) -> Answer:
-        """What a verb about actions reads from the graph, however long it takes to be complete."""
-        return self.action(*words, "--spin-time", "60")
-
-    def topic(self, *words: str) -> Answer:
-        return launcher(self.env, "topic", *words, cwd=self._root)
-
-    def call(self, *words: str) -> Answer:
-        return launcher(self.env, "service", "call", *words, cwd=self._root)
-
-    def send_goal(self, goal: str, *words: str) -> Answer:
-        return self.action("send_goal", "/execute", TYPE, goal, *words)
-
-    def going_on(self, *words: str) -> contextlib.AbstractContextManager[subprocess.Popen[str]]:
-        return going_on(self.env, *words, cwd=self._root)
-
-    @contextlib.contextmanager
-    def pursuing(
-        self, *options: str, in_background: bool = False
-    ) -> Iterator[subprocess.Popen[str]]:
-        """`send_goal` whose goal the server executes until it is cancelled.
-
-        `in_background`: as a script starts it with `&`, with SIGINT ignored.
-        """
-        words = ("action", "send_goal", "/execute", TYPE, WAIT, *options)
-        program = subprocess.Popen(
-            [sys.executable, "-m", "launcher", *words],
-            env=self.env,
-            cwd=self._root,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
-            if in_background
-            else None,
-        )
-        with program:
-            try:
-                yield program
-            finally:
-                if program.poll() is None:
-                    program.send_signal(signal.SIGINT)
-                    program.communicate(timeout=60)
 
 
 @pytest.fixture
@@ -234,7 +176,7 @@ def test_a_goal_that_takes_too_long_is_cancelled(site):
         lambda: site.send_goal(WAIT, "--timeout", "3"),
         lambda answer: "Goal canceled." in answer.lines,
     )
-    assert answer.err == "the goal has not ended after 3 s\n"
+    assert answer.err == "Timed out waiting for result after 3 seconds.\n"
     assert (answer.lines[-2:], answer.code) == (["Canceling goal...", "Goal canceled."], 1)
 
 
@@ -271,7 +213,7 @@ def test_a_server_that_ends_is_not_waited_for(
         (["/execute", TYPE, "assinment: {}"], "hint: did you mean 'assignment'?"),
         (["/execute", TYPE, "assignment: {task_id: -1}"], "'assignment.task_id' takes a whole"),
         (["bad name!", TYPE], "Invalid service name: "),
-        (["/nobody", TYPE, "--timeout", "1"], "action '/nobody' is not available after 1 s\n"),
+        (["/nobody", TYPE, "-t", "1"], "server is not available after waiting 1 seconds.\n"),
     ],
     ids=["type", "kind", "field", "value", "name", "timeout"],
 )

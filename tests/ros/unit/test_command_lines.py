@@ -80,6 +80,7 @@ def test_words_of_a_ros_verb(line, base, changes):
         "action send_goal /a T x y",
         "action send_goal /a T --timeout nan",
         "action echo /a",
+        "action send_goal /a T {} --stdin",
         "topic hz",
         "topic hz /a --all",
         "topic hz --all --for 1 --min 2",

@@ -82,6 +82,8 @@ LINES: list[Line] = [
     ("action send_goal /a T '{a: 1}' -f", GOAL, {"goal": "{a: 1}", "feedback": True}),
     ("action send_goal -f --stdin /a T", GOAL, {"stdin": True, "feedback": True}),
     ("action send_goal /a T --timeout 3 --json", GOAL, {"timeout": 3.0, "json": True}),
+    ("action send_goal /a T -t 3", GOAL, {"timeout": 3.0}),
+    ("action send_goal -t0 /a T", GOAL, {"timeout": 0.0}),
     ("interface list -m -s", TYPES, {"only_msgs": True, "only_srvs": True}),
     ("interface list -a", TYPES, {"only_actions": True}),
     ("interface package p -m", TYPES, {"package": "p", "only_msgs": True}),
