@@ -250,7 +250,7 @@ class FoxgloveBridge:
             if is_json:
                 request = kind.Request()
                 stamps = fill(request, strict_json.loads(call.payload or b"{}"))
-                stamp_all(stamps, self._observer.node.get_clock())
+                stamp_all(stamps, self._observer.node.get_clock().now().to_msg())
             else:
                 request = deserialize_message(call.payload, kind.Request)
         except VerbError:

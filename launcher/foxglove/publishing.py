@@ -56,7 +56,7 @@ class Publication:
             if self._is_json:
                 message = self._kind()
                 stamps = fill(message, strict_json.loads(payload))
-                stamp_all(stamps, self._observer.node.get_clock())
+                stamp_all(stamps, self._observer.node.get_clock().now().to_msg())
                 self._publisher.publish(message)
             else:
                 deserialize_message(payload, self._kind)

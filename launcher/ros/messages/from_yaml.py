@@ -38,8 +38,7 @@ class Content(NamedTuple):
             now = class_of("builtin_interfaces", "msg", "Time")(
                 sec=now_ns // 1_000_000_000, nanosec=now_ns % 1_000_000_000
             )
-            for stamp in self.stamps:
-                stamp(now)
+            stamp_all(self.stamps, now)
 
 
 def parse(text: str) -> dict[str, Any]:
@@ -68,9 +67,8 @@ def fill(message: Any, values: dict[str, Any]) -> list[Stamp]:
     return stamps
 
 
-def stamp_all(stamps: Iterable[Stamp], clock: Any) -> None:
-    """Set the `auto` and `now` fields to the time of a clock of rclpy."""
-    now = clock.now().to_msg()
+def stamp_all(stamps: Iterable[Stamp], now: Any) -> None:
+    """Set the `auto` and `now` fields to this time, a message."""
     for stamp in stamps:
         stamp(now)
 

@@ -117,7 +117,7 @@ class Handlers:
         stamps = fill(message, request.values())
         if not caller.wait_for(caller.client(kind, name), end_s - time.monotonic()):
             raise NoAnswerError(f"service '{name}' is not available")
-        stamp_all(stamps, caller.observer.node.get_clock())
+        stamp_all(stamps, caller.observer.node.get_clock().now().to_msg())
         asked_s = time.monotonic()
         answer = caller.call(kind, name, message, max(0.0, end_s - asked_s))
         took_s = time.monotonic() - asked_s
@@ -239,7 +239,7 @@ def _repeat(
     for number in range(times):
         if pause(caller, request, pause_s if number else 0.0):
             return number
-        stamp_all(stamps, caller.observer.node.get_clock())
+        stamp_all(stamps, caller.observer.node.get_clock().now().to_msg())
         publisher.publish(message)
     return times
 

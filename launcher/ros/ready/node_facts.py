@@ -126,7 +126,7 @@ class Calling:
         if (is_lost or is_due) and self._client.service_is_ready():
             if is_lost:
                 self._client.remove_pending_request(self._future)
-            stamp_all(self._stamps, self._node.get_clock())
+            stamp_all(self._stamps, self._node.get_clock().now().to_msg())
             self._future, self._asked_s = self._client.call_async(self._request), now
         return Seen(False, self._text)
 

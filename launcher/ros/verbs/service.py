@@ -134,7 +134,7 @@ def _call(options: Parsed) -> int:
         with until_interrupted(is_end=options.rate is not None):
             while True:
                 started = time.monotonic()
-                stamp_all(stamps, observer.node.get_clock())
+                stamp_all(stamps, observer.node.get_clock().now().to_msg())
                 _call_once(caller, kind, request, options)
                 if options.rate is None:
                     break
