@@ -228,6 +228,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             lines=True,
             note="`event`: `accepted`, `rejected` or `canceled`; `feedback`; `ended`",
         ),
+        _form("action echo", "interface, topic, message*", lines=True),
         _form("lifecycle nodes", "nodes[name]"),
         _form("lifecycle get", "nodes[name, state{id, label}, transitions?[id, label]]"),
         _form("lifecycle list", "node, transitions[id, label, start, goal]"),

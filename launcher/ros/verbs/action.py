@@ -30,6 +30,7 @@ from launcher.ros.verb import (
     to_json_plain,
     warn,
 )
+from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -110,6 +111,27 @@ def _find(options: Parsed) -> int:
 
     found = of_type(graph_snapshot(options).action_types(), options.action_type, "action")
     return show_typed(options, "actions", found, only_count=options.count_actions)
+
+
+def _echo(options: Parsed) -> int:
+    from launcher.ros.verbs.action_events import (
+        ActionEchoOptions,
+        InterfaceWriter,
+        chosen_interfaces,
+        echo,
+    )
+
+    return echo(
+        ActionEchoOptions(
+            access=GraphAccess.of(options),
+            action=options.action_name,
+            type=options.action_type,
+            interfaces=chosen_interfaces(options.interfaces),
+            writer=InterfaceWriter(style=style(options), csv=options.csv, json=options.json),
+            qos=qos_options(options),
+            timeout_s=options.timeout,
+        )
+    )
 
 
 def _send_goal(options: Parsed) -> int:
@@ -245,6 +267,22 @@ COMMAND = Command(
         ),
         ros_command("action type", "print the type of an action", _type, NAME),
         ros_command("action find", "list the actions of a type", _find, TYPE, COUNT),
+        ros_command(
+            "action echo",
+            "print the feedback, the states of goals and the events of services of an action",
+            _echo,
+            NAME,
+            option("[TYPE]", name="action_type"),
+            option(
+                "-i, --interfaces LIST",
+                "of GOAL_SERVICE|CANCEL_SERVICE|RESULT_SERVICE|FEEDBACK_TOPIC|STATUS_TOPIC "
+                "(default: all)",
+            ),
+            option("--timeout S", "end after S seconds", seconds),
+            *STYLE,
+            groups=QOS,
+            json=JSON_LINES,
+        ),
         ros_command(
             "action send_goal",
             "send a goal, and wait for its result; Ctrl-C cancels it",

@@ -43,9 +43,9 @@ class EventWriter(Writer):
 
     def _plain(self, value: object) -> Any:
         plain = to_plain(value, self.style)
-        number = plain["info"]["event_type"]
-        with contextlib.suppress(IndexError):
-            plain["info"]["event_type"] = _NAMES[number]
+        if type_name(type(value)).endswith("_Event"):
+            with contextlib.suppress(IndexError):
+                plain["info"]["event_type"] = _NAMES[plain["info"]["event_type"]]
         return plain
 
     def _body(self, value: object) -> Iterator[str]:

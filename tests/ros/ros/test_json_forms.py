@@ -141,6 +141,8 @@ def test_the_forms_of_actions(fleet_workspace: BuiltWorkspace, tmp_path: Path):
                 goal = f"assignment: {{task: {task}}}"
                 answer = action("send_goal", "/execute", kind, goal, "-f", "--timeout", "10")
                 fit("action send_goal", answer.out)
+            echo = ("echo", "/execute", "-i", "STATUS_TOPIC", "--timeout", "3")
+            fit("action echo", eventually(lambda: action(*echo), lambda one: one.out).out)
 
 
 def test_the_forms_without_any_node(empty_domain: dict[str, str], monkeypatch: pytest.MonkeyPatch):

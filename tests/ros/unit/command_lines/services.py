@@ -20,6 +20,8 @@ EVENTS = {
     "flow_style": False,
 }
 GOAL = {**BASE, "goal": "", "stdin": False, "feedback": False, "timeout": None}
+ACTION_EVENTS = {**EVENTS, "action_type": None, "interfaces": None}
+ACTION_EVENTS.pop("service_type")
 TYPES = {**BASE, "only_msgs": False, "only_srvs": False, "only_actions": False}
 SHOW = {**BASE, "type": "T", "all_comments": False, "no_comments": False}
 
@@ -84,6 +86,30 @@ LINES: list[Line] = [
     ("action send_goal /a T --timeout 3 --json", GOAL, {"timeout": 3.0, "json": True}),
     ("action send_goal /a T -t 3", GOAL, {"timeout": 3.0}),
     ("action send_goal -t0 /a T", GOAL, {"timeout": 0.0}),
+    ("action echo /a", ACTION_EVENTS, {"action_name": "/a"}),
+    (
+        "action echo /a T -i 'GOAL_SERVICE|status_topic' --csv -l 5",
+        ACTION_EVENTS,
+        {
+            "action_name": "/a",
+            "action_type": "T",
+            "interfaces": "GOAL_SERVICE|status_topic",
+            "csv": True,
+            "truncate_length": 5,
+        },
+    ),
+    (
+        "action echo --flow-style --no-arr --no-str -f /a --qos-depth 3 --json",
+        ACTION_EVENTS,
+        {
+            "flow_style": True,
+            "no_arr": True,
+            "no_str": True,
+            "full_length": True,
+            "qos_depth": 3,
+            "json": True,
+        },
+    ),
     ("interface list -m -s", TYPES, {"only_msgs": True, "only_srvs": True}),
     ("interface list -a", TYPES, {"only_actions": True}),
     ("interface package p -m", TYPES, {"package": "p", "only_msgs": True}),
