@@ -100,6 +100,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             "runs[id, pid, socket, problem, target, arguments[], started_wall_s, log_dir, "
             "domain_id, processes[]]",
         ),
+        _form("wait", "holds, waited_s, conditions[name, wanted, holds, text]"),
         _form(
             "ps",
             f"processes[{_PROCESS}], sampled_every_s, unknown_response?[], "

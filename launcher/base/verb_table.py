@@ -112,6 +112,12 @@ _TABLE = (
         "show the ROS graph to Foxglove and to Lichtblick",
     ),
     (
+        "wait",
+        CONTROL,
+        "launcher.ros.verbs.wait",
+        "wait for processes of a run, and for topics, services and nodes",
+    ),
+    (
         "multicast",
         INTERNAL,
         "launcher.ros.verbs.multicast",

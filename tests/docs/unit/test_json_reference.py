@@ -115,6 +115,7 @@ ELSEWHERE = {
     "foxglove": "foxglove/ros/test_server.py",
     **dict.fromkeys(("tf tree", "tf echo"), "bag/unit/test_transforms.py"),
     "tf monitor": "ros/ros/test_tf.py",
+    "wait": "ros/process/test_wait.py",
 }
 
 
