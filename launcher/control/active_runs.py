@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.base.model.record import Record
+from launcher.base.model.run_options import program_of
 from launcher.base.program import program
 from launcher.base.text import count
 from launcher.control.client import (
@@ -168,7 +169,7 @@ def _is_log_of(file: str, names: Sequence[str]) -> bool:
     label = name.rpartition("-")[0]
     return file != name and any(
         fnmatch.fnmatchcase(one, name_of.rpartition("/")[2])
-        for one in (name, label)
+        for one in (name, label, *program_of(label))
         for name_of in names
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
+import os
 from collections.abc import Iterable, Sequence
 
 from launcher.base.model.record import Record, replace
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from launcher.base.model.spec import Limits
 
 _LOG_LEVEL = "--log-level"  # of a ROS process
+_SUFFIXES = (".py", ".sh")  # of a program, which may be left out
 
 
 class RunOptions(Record):
@@ -127,10 +129,17 @@ def matches(pattern: str, spec: ProcessSpec) -> bool:
 
 def names_of(spec: ProcessSpec) -> list[str]:
     """Names of this process: its name, its label, and the name of its node; of its members, too."""
-    names = [spec.name, spec.label, *(name for one in spec.members for name in names_of(one))]
+    names = [spec.name, spec.label, *program_of(spec.label)]
+    names += [name for one in spec.members for name in names_of(one)]
     if spec.ros is not None and spec.ros.node_name is not None:
         names += [spec.ros.node_name, spec.ros.node_name.rpartition("/")[2]]
     return names
+
+
+def program_of(label: str) -> tuple[str, ...]:
+    """`talker` for a process of talker.py: it may be named without the suffix; () without one."""
+    stem, suffix = os.path.splitext(label)
+    return (stem,) if suffix in _SUFFIXES else ()
 
 
 def _with_levels(

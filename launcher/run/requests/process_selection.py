@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 
 from launcher.base.model.record import Record
+from launcher.base.model.run_options import program_of
 from launcher.base.model.spec import ProcessSpec
 from launcher.base.run_verb import FOR_ALL, BadCallError
 from launcher.base.text import one_of, suggest
 
 _PATTERN = "*?["
-_SUFFIXES = (".py", ".sh")  # of a program, which may be left out
 _SHOWN = 12  # names in a message
 
 
@@ -34,8 +33,7 @@ class ProcessNames(Record):
             nodes = tuple(node for one in spec.members for node in cls.of(one).nodes)
             return cls(spec.name, spec.label, nodes)
         ros = spec.ros
-        stem, suffix = os.path.splitext(spec.label)
-        programs: tuple[str, ...] = (stem,) if suffix in _SUFFIXES else ()
+        programs = program_of(spec.label)
         if ros is None:
             return cls(spec.name, spec.label, programs=programs)
         namespace = ros.namespace or "/"

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from launcher.base.model.run_event import RunEvent, fields_of
 from launcher.base.model.run_events import Ended, NotStarted, Ready, Started, Waiting, Withdrawn
+from launcher.base.model.run_options import program_of
 from launcher.ros.snapshot.ros_graph import Endpoint, TopicGraph
 from launcher.smoke.expect.expectation import LAUNCHER, READY, START, STOP
 
@@ -241,7 +242,8 @@ class Facts:
 
 @functools.lru_cache(maxsize=4096)  # called for every line by every judge
 def matches(pattern: str, process: str, nodes: tuple[str, ...]) -> bool:
-    names = {process, label_of(process), *nodes, *(n.rpartition("/")[2] for n in nodes)}
+    label = label_of(process)
+    names = {process, label, *program_of(label), *nodes, *(n.rpartition("/")[2] for n in nodes)}
     return any(fnmatch.fnmatchcase(name, pattern) for name in names)
 
 
