@@ -274,6 +274,7 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
     ),
     "Machines and workspaces": (
         _form("doctor", f"well, fixed[], findings[check, {_FINDING}, fixable]"),
+        _form("doctor --report", "sections[title, entries[name, value]]"),
         _form("doctor --uninstall-list", "size_bytes, remains[what, path, size_bytes, command]"),
         _form(
             "hosts check",

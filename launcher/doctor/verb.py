@@ -35,10 +35,15 @@ left. Nothing is changed without --fix. `wtf` is the same verb.""",
             "instead, list the files and folders that the launcher has left on this machine, with "
             "the size of each and the command that removes it",
         ),
+        option(
+            "--report",
+            "instead, print what is on this machine and in the ROS graph: platform, variables, "
+            "network, packages, nodes, QoS, topics, services, actions",
+        ),
         JSON,
         DEBUG,
     ),
-    exclusive=(("fix", "uninstall_list"),),
+    exclusive=(("fix", "uninstall_list", "report"),),
     epilog="exit codes: 0 no problem (notes do not count), 1 a problem, 2 bad command line",
 )
 
@@ -56,6 +61,8 @@ def main(words: Sequence[str]) -> int:
             print(remains.as_text(left))
         return ExitCode.OK
     workspace = _workspace()
+    if options.report:
+        return _report(as_json=options.json)
     facts = collect(os.environ, workspace)
     done: list[str] = []
     if options.fix:
@@ -68,6 +75,20 @@ def main(words: Sequence[str]) -> int:
         print(as_text(findings, done))
     is_well = all(finding.level is not Level.PROBLEM for finding in findings)
     return ExitCode.OK if is_well else ExitCode.PROCESS_FAILED
+
+
+def _report(*, as_json: bool) -> int:
+    from launcher.doctor import report
+    from launcher.posix.domains import environment_domain, usual_spin_time_s
+    from launcher.ros.verb import GraphAccess, snapshot_at
+
+    graph = snapshot_at(GraphAccess(environment_domain(), usual_spin_time_s()))
+    sections = report.report(os.environ, graph)
+    if as_json:
+        print_document({"sections": [section.document() for section in sections]})
+    else:
+        print(report.as_text(sections))
+    return ExitCode.OK
 
 
 def _workspace() -> WorkspaceFacts | None:

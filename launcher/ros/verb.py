@@ -163,31 +163,7 @@ def graph_snapshot(options: Parsed) -> GraphSnapshot:
     1. The bridge of a run, if one is on the domain. 2. The discovery messages, read directly.
     3. A node of rclpy, where discovery is not plain RTPS.
     """
-    from launcher.ros.discovery.graph_socket import snapshot_of_run
-
-    if not options.no_observer and (found := snapshot_of_run(domain_option(options))):
-        warn_if_incomplete(found.domain_id, found.nodes, 0, 0.0)
-        return found
-    if found := _read_graph(options):
-        return found
-    with settled_observer(options) as observer:
-        return observer.graph_snapshot()
-
-
-def _read_graph(options: Parsed) -> GraphSnapshot | None:
-    """None where reading needs a whole DDS stack."""
-    from launcher.posix import domains
-    from launcher.ros.discovery.discovery_reader import UnsupportedDiscovery, read_graph
-
-    domain_id = domain_option(options)
-    if not domains.is_plain():
-        return None
-    try:
-        result = read_graph(domain_id, spin_time_s(options), remote=not domains.localhost_only())
-    except (UnsupportedDiscovery, OSError):
-        return None
-    warn_if_incomplete(domain_id, result.snapshot.nodes, result.missing, result.waited_s)
-    return result.snapshot
+    return snapshot_at(GraphAccess.of(options), asks_runs=not options.no_observer)
 
 
 class GraphAccess(Record):
@@ -199,6 +175,35 @@ class GraphAccess(Record):
     @classmethod
     def of(cls, options: Parsed) -> GraphAccess:
         return cls(domain_option(options), spin_time_s(options))
+
+
+def snapshot_at(access: GraphAccess, *, asks_runs: bool = True) -> GraphSnapshot:
+    """As `graph_snapshot`; a run is asked only if `asks_runs`."""
+    from launcher.ros.discovery.graph_socket import snapshot_of_run
+
+    if asks_runs and (found := snapshot_of_run(access.domain_id)):
+        warn_if_incomplete(found.domain_id, found.nodes, 0, 0.0)
+        return found
+    if found := _read_graph(access):
+        return found
+    with settled(access) as observer:
+        return observer.graph_snapshot()
+
+
+def _read_graph(access: GraphAccess) -> GraphSnapshot | None:
+    """None where reading needs a whole DDS stack."""
+    from launcher.posix import domains
+    from launcher.ros.discovery.discovery_reader import UnsupportedDiscovery, read_graph
+
+    if not domains.is_plain():
+        return None
+    try:
+        remote = not domains.localhost_only()
+        result = read_graph(access.domain_id, access.spin_time_s, remote=remote)
+    except (UnsupportedDiscovery, OSError):
+        return None
+    warn_if_incomplete(access.domain_id, result.snapshot.nodes, result.missing, result.waited_s)
+    return result.snapshot
 
 
 @contextlib.contextmanager
@@ -230,6 +235,11 @@ def observing(
         yield stack.enter_context(Observer(domain_id, prefetch=prefetch, profile=profile))
 
 
+def settled_observer(options: Parsed) -> contextlib.AbstractContextManager[Observer]:
+    """As `settled`, where and as long as the options say."""
+    return settled(GraphAccess.of(options))
+
+
 @contextlib.contextmanager
 def named_node(observer: Observer, name: str | None) -> Iterator[Any]:
     """The hidden node of the observer, or with a name one more that others see."""
@@ -253,11 +263,10 @@ def named_node(observer: Observer, name: str | None) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def settled_observer(options: Parsed) -> Iterator[Observer]:
+def settled(access: GraphAccess) -> Iterator[Observer]:
     """An observer that has discovered the whole graph; warns if it is empty or incomplete."""
     from launcher.ros.discovery.completeness import settle
 
-    access = GraphAccess.of(options)
     with observing(access) as observer:
         result = settle(observer, access.spin_time_s)
         names = observer.node_names()

@@ -26,6 +26,7 @@ _MADE_OF = {"msg": ("srv", "action"), "srv": ("action",), "action": ()}
 # What only the classes of this kind have.
 _MARKS = {"msg": "get_fields_and_field_types", "srv": "Request", "action": "Goal"}
 _NOUNS = {"msg": "a message", "srv": "a service", "action": "an action"}
+_SHOWN = 6  # types in a hint
 _INDEX = Path("share/ament_index/resource_index/rosidl_interfaces")
 
 
@@ -173,8 +174,19 @@ def resolve(name: str) -> str:
     if short:
         return short[0]
     hint = unbuilt.hint(name.partition("/")[0], os.environ)
-    near = None if hint else near_miss(name)
-    raise VerbError(f"Unknown interface '{name}'", hint=f"did you mean '{near}'?" if near else hint)
+    if hint is None and (near := near_miss(name)):
+        hint = f"did you mean '{near}'?"
+    raise VerbError(f"Unknown interface '{name}'", hint=hint or _containing(name, known))
+
+
+def _containing(name: str, known: Sequence[str]) -> str:
+    """The types whose name has the last part of this one in it."""
+    part = name.rpartition("/")[2].lower()
+    found = [full for full in known if part in full.rpartition("/")[2].lower()]
+    if not part or not found:
+        return f"{program()} interface list lists the installed types"
+    more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    return f"types with such a name: {', '.join(found[:_SHOWN])}{more}"
 
 
 def definition_path(full: str) -> Path:

@@ -110,6 +110,7 @@ ELSEWHERE = {
     "debug": "control/process/test_debug.py",
     "loglevel": "run/process/test_log_levels.py",
     "snapshot": "bag/ros/test_flight_recorder.py",
+    "doctor --report": "doctor/ros/test_report.py",
     "doctor --uninstall-list": "doctor/process/test_remains.py",
     "detach": "hosts/lab/test_attach.py",
     "foxglove": "foxglove/ros/test_server.py",

@@ -12,7 +12,13 @@ pytest.importorskip("rclpy")
 
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.from_yaml import fill, parse
-from launcher.ros.messages.interfaces import all_interfaces, full_type, load, load_message
+from launcher.ros.messages.interfaces import (
+    all_interfaces,
+    full_type,
+    load,
+    load_message,
+    resolve,
+)
 from launcher.ros.messages.to_yaml import Style, to_csv, to_plain, to_yaml
 from launcher.ros.verb import to_json_plain
 from tests.support.any_message import messages, same
@@ -187,3 +193,17 @@ def test_flow_style_has_lists_on_one_line_and_blocks_around_them():
     assert to_yaml(polygon, Style(flow=True)) == (
         "points: [{x: 1.0, y: 0.0, z: 0.0}, {x: 0.0, y: 0.0, z: 0.0}]\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("Empty", "types with such a name: std_msgs/msg/Empty, std_srvs/srv/Empty"),
+        ("nav_msgs/Odom", "types with such a name: nav_msgs/msg/Odometry"),
+        ("Xyzzy", "interface list lists the installed types"),
+    ],
+)
+def test_an_unknown_interface_has_a_hint(name: str, hint: str):
+    with pytest.raises(VerbError) as refused:
+        resolve(name)
+    assert hint in str(refused.value.hint)
