@@ -47,7 +47,9 @@ class TfListener:
         self._nodes: dict[str, str] = {}
         self._asked_s = 0.0
         self._has_warned = False
-        subscriber = TopicSubscriber(observer, self._listener, QosOptions(), spin_time_s)
+        subscriber = TopicSubscriber(
+            observer, self._listener, QosOptions(), spin_time_s, json=False
+        )
         for name in topics:
             target = subscriber.first_target(name, tf_message.TYPE)
             assert target is not None  # its type is given
