@@ -86,11 +86,11 @@ def _hint(type_name: str, package: str, name: str, kind: str, wanted: str) -> st
     not_built = unbuilt.hint(package, os.environ)
     if not_built is not None:
         return not_built
-    if type_name in interfaces_of(package):
-        return f"{type_name} is {_NOUNS[type_name.split('/')[1]]}, not {_NOUNS[wanted]}"
     if kind != wanted and (parts := parts_of(package, kind, name)):
         whole = name.partition("_")[0]
         return f"{package}/{kind}/{whole} is made of: {', '.join(parts)}"
+    if type_name in interfaces_of(package):
+        return f"{type_name} is {_NOUNS[type_name.split('/')[1]]}, not {_NOUNS[wanted]}"
     near = near_miss(type_name, [kind])
     if near is None:
         outside = _outside(package) if name else None

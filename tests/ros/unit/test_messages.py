@@ -117,8 +117,9 @@ def test_the_message_of_service_events_is_found():
         ("std_srvs/srv/SetBool_Evnt", "msg", "std_srvs/srv/SetBool is made of: SetBool_Event, "),
         ("std_srvs/srv/SetBol", "msg", "did you mean SetBool?"),
         ("std_srvs/srv/SetBool_Event", "srv", "did you mean SetBool?"),
-        ("std_srvs/srv/SetBool", "action", "no such type is installed"),
-        ("std_msgs/msg/String", "srv", "no such type is installed"),
+        ("std_srvs/srv/SetBool", "action", "std_srvs/srv/SetBool is a service, not an action"),
+        ("std_msgs/msg/String", "srv", "std_msgs/msg/String is a message, not a service"),
+        ("nope/msg/String", "srv", "no such type is installed"),
     ],
 )
 def test_a_type_of_another_kind_is_refused_with_what_there_is(name, kind, hint):
