@@ -46,6 +46,7 @@ TOGETHER = (
     LAB,
     "tests/group_gp1/ros/test_fleet.py",
     "tests/launch/process/test_plan_leaks.py",
+    "tests/workspace/process/test_installed_ros.py",
     "tests/workspace/process/test_ros_installation.py",
     "tests/workspace/process/test_workspace.py",
     "tests/ros/ros/test_probe.py",

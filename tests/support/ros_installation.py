@@ -1,7 +1,8 @@
-"""An installation of ROS 2 as in /opt/ros/jazzy, made of the files of the wheels.
+"""Installations of ROS 2, as in /opt/ros/jazzy and as by pixi, made of the files of the wheels.
 
-Nothing of pip is in it: no metadata of distributions, no hook that Python runs when it starts. As
-there, `setup.sh` sets the paths, and Python is another one, with the packages of the system beside.
+Nothing of pip is in them: no metadata of distributions, no hook that Python runs when it starts.
+As in /opt/ros, `setup.sh` of an `Installation` sets the paths, and Python is another one, with the
+packages of the system beside. The prefix of a `PixiEnvironment` has Python and all packages.
 """
 
 from __future__ import annotations
@@ -9,8 +10,12 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import venv
 from importlib import metadata
 from pathlib import Path
+
+from launcher.packages.distribution import or_default
+from tests.support.repository import REPOSITORY
 
 # Of Debian's and Ubuntu's packages, which those of ROS depend on.
 _OF_THE_SYSTEM = ("numpy", "psutil", "pyyaml", "lark-parser", "empy", "packaging", "setuptools")
@@ -24,7 +29,7 @@ _add PYTHONPATH {system}
 _add PYTHONPATH "$_prefix/lib/{version}/site-packages"
 _add LD_LIBRARY_PATH "$_prefix/lib"
 _add PATH "$_prefix/bin"
-export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+export ROS_DISTRO={distro} ROS_VERSION=2 ROS_PYTHON_VERSION=3
 unset -f _add
 unset _prefix _value
 """
@@ -34,35 +39,91 @@ class Installation:
     """`setup` is the file to source."""
 
     def __init__(self, folder: Path) -> None:
-        self.prefix = folder / "opt/ros/jazzy"
+        self.prefix = folder / "opt/ros" / or_default()
         self._system = folder / "usr/lib/python3/dist-packages"
+        _copy_ros(self.prefix)
         for distribution in metadata.distributions():
-            name = (distribution.metadata["Name"] or "").lower()
-            if name.startswith("ros-") and name != "ros-wheels-bootstrapper":
-                _copy(distribution, self.prefix / "lib" / _VERSION / "site-packages", self.prefix)
-            elif name in _OF_THE_SYSTEM:
+            if _name(distribution) in _OF_THE_SYSTEM:
                 _copy(distribution, self._system, folder / "usr")
-        for library in (self.prefix / "lib" / _VERSION / "site-packages").glob("ros_*.libs/*"):
-            _place(library, self.prefix / "lib" / library.name)
         self.setup = self.prefix / "setup.sh"
-        text = _SETUP.format(prefix=self.prefix, system=self._system, version=_VERSION)
+        paths = {"prefix": self.prefix, "system": self._system}
+        text = _SETUP.format(**paths, version=_VERSION, distro=or_default())
         self.setup.write_text(text, encoding="utf-8")
         shutil.copy(self.setup, self.prefix / "local_setup.sh")
 
 
-def _copy(distribution: metadata.Distribution, site: Path, prefix: Path) -> None:
-    """Its files without metadata and scripts; those of Python go to `site`, others to `prefix`."""
+class PixiEnvironment:
+    """`setup` stands for the activation, `python` is that of the prefix.
+
+    The launcher and the packages of its extras are there, too.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.prefix = folder / ".pixi/envs/default"
+        self.python = with_launcher(self.prefix)
+        _copy_ros(self.prefix)
+        self.setup = folder / "activate.sh"
+        # What the libraries are linked with there.
+        text = f"export LD_LIBRARY_PATH={self.prefix}/lib AMENT_PREFIX_PATH={self.prefix}\n"
+        self.setup.write_text(f"{text}export PATH={self.prefix}/bin:$PATH\n", encoding="utf-8")
+
+
+def with_launcher(prefix: Path) -> Path:
+    """The Python of a new environment, as after `pip install ros2-launcher[all]`."""
+    venv.create(prefix, symlinks=True)
+    site = prefix / "lib" / _VERSION / "site-packages"
+    for distribution in metadata.distributions():
+        is_pip = distribution.read_text("RECORD") is not None  # the wheels have more metadata
+        if is_pip and not _name(distribution).startswith("ros-"):
+            _copy(distribution, site, prefix, is_whole=True)
+    for path in [*site.glob("__editable__*"), *site.glob("group_gp1*")]:
+        path.unlink() if path.is_file() else shutil.rmtree(path)
+    (site / "launcher").symlink_to(REPOSITORY / "launcher")
+    return prefix / "bin/python"
+
+
+def _name(distribution: metadata.Distribution) -> str:
+    return (distribution.metadata["Name"] or "").lower().replace("_", "-")
+
+
+def _copy_ros(prefix: Path) -> None:
+    site = prefix / "lib" / _VERSION / "site-packages"
+    for distribution in metadata.distributions():
+        if _name(distribution).startswith("ros-") and "bootstrapper" not in _name(distribution):
+            _copy(distribution, site, prefix)
+    for library in site.glob("ros_*.libs/*"):
+        _place(library, prefix / "lib" / library.name)
+
+
+def _copy(
+    distribution: metadata.Distribution, site: Path, prefix: Path, *, is_whole: bool = False
+) -> None:
+    """Its files, those of Python to `site`, others to `prefix`.
+
+    Metadata and scripts only if it `is_whole`; these get the Python of the prefix.
+    """
     own_site = Path(os.path.normpath(str(distribution.locate_file(""))))
     for file in distribution.files or ():
         source = Path(os.path.normpath(str(distribution.locate_file(file))))
-        if ".dist-info/" in file.as_posix() or "__pycache__" in file.as_posix():
+        if "__pycache__" in file.as_posix() or (".dist-info/" in file.as_posix() and not is_whole):
             continue
         if source.is_relative_to(own_site):
             target = site / source.relative_to(own_site)
         else:
             target = prefix / source.relative_to(sys.prefix)
-        if source.is_file() and source.parent.name != "bin":
+        if source.is_file() and (is_whole or source.parent.name != "bin"):
             _place(source, target)
+            _adapt(target, prefix)
+
+
+def _adapt(script: Path, prefix: Path) -> None:
+    """Give a script of pip the Python of the prefix."""
+    first = f"#!{sys.prefix}/".encode()
+    if script.parent.name == "bin" and (text := script.read_bytes()).startswith(first):
+        mode = script.stat().st_mode
+        script.unlink()  # it may be the file of the other environment itself
+        script.write_bytes(text.replace(first, f"#!{prefix}/".encode(), 1))
+        script.chmod(mode)
 
 
 def _place(source: Path, target: Path) -> None:

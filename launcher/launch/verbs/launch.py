@@ -254,6 +254,8 @@ def _launch(
                 from launcher.launch.participant_limits import warn_of_crowd
 
                 warn_of_crowd(core, absorbed)
+            if session.nodes_made and fleet is None and "ROS_VERSION" not in os.environ:
+                _warn_without_ros(core)
             _warn_of_programs(core, fleet)
             if judge is not None and not _is_accepted(judge, core):
                 return ExitCode.USAGE  # it says why
@@ -337,6 +339,15 @@ def _warn_of_programs(core: LaunchCore, fleet: FleetPlacement | None) -> None:
     for text in program_warnings(here):
         core.interpreter.host.warn_quirk(text, None)
     core.effects = [*core.interpreter.take_effects(), *core.effects]
+
+
+def _warn_without_ros(core: LaunchCore) -> None:
+    """Of nodes of packages; others may be any program."""
+    if not any(spec.ros is not None and spec.ros.package for spec in core.starts):
+        return
+    from launcher.packages.extras import ros_hint
+
+    print(f"warning: there is no ROS 2 for nodes: {ros_hint()}", file=sys.stderr)
 
 
 def _check(core: LaunchCore, interpreter: Interpreter, options: RunOptions) -> None:

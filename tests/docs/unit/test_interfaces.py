@@ -6,12 +6,19 @@ import re
 
 import pytest
 
+from launcher.packages import package_origins
 from launcher.packages.package_origins import INSTRUCTIONS, SOURCES, clone_commands
 from tests.support.repository import REPOSITORY
 
 FILE = REPOSITORY / INSTRUCTIONS.removeprefix("see ")
 PAGE = FILE.read_text(encoding="utf-8")
 ROW = re.compile(r"^\| `(\w+)` \| \[(\S+)\]\((\S+)\), `(\S+)` \| ([^|]+) \|", re.MULTILINE)
+
+
+@pytest.fixture(autouse=True)
+def _jazzy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page has the branches of Jazzy."""
+    monkeypatch.setattr(package_origins, "or_default", lambda: "jazzy")
 
 
 def test_the_table_has_every_package_with_its_repository_and_folder():

@@ -16,6 +16,7 @@ from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
 from launcher.packages import finder, overlay, source_packages
+from launcher.packages.distribution import or_default
 from launcher.packages.package_origins import needs_ros
 from tests.support.own_package import write_package
 
@@ -315,7 +316,9 @@ def test_near_names_are_suggested_among_all_packages(work: Path, name: str, near
 def test_packages_without_a_wheel_are_said_to_need_ros(name: str):
     hint = hint_for(name)
 
-    assert f"installation of ROS 2 (apt install ros-jazzy-{name.replace('_', '-')})" in hint
+    assert (
+        f"installation of ROS 2 (apt install ros-{or_default()}-{name.replace('_', '-')})" in hint
+    )
     assert hint.endswith("runs there as well")
 
 

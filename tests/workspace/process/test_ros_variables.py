@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from launcher.packages.distribution import or_default
+
 TIMEOUT_S = 60.0
+DISTRO = or_default()
 FILES = {
     "python.launch.py": """\
 import os
@@ -52,7 +55,12 @@ def test_launch_files_and_processes_see_them(name: str, tmp_path: Path):
     default = launcher(tmp_path, name)
     own = launcher(tmp_path, name, ROS_DISTRO="rolling")
 
-    for text in ("given jazzy", "ROS_DISTRO=jazzy", "ROS_VERSION=2", "ROS_PYTHON_VERSION=3"):
+    for text in (
+        f"given {DISTRO}",
+        f"ROS_DISTRO={DISTRO}",
+        "ROS_VERSION=2",
+        "ROS_PYTHON_VERSION=3",
+    ):
         assert text in default
     for text in ("given rolling", "ROS_DISTRO=rolling", "ROS_VERSION=2"):
         assert text in own
@@ -68,7 +76,9 @@ def test_programs_and_shells_see_them(tmp_path: Path):
     program.chmod(0o755)
 
     said = launcher(tmp_path, "run", "p", "say", AMENT_PREFIX_PATH=str(tmp_path)).splitlines()
-    assert {"ROS_DISTRO=jazzy", "ROS_VERSION=2", "ROS_PYTHON_VERSION=3"} <= {*said}
-    assert {"export ROS_DISTRO=jazzy", "export ROS_VERSION=2", "export ROS_PYTHON_VERSION=3"} <= {
-        *launcher(tmp_path, "env").splitlines()
-    }
+    assert {f"ROS_DISTRO={DISTRO}", "ROS_VERSION=2", "ROS_PYTHON_VERSION=3"} <= {*said}
+    assert {
+        f"export ROS_DISTRO={DISTRO}",
+        "export ROS_VERSION=2",
+        "export ROS_PYTHON_VERSION=3",
+    } <= {*launcher(tmp_path, "env").splitlines()}

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from launcher.base.program import program
+from launcher.packages.distribution import or_default
 from launcher.workspace.building import build_report
 from launcher.workspace.building.explain import BuildOutput, explain
 from tests.workspace.unit.building.source_tree import python_package, write
@@ -64,7 +65,7 @@ OWN_HEADER = {
 }
 RCLCPP = "#include <rclcpp/rclcpp.hpp>\nint main() {}\n"
 RCLCPP_MESSAGE = "rclcpp has no wheel: C++ nodes need an installation of ROS 2"
-RCLCPP_HINT = "build this package where ROS 2 is installed (apt install ros-jazzy-rclcpp)"
+RCLCPP_HINT = f"build this package where ROS 2 is installed (apt install ros-{or_default()}-rclcpp)"
 LINK_MESSAGE = "nothing defines missing(int), which is used here"
 LINK_HINT = "add the file or library that has it: add_executable() or target_link_libraries()"
 

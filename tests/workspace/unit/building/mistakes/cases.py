@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from launcher.packages.distribution import or_default
 from tests.workspace.unit.building.source_tree import MINIMUM, interface_package
 
 
@@ -33,5 +34,8 @@ def of_file(
 
 
 FIELD = "lower case letters, digits and single underscores, beginning with a letter"
-SOURCES = "put its sources into src/, or install its wheel if it has one: pip install ros-jazzy-{}"
+SOURCES = (
+    "put its sources into src/, or install its wheel if it has one: "
+    f"pip install ros-{or_default()}-{{}}"
+)
 ABSENT = "package '{}' is neither in the workspace nor in the environment"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from launcher.packages.distribution import or_default
 from tests.workspace.unit.building.mistakes.cases import ABSENT, CMAKE, SOURCES, Case
 from tests.workspace.unit.building.source_tree import MINIMUM, interface_package, manifest
 
@@ -20,7 +21,7 @@ def cmake(
 
 CPP = "{} has no wheel: C++ nodes need an installation of ROS 2"
 OLD_CMAKE = "with a CMake before 3.3 the macros of ament and rosidl do not work"
-CPP_HINT = "build this package where ROS 2 is installed (apt install ros-jazzy-{})"
+CPP_HINT = f"build this package where ROS 2 is installed (apt install ros-{or_default()}-{{}})"
 
 ERRORS = {
     "rclcpp": cmake(
