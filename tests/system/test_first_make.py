@@ -99,3 +99,17 @@ def test_a_later_make_says_nothing(tmp_path: Path):
         (tmp_path / name).touch()
 
     assert make(tmp_path, "env", "-s") == ""
+
+
+def test_another_distribution_has_an_environment_and_lists_for_itself():
+    def says(distro: str) -> subprocess.CompletedProcess[str]:
+        env = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+        words = ["make", "-n", "-B", "dev", f"DISTRO={distro}"]
+        return subprocess.run(words, cwd=REPOSITORY, env=env, capture_output=True, text=True)
+
+    kilted = says("kilted").stdout
+    assert " -m venv .venv-kilted" in kilted
+    assert "requirements/run-kilted.txt" in kilted
+    assert "requirements/dev-kilted.txt" in kilted
+    assert says("humble").returncode == 2
+    assert "PyPI has wheels of jazzy and kilted" in says("humble").stderr

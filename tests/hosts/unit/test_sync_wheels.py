@@ -94,6 +94,21 @@ def test_comments_and_order_make_no_other_environment():
     assert listed("a==1").digest != listed("a==2").digest
 
 
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [("jazzy", "run.txt"), ("kilted", "run-kilted.txt"), ("lyrical", "run.txt"), (None, "run.txt")],
+)
+def test_the_list_of_a_checkout_is_that_of_the_distribution_in_use(
+    monkeypatch: pytest.MonkeyPatch, name: str | None, file: str
+):
+    monkeypatch.setattr(pinned_list.distribution, "installed", lambda: name)
+
+    found = pinned_list.default()
+    assert found.where.endswith(f"/requirements/{file}")
+    version = "9.1.2" if name == "kilted" else "7.1.6"
+    assert f"ros-rclpy=={version}\n" in found.text
+
+
 def test_without_a_checkout_the_installed_versions_are_the_list():
     lines = [*pinned_list._installed()]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -143,4 +144,30 @@ def test_python_that_imports_another_rclpy_is_a_conflict(
 
     assert distribution.conflict({"AMENT_PREFIX_PATH": ros}) == (
         f"packages are those of {ros}, but Python imports rclpy from {tmp_path}/elsewhere/rclpy"
+    )
+
+
+@pytest.mark.parametrize(
+    ("version", "variable"),
+    [
+        ("3.3.15", "FASTRTPS_DEFAULT_PROFILES_FILE"),
+        ("7.1.6", "FASTRTPS_DEFAULT_PROFILES_FILE"),
+        ("9.1.2", "FASTDDS_DEFAULT_PROFILES_FILE"),
+        ("10.0.2", "FASTDDS_DEFAULT_PROFILES_FILE"),
+    ],
+)
+def test_the_variable_for_profiles_is_that_of_the_fast_dds(
+    version: str, variable: str, tmp_path: Path
+):
+    ros = installation(tmp_path, version)
+
+    assert distribution.profiles_variable({"AMENT_PREFIX_PATH": ros}) == variable
+
+
+@pytest.mark.parametrize("name", distribution.EXTRAS)
+def test_a_distribution_with_wheels_is_an_extra(name: str):
+    wanted = metadata.requires("ros2-launcher") or []
+    assert any(one.startswith(f"ros-{name}-rclpy[fastrtps]") for one in wanted)
+    assert distribution.with_wheels({"AMENT_PREFIX_PATH": "", "ROS_DISTRO": "x"}) in (
+        distribution.EXTRAS
     )
