@@ -19,7 +19,7 @@ from launcher.run.monitor import shared_memory
 from tests.support.repository import REPOSITORY
 
 # Fast DDS prints this of a port that another process on the machine opens or closes just then.
-_PORT_COMPLAINT = "Failed init_port fastrtps_port"
+_PORT_COMPLAINT = re.compile("Failed init_port fast(?:rtps|dds)_port")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +113,7 @@ class NodeProcess:
 def without_complaints(text: str) -> str:
     """The text without the lines in which Fast DDS complains of a port."""
     lines = text.splitlines(keepends=True)
-    return "".join(line for line in lines if _PORT_COMPLAINT not in line)
+    return "".join(line for line in lines if not _PORT_COMPLAINT.search(line))
 
 
 def shared_memory_of(pid: int) -> set[Path]:

@@ -195,7 +195,7 @@ import os, re, rclpy
 rclpy.init()
 node = rclpy.create_node("hasty")
 with open("/proc/self/maps") as maps:
-    print("has", *set(re.findall("/fastrtps_[0-9a-f]{16}$", maps.read(), re.M)), flush=True)
+    print("has", *set(re.findall("/fast(?:rtps|dds)_[0-9a-f]{16}$", maps.read(), re.M)), flush=True)
 os._exit(3)
 """
 HASTY = """

@@ -1,9 +1,8 @@
 """Takes serialized messages and says who published each, which rclpy does not.
 
 rclpy's `take_message` copies a message twice and drops the id of its publisher. This calls the same
-function of rcl, `rcl_take_serialized_message`, whose structures are those of the headers of Jazzy and
-Kilted
-(`rmw/types.h`, `rcutils/types/uint8_array.h`).
+function of rcl, `rcl_take_serialized_message`, whose structures are the same in the headers of
+Jazzy and Kilted (`rmw/types.h`, `rcutils/types/uint8_array.h`).
 """
 
 from __future__ import annotations

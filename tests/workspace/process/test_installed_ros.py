@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.packages.distribution import or_default
+from launcher.packages.distribution import DEFAULT, or_default
 from tests.support.ros_installation import Installation, PixiEnvironment, with_launcher
 from tests.support.verbs import Answer, eventually
 from tests.support.waiting import wait_until
@@ -174,7 +174,7 @@ def test_without_ros_the_extra_is_named(shell: Shell):
         found = bare.launcher(*words)
         assert (found.code, "Traceback" in found.err) == (1, False), found
         assert "source the setup file of ROS 2, or install its wheels: " in found.err
-        assert f"launcher[{or_default()}]" in found.err
+        assert f"launcher[{DEFAULT}]" in found.err
     launched = bare.launcher(str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"))
     assert "warning: there is no ROS 2 for nodes: source the setup file" in launched.err
     assert "(no ROS 2)" in bare.launcher("--version").out
