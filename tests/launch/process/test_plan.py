@@ -143,14 +143,15 @@ def test_a_reader_that_leaves_early_is_no_error(workspace: Workspace):
 
 
 def test_warnings_are_below_the_tree_and_not_in_the_document(workspace: Workspace):
+    workspace.HEAD = f"from launch.event_handlers import OnProcessExit{Workspace.HEAD}"
     file = workspace.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),
-                     TimerAction(period=1.0, actions=[LogInfo(msg="later")])]),
+                     RegisterEventHandler(OnProcessExit(on_exit=[LogInfo(msg="later")]))]),
         """
     )
     done = workspace.call("plan", file)
-    assert f"warning: {file}:13: the actions of this timer run outside" in done.stdout
+    assert f"warning: {file}:13: the actions of this event handler run outside" in done.stdout
     plain = workspace.call("plan", "--json", file)
     assert "warning:" not in plain.stdout
     assert f"warning: {file}:13: " in plain.stderr
