@@ -91,7 +91,8 @@ class LaunchCore:
                 self._request.arguments,
                 os.environ,
             )
-            raise mistakes.together(errors) from fault
+            error = mistakes.together(errors, fault)
+            raise error from error.__cause__
         if self.interpreter.unused_arguments:
             from launcher.launch import mistakes
 

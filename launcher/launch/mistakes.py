@@ -49,10 +49,15 @@ _OF_LAUNCH_FILES = ("launch", "plan", "args", "smoke")  # verbs that take one
 _KNOWN_BEFOREHAND = (TextSubstitution, LaunchConfiguration)
 
 
-def together(errors: Iterable[LauncherError]) -> LauncherError:
-    """One error for all of them, each once."""
+def together(
+    errors: Iterable[LauncherError], fault: LaunchFileError | None = None
+) -> LauncherError:
+    """One error for all of them, each once; `fault`, which led to them, is its cause."""
     different = list({error.render(): error for error in errors}.values())[:MAX_MISTAKES]
-    return different[0] if len(different) == 1 else SeveralErrors(different)
+    error = different[0] if len(different) == 1 else SeveralErrors(different)
+    if fault is not None and error is not fault:  # else it has its own, which a traceback shows
+        error.__cause__ = fault
+    return error
 
 
 def unknown_names(

@@ -125,7 +125,8 @@ def evaluate(
             errors = mistakes.of_launch_file(
                 fault, description, new.context, request.arguments, os.environ
             )
-            raise mistakes.together(errors) from fault
+            error = mistakes.together(errors, fault)
+            raise error from error.__cause__
         except LauncherError:
             new.host.close()
             raise

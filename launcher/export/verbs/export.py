@@ -154,7 +154,7 @@ def evaluated(request: LaunchRequest, file: HostsFile | None) -> Plan:
     if errors:
         from launcher.launch.mistakes import together
 
-        raise together(errors) from (made.error.fault if made.error else None)
+        raise together(errors, made.error.fault if made.error else None)
     return made
 
 

@@ -125,7 +125,13 @@ class IncludeLaunchDescription(Action):
         # As in ROS 2, names that were given to one nested include count for all that follow.
         given = _names(context, self.launch_arguments, self._origin)
         # Those of a file that it includes are checked when that is visited, and loaded.
-        pairs = description._declarations(loads=False)
+        try:
+            pairs = description._declarations(loads=False)
+        except Exception as error:
+            if hasattr(error, "add_note"):  # Python 3.11; seen in a traceback, as since Kilted
+                location = self.launch_description_source.location
+                error.add_note(f"while executing IncludeLaunchDescription({location})")
+            raise
         unknown = self._unknown(given, [argument.name for argument, _ in pairs])
         for argument, includes in pairs:
             if argument._conditionally_included or argument.default_value is not None:

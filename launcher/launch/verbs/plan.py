@@ -164,7 +164,7 @@ def show(
         return ExitCode.OK
     from launcher.launch.mistakes import together
 
-    raise together(errors) from (plan.error.fault if plan.error else None)
+    raise together(errors, plan.error.fault if plan.error else None)
 
 
 def _apply(options: RunOptions, plan: Plan) -> list[str]:

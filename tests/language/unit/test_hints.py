@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -335,3 +336,17 @@ def test_what_the_hints_about_proposed_substitutions_suggest_works(tmp_path: Pat
         plan = make_plan(str(file), [])
         assert plan.error is None
         assert [text for text, _ in plan.logs] == ["a", "false", "true"]
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="exceptions have no notes")
+def test_an_error_in_an_included_file_has_the_includes_as_notes(tmp_path: Path):
+    method = "def describe_conditional_sub_entities(self): raise OSError"
+    odd = f"class Odd(Action):\n    {method}\n"
+    head = "from launch import Action, LaunchDescription\n"
+    make = "def generate_launch_description():\n    return LaunchDescription([Odd()])\n"
+    (tmp_path / "odd.launch.py").write_text(f"{head}{odd}{make}")
+
+    error = fault(tmp_path, description(f"IncludeLaunchDescription('{tmp_path}/odd.launch.py')"))
+
+    notes = getattr(error.__cause__, "__notes__", [])
+    assert f"while executing IncludeLaunchDescription({tmp_path}/odd.launch.py)" in notes

@@ -159,3 +159,15 @@ def test_of_a_long_line_the_part_around_the_column_is_shown(column: int):
     _, shown, mark = UsageError("wrong", source_line=line, column=column).render().split("\n")
     assert len(shown) <= 4 + 200
     assert shown[mark.index("^")] == line[column - 1]
+
+
+def test_an_error_keeps_the_exception_that_a_traceback_shows():
+    original = ValueError("odd")
+    fault = LaunchFileError("odd", where="/a.launch.py:3")
+    fault.__cause__ = original
+    other = LaunchFileError("another", where="/a.launch.py:4")
+
+    assert mistakes.together([fault], fault) is fault
+    assert fault.__cause__ is original
+    assert mistakes.together([fault, other], fault).__cause__ is fault
+    assert mistakes.together([other], None).__cause__ is None
