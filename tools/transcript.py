@@ -30,7 +30,7 @@ FLEET = """\
 topic list -t
 topic info /fleet/status
 topic echo /fleet/report --once
-topic hz /fleet/status --for 4"""
+topic hz /fleet/status --for 2"""
 LIFECYCLE = """\
 lifecycle nodes
 lifecycle list /pump

@@ -21,15 +21,19 @@ HEADS = {
 
 
 def tables(answer: Answer) -> list[list[str]]:
-    """The lines of each table."""
-    return [text.splitlines() for text in answer.out.split("\n\n") if "=====" in text]
+    """The lines of each table: head, rule, and a line for each topic."""
+    found = []
+    lines = answer.lines
+    for place, line in enumerate(lines):
+        if line and set(line) == {"="}:
+            found.append(lines[place - 1 : lines.index("", place)])
+    return found
 
 
 def rows(answer: Answer) -> list[str]:
     """The topics of the last table."""
     found = tables(answer)
-    lines = found[-1] if found else []
-    return [line.split()[0] for line in lines[[*map(set, lines)].index({"="}) + 1 :]]
+    return [line.split()[0] for line in found[-1][2:]] if found else []
 
 
 @pytest.mark.parametrize("name", ["hz", pytest.param("bw", marks=pytest.mark.thorough)])
