@@ -8,7 +8,7 @@ Doors:
 * `verbs/`: `bag record`, `play`, `info`, `check`, `convert`, `compare`.
 * `reader` and `writer`: bags as messages in order of time; `bag_model` is their data, `metadata`
   the file of that name. `decode` turns messages into values (by `cdr`), `snapshot_folder` makes a
-  folder about the last seconds of a run: bag, logs, events and plan.
+  folder about the last seconds of a run: bag, logs, events and plan. `transforms` is for `tf`.
 * `flight/`: the part of a run with `--record`; `ros/flight` is its process, the flight recorder.
   `comparing/topic_traits`: what is typical of a topic, also for smoke.
 

@@ -39,6 +39,7 @@ def package_not_found(
         hint = (
             "it has no wheel, but comes with an installation of ROS 2 "
             f"(apt install {debian(name)}): source its setup.bash; `{program()}` runs there as well"
+            + (f"; `{program()} tf` has its programs" if name == "tf2_ros" else "")
         )
     else:
         hint = (

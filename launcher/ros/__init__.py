@@ -6,7 +6,7 @@ the supervisor never does, since rclpy brings threads and signal handlers.
 Doors:
 
 * `verbs/`: one module per verb: `topic`, `node`, `param`, `service`, `action`, `lifecycle`,
-  `interface`, `graph`, `multicast`, `daemon`. `verb` is what they share: options, access to the
+  `interface`, `graph`, `tf`, `multicast`, `daemon`. `verb` is what they share: options, access to the
   graph, output; `front` reads options in front of the verb.
 * `node_tables`, `parameters`, `service_caller`, `goals` (of actions), `lifecycle_nodes`: what these
   verbs do.
@@ -19,5 +19,6 @@ Folders:
 * `messages/`: messages to and from YAML; classes of types, their definitions as one text
   (`message_schema`).
 * `topics/`: listing, echo, publishing, statistics of topics.
+* `tf/`: transforms between frames, without tf2.
 * `draw/`: the graph as a tree, DOT and Mermaid; DOT is drawn by Graphviz as WebAssembly from PyPI.
 """

@@ -91,3 +91,8 @@ def test_origins_are_those_of_the_distribution(
 
 def test_a_package_that_the_launcher_replaces_needs_nothing():
     assert origins.missing("launch_ros", [])[1].startswith("leave it out")
+
+
+def test_programs_of_tf2_are_verbs():
+    assert "launcher tf tree` does the same" in str(package_not_found("tf2_tools", [], []).hint)
+    assert "launcher tf` has its programs" in str(package_not_found("tf2_ros", [], []).hint)

@@ -126,6 +126,19 @@ def test_a_static_publisher_until_it_is_stopped(tf, robot):
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize("words", ["echo map laser", "monitor map laser"])
+def test_an_interruption_is_the_usual_end(robot, words):
+    command = [sys.executable, "-m", "launcher", "tf", *words.split()]
+    with subprocess.Popen(command, env=robot, stdout=subprocess.PIPE, text=True) as verb:
+        assert verb.stdout is not None
+        assert verb.stdout.readline().startswith(("At time ", "Gathering data on map -> laser"))
+        verb.send_signal(signal.SIGINT)
+        verb.communicate(timeout=60)
+
+    assert verb.returncode == 0
+
+
+@pytest.mark.thorough
 def test_a_recording_of_the_robot(tf, robot, tmp_path):
     bag = tmp_path / "bag"
     with going_on(robot, "bag", "record", "/tf", "/tf_static", "-o", str(bag)):

@@ -42,5 +42,3 @@ def test_frames_are_shown_while_transforms_are_published(
         frames = page.locator("[data-frame] .mono")
         expect(frames).to_have_text(["map", "└─ odom", "   └─ base", "      └─ laser"])
         expect(page.locator(".frames")).to_contain_text("(by /robot_frames)")
-        if folder := os.environ.get("PICTURES"):
-            page.screenshot(path=f"{folder}/frames.png")
