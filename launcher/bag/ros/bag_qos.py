@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from launcher.bag.bag_model import Qos
 from launcher.bag.metadata import TIMES, document_in
 from launcher.base.errors import UsageError
+from launcher.base.model.ros_names import full_name
 from launcher.ros.snapshot.ros_graph import INFINITE_NS, EndpointInfo
 from launcher.ros.topics.qos import MAX_DEPTH, POLICIES, copied
 
@@ -55,7 +56,7 @@ def read_overrides(path: str) -> dict[str, Qos]:
         )
     for topic, policies in document.items():
         _check(path, topic, policies)
-    return {str(topic): policies for topic, policies in document.items()}
+    return {full_name(str(topic)): policies for topic, policies in document.items()}
 
 
 def _check(path: str, topic: object, policies: object) -> None:

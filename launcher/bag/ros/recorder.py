@@ -52,6 +52,7 @@ class RecorderOptions:
     poll_s: float | None = 0.1
     use_sim_time: bool = False
     include_unpublished: bool = False
+    ignore_leaves: bool = False  # topics without a subscription
     static: Mapping[str, str] = field(default_factory=dict)
     repeat: Mapping[str, int] = field(default_factory=dict)
     repeat_latched: int = 0
@@ -154,7 +155,7 @@ class Recorder:
         is_static = name in self._options.static
         if not infos and not self._options.include_unpublished and not is_static:
             return
-        if (name, type_name) in self._refused:
+        if (name, type_name) in self._refused or self._is_ignored_leaf(name):
             return
         try:
             topic = Topic(
@@ -178,6 +179,11 @@ class Recorder:
             self._sink.repeat(name, depth)
         self._learn(infos)
         self.topics[name] = Recorded(topic, fitted)
+
+    def _is_ignored_leaf(self, name: str) -> bool:
+        return self._options.ignore_leaves and not self._observer.infos(
+            name, Direction.SUBSCRIPTION
+        )
 
     def _hold(self, name: str, fitted: Fitted) -> None:
         """Subscribe without a publisher, to be there when it comes."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from launcher.bag.compression import FORMATS, MODES, PRESETS
 from launcher.base.command_line import Parsed
-from launcher.base.option import count, option, seconds
+from launcher.base.option import Option, count, option, seconds
 
 if TYPE_CHECKING:
     from launcher.bag.writer import Storage
@@ -60,6 +60,11 @@ COMPRESSION = (
         default="zstd_fast",
     ),
 )
+
+
+def ignored(*spellings: str) -> tuple[Option, ...]:
+    """Options of ros2 for which there is nothing to do here."""
+    return tuple(option(one, "ignored, for compatibility with ros2") for one in spellings)
 
 
 def storage_of(options: Parsed) -> Storage:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from launcher.bag.verbs.files import INPUT, STORAGES, inputs
+from launcher.bag.verbs.files import INPUT, STORAGES, ignored, inputs
 from launcher.bag.verbs.info import warn_of
 from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
@@ -58,7 +58,8 @@ def _play(options: Parsed) -> int:
         GraphAccess.of(options),
         bags,
         PlayOptions(
-            selection=selected(options),
+            # A clock of the bag would contradict ours.
+            selection=selected(options, without=() if options.clock is None else ["/clock"]),
             overrides={} if path is None else read_overrides(path),
             remap=dict(options.remap or ()),
             rate=options.rate,
@@ -158,7 +159,12 @@ COMMAND = ros_command(
         _bar_rate,
         5,
     ),
-    option("--progress-bar-separation-lines N", "ignored, for compatibility with ros2", count),
+    *ignored(
+        "--progress-bar-separation-lines N",
+        "--storage-config-file FILE",
+        "--disable-loan-message",
+        "--log-level LEVEL",
+    ),
     option("-s, --storage ID", "ignored, for compatibility with ros2", choices=STORAGES),
     exclusive=(
         ("clock_topics", "clock_topics_all"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import time
 from collections.abc import Iterable
 
 from launcher.bag.topic_selection import Selection, expression
-from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, storage_of
+from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, ignored, storage_of
 from launcher.bag.verbs.topics import EXCLUDE, names
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
@@ -78,7 +79,7 @@ def _record(options: Parsed) -> int:
             snapshot=options.snapshot_mode,
             keyboard=not options.disable_keyboard_controls,
             for_s=options.for_s,
-            custom_data=dict(options.custom_data or ()),
+            custom_data=dict(itertools.chain(*options.custom_data or ())),
             node_name=options.node_name,
             lost_period_s=1 / rate if (rate := options.stats_max_publishing_rate) else None,
         ),
@@ -88,6 +89,7 @@ def _record(options: Parsed) -> int:
             poll_s=None if options.no_discovery else options.polling_interval / 1000,
             use_sim_time=options.use_sim_time,
             include_unpublished=options.include_unpublished_topics,
+            ignore_leaves=options.ignore_leaf_topics,
             static=static,
             repeat=dict(options.repeat_transient_local or ()),
             repeat_latched=options.repeat_all_transient_local,
@@ -154,9 +156,10 @@ _WHAT = (
     option("--exclude-topic-types TYPE ...", "not topics of these types"),
     option("--include-hidden-topics", "hidden topics as well"),
     option("--include-unpublished-topics", "topics that only have subscriptions as well"),
+    option("--ignore-leaf-topics", "not topics without a subscription"),
     option("--no-discovery", "only topics that are there at the start"),
     option(
-        "--polling-interval MS",
+        "-p, --polling-interval MS",
         "time between two looks for new topics",
         lambda word: count(word, 1, MAX),
         100,
@@ -199,7 +202,7 @@ _FILES = (
     ),
     *COMPRESSION,
     option("-s, --storage ID", "format of files", choices=("mcap",), default="mcap"),
-    option("--custom-data NAME=VALUE", "note it in metadata.yaml", _pair, repeat="all"),
+    option("--custom-data NAME=VALUE ...", "note it in metadata.yaml", _pair, repeat="all"),
 )
 _HOW = (
     option("--start-paused", "begin with the space key"),
@@ -222,6 +225,14 @@ _HOW = (
         "how often at most the same node publishes what was lost; 0 is never",
         _events_rate,
         1.0,
+    ),
+    *ignored(
+        "-f, --serialization-format FORMAT",
+        "--storage-config-file FILE",
+        "--compression-queue-size N",
+        "--compression-threads N",
+        "--compression-threads-priority N",
+        "--log-level LEVEL",
     ),
 )
 

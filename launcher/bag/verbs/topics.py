@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from launcher.bag.topic_selection import Selection, expression
 from launcher.base.command_line import Parsed
 from launcher.base.model.ros_names import full_name
@@ -37,8 +39,11 @@ def names(words: object) -> frozenset[str]:
     return frozenset(map(full_name, words)) if isinstance(words, list) else frozenset()
 
 
-def selected(options: Parsed) -> Selection:
-    """What the options of `SELECT` and `CALLS` select; everything if nothing is named."""
+def selected(options: Parsed, *, without: Collection[str] = ()) -> Selection:
+    """What the options of `SELECT` and `CALLS` select; everything if nothing is named.
+
+    And not the topics `without`.
+    """
     topics, services, actions = (
         names(getattr(options, kind, None)) for kind in ("topics", "services", "actions")
     )
@@ -52,7 +57,7 @@ def selected(options: Parsed) -> Selection:
         actions=actions,
         regex=options.regex,
         exclude_regex=options.exclude_regex,
-        exclude_topics=names(options.exclude_topics),
+        exclude_topics=names(options.exclude_topics).union(without),
         exclude_services=names(getattr(options, "exclude_services", None)),
         exclude_actions=names(getattr(options, "exclude_actions", None)),
         hidden=True,

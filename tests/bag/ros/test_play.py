@@ -212,6 +212,30 @@ def test_the_clock_begins_when_its_subscriptions_are_connected(domain, tmp_path:
         assert _stamp(heard(listener, 1)[0][1]) >= START_NS
 
 
+@pytest.mark.thorough
+def test_a_clock_in_the_bag_gives_way_to_the_clock_of_the_player(domain, tmp_path: Path):
+    writer = BagWriter(str(tmp_path / "bag"))
+    writer.add_topic(Topic(name="/clock", type="rosgraph_msgs/msg/Clock"))
+    writer.add_topic(string_topic("/chatter"))
+    for one in counting("/chatter", 10):
+        writer.write(one)
+    writer.close()
+    words = ("bag", "play", str(tmp_path / "bag"))
+    assert launcher(domain, *words, "--clock").err.startswith("playing 1 topic\n")
+    assert launcher(domain, *words).err.startswith("playing 2 topics\n")
+
+
+@pytest.mark.thorough
+def test_sigterm_ends_it_as_ctrl_c_does(domain, tmp_path: Path):
+    bag = str(write_bag(tmp_path / "bag", counting("/chatter", 1000, 0.1)))
+    with playing(domain, bag) as player:
+        assert player.stderr is not None
+        assert player.stderr.readline() == "playing 1 topic\n"
+        player.send_signal(signal.SIGTERM)
+        assert player.wait(timeout=60) == 0
+        assert re.search(r"^played \d+ messages?\n$", player.stderr.read())
+
+
 def _stamp(data: str) -> int:
     raw = bytes.fromhex(data)
     return int.from_bytes(raw[4:8], "little") * 10**9 + int.from_bytes(raw[8:12], "little")

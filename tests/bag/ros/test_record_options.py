@@ -127,3 +127,22 @@ def test_topics_that_nobody_publishes(domain, tmp_path: Path):
     assert code == 0
     assert "/bag/text was not published" not in text
     assert "warning: /bag/pose was not published" in text
+
+
+@pytest.mark.thorough
+def test_leaves_are_ignored_and_data_is_noted(domain, tmp_path: Path):
+    folder = tmp_path / "bag"
+    words = ("--ignore-leaf-topics", "--custom-data", "a=1", "b=2", "--custom-data", "c=3")
+    listener = "/bag/text=std_msgs/msg/String"
+    with (
+        talking(domain, TALKER, "/bag/text", "/bag/pose"),
+        talking(domain, "tests.support.bag_listener", listener),
+        recording(domain, folder, "-e", "^/bag/", *words) as recorder,
+    ):
+        info = ("topic", "info", "/bag/text")
+        wait_until(lambda: "Subscription count: 2" in launcher(domain, *info).out, "the recorder")
+        assert recorder.end() == 0, recorder.text
+    known = metadata.read(str(folder))
+    assert known is not None
+    assert known.custom_data == {"a": "1", "b": "2", "c": "3"}
+    assert [topic.name for topic in known.topics] == ["/bag/text"]

@@ -169,3 +169,9 @@ def test_overrides_with_mistakes(tmp_path: Path, text: str, problem: str):
     with pytest.raises(UsageError) as raised:
         bag_qos.read_overrides(str(file))
     assert problem in raised.value.message
+
+
+def test_a_topic_of_overrides_may_lack_its_slash(tmp_path: Path):
+    file = tmp_path / "qos.yaml"
+    file.write_text("a/b: {depth: 3}\n/c: {depth: 4}\n")
+    assert set(bag_qos.read_overrides(str(file))) == {"/a/b", "/c"}

@@ -46,6 +46,25 @@ def test_split_bags_are_one(tmp_path: Path, storage: Storage):
     assert metadata.read(str(folder)).topics == bag.topics
 
 
+def test_files_as_lyrical_names_them(tmp_path: Path):
+    """The number comes first, and a time last: `10_b_2026_11_30-01_02_03.mcap`."""
+    folder = write_bag(
+        tmp_path / "b", counting("/a", 12, 1.0), storage=Storage(max_duration_ns=10**9)
+    )
+    listed = (folder / metadata.FILE).read_text()
+    for number in range(11, -1, -1):
+        old, new = f"b_{number}.mcap", f"{number}_b_2026_11_30-01_02_{30 - number:02}.mcap"
+        (folder / old).rename(folder / new)
+        listed = listed.replace(f" {old}\n", f" {new}\n")
+    (folder / metadata.FILE).write_text(listed)
+    numbers = [f"message {n}" for n in range(12)]
+    assert texts(Bag(str(folder))) == numbers
+    (folder / metadata.FILE).unlink()  # its recorder was killed
+    bag = Bag(str(folder))
+    assert [Path(file).name.partition("_")[0] for file in bag.files] == [*map(str, range(12))]
+    assert texts(bag) == numbers
+
+
 @pytest.mark.parametrize("version", [8, 9])
 @pytest.mark.parametrize("plugin", list(StoragePlugin))
 @pytest.mark.parametrize(
