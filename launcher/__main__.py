@@ -97,6 +97,12 @@ def main() -> int:
         return INTERRUPTED
 
 
+def launch_test() -> int:
+    """The program `launch_test` of ROS 2: the verb `launch-test`."""
+    sys.argv.insert(1, "launch-test")
+    return main()
+
+
 if __name__ == "__main__":
     try:
         sys.exit(main())

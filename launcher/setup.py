@@ -8,11 +8,15 @@ from pathlib import Path
 
 from setuptools import find_packages, setup
 from setuptools.command.build_py import build_py
+from setuptools.command.editable_wheel import editable_wheel
 from setuptools.command.sdist import sdist
 
 BUILD = tempfile.TemporaryDirectory()  # else there would be a copy of all modules among them
 DEMO = "demo_package"  # the ROS package that `launcher demo` runs, as a source folder
 HERE = Path(__file__).resolve().parent
+# The last entry of Python's path: `import launch` where no package of this name is installed.
+PATH_FILE = "ros2-launcher.pth"
+ON_PATH = "language/compat/on_path"
 
 
 def copy_demo(folder):
@@ -39,6 +43,13 @@ class BuildWithDemo(build_py):
         super().run()
         if not self.editable_mode:  # which has the package in the repository
             copy_demo(os.path.join(self.build_lib, "launcher", DEMO))
+            Path(self.build_lib, PATH_FILE).write_text(f"launcher/{ON_PATH}\n", encoding="utf-8")
+
+
+class EditableWithPath(editable_wheel):
+    def _install_namespaces(self, installation_dir, pth_prefix):
+        super()._install_namespaces(installation_dir, pth_prefix)
+        Path(installation_dir, PATH_FILE).write_text(f"{HERE / ON_PATH}\n", encoding="utf-8")
 
 
 class SdistWithDemo(sdist):
@@ -48,7 +59,11 @@ class SdistWithDemo(sdist):
 
 
 setup(
-    cmdclass={"build_py": BuildWithDemo, "sdist": SdistWithDemo},
+    cmdclass={
+        "build_py": BuildWithDemo,
+        "editable_wheel": EditableWithPath,
+        "sdist": SdistWithDemo,
+    },
     options={"build": {"build_base": BUILD.name}},
     packages=["launcher", *(f"launcher.{name}" for name in find_packages())],
     package_dir={"launcher": "."},
@@ -56,6 +71,7 @@ setup(
         "launcher": ["py.typed"],
         "launcher.workspace.building.create": ["templates/*/*.in"],
         "launcher.workspace.building.toolchain": ["*.cmake"],
+        "launcher.language.compat": ["on_path/*.py"],
         "launcher.launch.supervise": ["*.json"],
         "launcher.hosts": ["*.json", "*.xml"],
         "launcher.smoke": ["*.json"],

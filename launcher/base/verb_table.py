@@ -92,6 +92,7 @@ _TABLE = (
     ),
     ("analyze", TOOLS, "launcher.launch.analyze", "show where the time of a start-up went"),
     ("smoke", TEST, "launcher.smoke.verb", "test a launch file against expectations"),
+    ("launch-test", TEST, "launcher.smoke.launch_tests.verb", "run a test of launch_testing"),
     (
         "export",
         MACHINES,

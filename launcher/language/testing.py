@@ -9,10 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
 from launcher.language.action import Action
-from launcher.language.actions.event_actions import EmitEvent, RegisterEventHandler
-from launcher.language.actions.process import ExecuteProcess, OnProcessExit
-from launcher.language.events.handlers import OnExecutionComplete
-from launcher.language.events.launch import Shutdown
+from launcher.language.actions.process import ExecuteProcess
 from launcher.language.naming import public
 
 _T = TypeVar("_T")
@@ -30,6 +27,15 @@ class ReadyToTest(Action):
 
     def __init__(self) -> None:
         super().__init__()
+        self.__callbacks: list[Callable[[], object]] = []
+
+    def _add_callback(self, callback: Callable[[], object]) -> None:
+        """Call this as well, once the action is executed: by ROS 2's name."""
+        self.__callbacks.append(callback)
+
+    def execute(self, context: Any) -> None:
+        for callback in self.__callbacks:
+            callback()
 
 
 @public("launch_testing.util.keep_alive_process")
@@ -38,74 +44,6 @@ class KeepAliveProc(ExecuteProcess):
 
     def __init__(self) -> None:
         super().__init__(cmd=[sys.executable, "-c", _WAIT_SCRIPT])
-
-
-@public("launch_testing.legacy")
-class LaunchTestService:
-    """Shuts the system down when all tests have ended or a fixture process exits unexpectedly."""
-
-    def __init__(self) -> None:
-        self.__running: list[Action] = []
-        self.__failed_with: int | None = None
-
-    def add_fixture_action(
-        self, launch_description: Any, action: Action, exit_allowed: object = (0,)
-    ) -> Action:
-        """Add a fixture of the tests; `exit_allowed`: exit codes it may have, or True for any."""
-        launch_description.add_action(action)
-        if isinstance(action, ExecuteProcess):
-            handler = OnProcessExit(
-                target_action=action,
-                on_exit=lambda event, context: self.__fixture_ended(event, context, exit_allowed),
-            )
-            launch_description.add_action(RegisterEventHandler(handler))
-        return action
-
-    def add_test_action(self, launch_description: Any, action: Action) -> Action:
-        """Add a test. The end of the last test, or a nonzero exit code, shuts the system down."""
-        handler: Any
-        if isinstance(action, ExecuteProcess):
-            handler = OnProcessExit(
-                target_action=action, on_exit=lambda event, _: self.__test_ended(action, event)
-            )
-        else:
-            handler = OnExecutionComplete(
-                target_action=action, on_completion=lambda *_: self.__test_passed(action)
-            )
-        launch_description.add_action(RegisterEventHandler(handler))
-        launch_description.add_action(action)
-        self.__running.append(action)
-        return action
-
-    def __fixture_ended(self, event: Any, context: Any, exit_allowed: Any) -> Any:
-        allowed = exit_allowed
-        if isinstance(exit_allowed, (list, tuple)):
-            allowed = event.returncode in exit_allowed
-        if allowed or context.is_shutdown:
-            return None
-        self.__failed_with = event.returncode or 1
-        return _shutdown(f"{event.process_name} fixture process died!")
-
-    def __test_ended(self, action: Action, event: Any) -> Any:
-        if event.returncode == 0:
-            return self.__test_passed(action)
-        self.__failed_with = event.returncode
-        self.__running.clear()
-        return _shutdown(f"{event.process_name} test failed!")
-
-    def __test_passed(self, action: Action) -> Any:
-        if action in self.__running:
-            self.__running.remove(action)
-        return [] if self.__running else _shutdown("all tests finished")
-
-    def run(self, launch_service: Any, *args: Any, **kwargs: Any) -> int:
-        """Run the service; its return code, or that of the last test that failed."""
-        code: int = launch_service.run(*args, **kwargs)
-        return self.__failed_with if code == 0 and self.__failed_with else code
-
-
-def _shutdown(reason: str) -> list[EmitEvent]:
-    return [EmitEvent(event=Shutdown(reason=reason))]
 
 
 def keep_alive(test_description: _T) -> _T:

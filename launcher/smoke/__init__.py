@@ -19,6 +19,7 @@ Folders, in the order of a run:
   a bag, for the expectation `like`, which compares it with another one.
 * `judges/`: pure functions (expectation, facts) -> verdict.
 * `reports/`: results for people, for CI and for the next run, and the evidence.
+* `launch_tests/`: launch_testing and launch_pytest, which run in the process of the tests.
 * `record/`: writes expectations from what healthy runs showed.
 """
 

@@ -15,17 +15,26 @@ from types import ModuleType
 
 import launcher.language.frontends  # noqa: F401 - gives the language its parsers
 from launcher.language.compat import compat_table
-from launcher.language.compat.names import PublicModule, is_public, submodules
+from launcher.language.compat.names import (
+    TEST_PACKAGES,
+    PublicModule,
+    is_of_tests,
+    is_public,
+    submodules,
+)
 from launcher.language.launch_session import LaunchSession, open_sessions, replace_environment
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-TOP_NAMES = ("launch", "launch_ros", "launch_testing", "launch_xml", "launch_yaml")
+TOP_NAMES = ("launch", "launch_ros", *TEST_PACKAGES, "launch_xml", "launch_yaml")
 # Tools and extensions of ROS that launch files import from: an installed one goes first.
 TOOL_NAMES = ("ros2launch", "ros2pkg", "tracetools_launch")
 _FOLDER = os.path.dirname(__file__)
+# Last on the path of Python (`setup.py`, and the plugin of pytest): modules that stand in for
+# packages that are not installed, wherever no vocabulary is open.
+ON_PATH = f"{_FOLDER}/on_path"
 
 
 class _CompatFinder:
@@ -41,8 +50,8 @@ class _CompatFinder:
             return spec
         if top not in TOP_NAMES or not is_public(fullname):
             return None
-        if top == "launch_testing" and _is_installed(top):
-            return None  # it has everything, and works with the launcher's `launch`
+        if is_of_tests(top) and is_installed(top):
+            return None
         return _CompatFinder.spec_of(fullname)
 
     @staticmethod
@@ -64,9 +73,9 @@ class _CompatFinder:
         module.provide()
 
 
-def _is_installed(package: str) -> bool:
+def is_installed(package: str) -> bool:
     """Whether the path has this package; a folder without `__init__.py` is none."""
-    spec = PathFinder.find_spec(package)
+    spec = PathFinder.find_spec(package, [entry for entry in sys.path if entry != ON_PATH])
     return spec is not None and spec.origin is not None
 
 
@@ -110,6 +119,7 @@ def vocabulary(words: Sequence[str] | None = None) -> Iterator[LaunchSession]:
         sys.argv = _argv(words, session)
     open_sessions.append(session)
     saved = _take_modules()
+    sys.modules.update(_tests_without_launch(saved))
     finder = _CompatFinder()
     sys.meta_path.insert(0, finder)
     sys.meta_path.append(_ToolFinder)
@@ -156,6 +166,21 @@ def _reset_logging(session: LaunchSession) -> None:
 def _take_modules() -> dict[str, ModuleType]:
     names = [name for name, module in sys.modules.items() if _is_ours(name, module)]
     return {name: sys.modules.pop(name) for name in names}
+
+
+def _tests_without_launch(taken: dict[str, ModuleType]) -> dict[str, ModuleType]:
+    """Installed packages of tests, which may be in the middle of their `import launch`."""
+    if _is_foreign(taken.get("launch")):
+        return {}
+    return {
+        name: module for name, module in taken.items() if is_of_tests(name) and _is_foreign(module)
+    }
+
+
+def _is_foreign(module: ModuleType | None) -> bool:
+    file = getattr(module, "__file__", None)
+    is_own = isinstance(module, PublicModule) or os.path.dirname(file or "") == ON_PATH
+    return file is not None and not is_own
 
 
 def _is_ours(name: str, module: ModuleType) -> bool:

@@ -231,13 +231,6 @@ MODULES = {
     "launch_ros.utilities.plugin_support": {
         "launcher.language.ros.adapters": "PluginException satisfies_version",
     },
-    "launch_testing": {
-        "launcher.language.testing": "parametrize post_shutdown_test ready_to_test_action_timeout",
-    },
-    "launch_testing.actions": {"launcher.language.testing": "ReadyToTest"},
-    "launch_testing.legacy": {"launcher.language.testing": "LaunchTestService"},
-    "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},
-    "launch_testing.util": {"launcher.language.testing": "KeepAliveProc"},
     "launch_xml": {"launcher.language.frontends.xml": "Entity=XmlEntity Parser=XmlParser"},
     "launch_xml.launch_description_sources": {
         "launcher.language.sources": "XMLLaunchDescriptionSource",
@@ -391,7 +384,6 @@ SUBMODULES = {
         "to_parameters_list": "to_parameters_list",
         "track_node_names": "add_node_name get_node_name_count",
     },
-    "launch_testing.actions": {"ready": "ReadyToTest"},
     "ros2launch.api": {
         "api": (
             "LaunchFileNameCompleter MultipleLaunchFilesError get_launch_file_paths "

@@ -8,9 +8,12 @@ import sys
 from types import FrameType, ModuleType
 
 from launcher.base.text import suggest
-from launcher.language.compat.compat_table import MODULES, SUBMODULES
+from launcher.language.compat import compat_table
 from launcher.language.diagnostics.origin import caller_origin
 from launcher.language.launch_session import current
+
+# Installed ones go first: they have everything, and work with the launcher's `launch`.
+TEST_PACKAGES = ("launch_testing", "launch_testing_ros", "launch_pytest")
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,27 +26,43 @@ class NameNotProvidedError(ImportError):
     ros_type = "ImportError"
 
 
+def is_of_tests(module: str) -> bool:
+    """Whether only tests of launch files import it."""
+    return module.partition(".")[0] in TEST_PACKAGES
+
+
+def _table(module: str) -> Any:
+    if is_of_tests(module):
+        from launcher.language.compat import launch_test_table
+
+        return launch_test_table
+    return compat_table
+
+
 def is_public(module: str) -> bool:
     """Whether the table has a module of this name."""
     package, _, submodule = module.rpartition(".")
-    return module in MODULES or submodule in SUBMODULES.get(package, ())
+    table = _table(module)
+    return module in table.MODULES or submodule in table.SUBMODULES.get(package, ())
 
 
 def submodules(package: str) -> set[str]:
     """The names of the modules directly in a public package."""
-    own = {name.rpartition(".")[2] for name in MODULES if name.rpartition(".")[0] == package}
-    return own.union(SUBMODULES.get(package, ()))
+    table = _table(package)
+    own = {name.rpartition(".")[2] for name in table.MODULES if name.rpartition(".")[0] == package}
+    return own.union(table.SUBMODULES.get(package, ()))
 
 
 def _sources(module: str) -> dict[str, tuple[str, str]]:
     """Public name -> (module of the launcher, name in it)."""
-    if module not in MODULES:
+    table = _table(module)
+    if module not in table.MODULES:
         package, _, submodule = module.rpartition(".")
         found = _sources(package)
-        return {name: found[name] for name in SUBMODULES[package][submodule].split()}
+        return {name: found[name] for name in table.SUBMODULES[package][submodule].split()}
     return {
         public: (source, original or public)
-        for source, names in MODULES[module].items()
+        for source, names in table.MODULES[module].items()
         for public, _, original in (name.partition("=") for name in names.split())
     }
 

@@ -78,11 +78,7 @@ def _module_hint(name: str) -> str:
             return of_module(last) or str(written)
         if near is not None:
             return f"did you mean '{near}'?"
-    from launcher.language.diagnostics import launch_tests
-
     top = name.partition(".")[0]
-    if top in launch_tests.PROGRAMS:
-        return launch_tests.how_to_run(top)
     near = did_you_mean(top, _importable(top))
     return near or f"install the Python package that has {name}, or add it to PYTHONPATH"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import shutil
 from types import ModuleType
 
 from launcher.base.program import program
@@ -13,12 +12,6 @@ from launcher.language.diagnostics.error_details import details
 from launcher.language.diagnostics.origin import FileLine
 
 _FUNCTION = "generate_test_description"
-# Package -> the program that runs its tests.
-PROGRAMS = {
-    "launch_testing": "launch_test",
-    "launch_testing_ros": "launch_test",
-    "launch_pytest": "pytest",
-}
 
 
 def explain(error: BaseException, module: ModuleType, path: str) -> None:
@@ -31,7 +24,7 @@ def explain(error: BaseException, module: ModuleType, path: str) -> None:
     known = details(error)
     known.message = f"{what} a test of {package}, not a launch file"
     known.place = FileLine(path, 1 if function is None else function.lineno)
-    known.hint = how_to_run(package, path)
+    known.hint = _how_to_run(package, path)
     known.word = package if function is None else _FUNCTION
 
 
@@ -42,11 +35,6 @@ def _package_of(module: ModuleType) -> str | None:
     return "launch_testing" if _FUNCTION in names else None
 
 
-def how_to_run(package: str, path: str | None = None) -> str:
-    """Which program runs the test at the path, or tests of the package, and what replaces it."""
-    name = PROGRAMS[package]
-    it, file = ("it", shlex.quote(shown_path(path))) if path else (f"tests of {package}", "FILE")
-    is_missing = name == "pytest" or shutil.which(name) is None
-    needed = f" (ROS 2's package {package})" if is_missing else ""
-    own = f"without {package}: {program()} smoke, or the pytest fixture launched_system"
-    return f"run {it} with {name} {file}{needed}; {own}"
+def _how_to_run(package: str, path: str) -> str:
+    command = "python -m pytest" if package == "launch_pytest" else f"{program()} launch-test"
+    return f"run it with {command} {shlex.quote(shown_path(path))}"

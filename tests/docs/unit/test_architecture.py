@@ -32,6 +32,8 @@ WINGS: dict[str, set[str]] = {
 # and programs that are started as processes.
 NAMES_WINGS = {
     "launcher.base.verb_table",
+    "launcher.language.compat.launch_test_table",
+    "launcher.language.compat.on_path_modules",
     "launcher.run.parts",
     "launcher.run.helpers.helper_programs",
 }

@@ -103,6 +103,7 @@ OF_OTHERS = {
     "--filter",
     "--init",
     "--ipc",
+    "--launch-args",
     "--launch-artifacts",
     "--ros-args",
     "--shm-size",

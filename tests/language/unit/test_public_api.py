@@ -13,13 +13,22 @@ from typing import Any
 
 import pytest
 
-from launcher.language.compat import TOOL_NAMES, TOP_NAMES, vocabulary
-from launcher.language.compat.compat_table import MODULES, SUBMODULES
+from launcher.language.compat import (
+    TOOL_NAMES,
+    TOP_NAMES,
+    compat_table,
+    launch_test_table,
+    vocabulary,
+)
 from launcher.language.naming import read_only
 
 PUBLIC_MODULES = {
-    *MODULES,
-    *(f"{package}.{name}" for package, names in SUBMODULES.items() for name in names),
+    module
+    for table in (compat_table, launch_test_table)
+    for module in (
+        *table.MODULES,
+        *(f"{package}.{name}" for package, names in table.SUBMODULES.items() for name in names),
+    )
 }
 
 SIGNATURES = {

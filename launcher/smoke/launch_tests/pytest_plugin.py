@@ -1,0 +1,62 @@
+"""The pytest plugin for tests of launch_testing and launch_pytest; installed ones go first.
+
+pytest loads this module in every run, so it imports the rest only when there is such a test.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from launcher.language.compat import is_installed
+from launcher.language.compat.on_path_modules import extend_path
+
+_FUNCTION = "generate_test_description"
+_MARKS = {
+    "launch_testing": (
+        "launch_test: a generate_test_description function with a test of launch_testing",
+        "rostest: the same with ROS",
+    ),
+    "launch_pytest": ("launch(fixture, shutdown=False): a test of launch_pytest",),
+}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    if not is_installed("launch_testing"):
+        parser.getgroup("launcher").addoption(
+            "--launch-args",
+            action="append",
+            nargs="*",
+            default=[],
+            metavar="NAME:=VALUE",
+            help="arguments for tests of launch_testing",
+        )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    extend_path()
+    for package, marks in _MARKS.items():
+        if is_installed(package):
+            continue
+        for mark in marks:
+            config.addinivalue_line("markers", mark)
+        if package == "launch_testing":
+            config.pluginmanager.register(_TestModules(), "launcher-launch-testing")
+        else:
+            from launcher.smoke.launch_tests import launch_items
+
+            config.pluginmanager.register(launch_items, "launcher-launch-pytest")
+
+
+class _TestModules:
+    """Collects files whose generate_test_description has one of the marks."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pycollect_makemodule(self, module_path: Path, parent: Any) -> Any:
+        if _FUNCTION not in module_path.read_text(encoding="utf-8", errors="replace"):
+            return None
+        from launcher.smoke.launch_tests.test_modules import made
+
+        return made(module_path, parent)

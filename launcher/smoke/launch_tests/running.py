@@ -1,0 +1,193 @@
+"""Runs tests of launch_testing: the launch in this thread, the tests while it runs in another."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+import unittest
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from launcher.language.actions.event_actions import RegisterEventHandler
+from launcher.language.actions.include import IncludeLaunchDescription
+from launcher.language.actions.process import OnProcessExit, OnProcessIO, OnProcessStart
+from launcher.language.description import LaunchDescription
+from launcher.language.naming import public
+from launcher.language.service import LaunchService
+from launcher.language.sources import LaunchDescriptionSource
+from launcher.smoke.launch_tests.arguments import parse_launch_arguments
+from launcher.smoke.launch_tests.asserts import written
+from launcher.smoke.launch_tests.loading import TestRun
+from launcher.smoke.launch_tests.observations import ActiveIoHandler, ActiveProcInfoHandler
+from launcher.smoke.launch_tests.results import FailResult, SkipResult, TestResult
+
+
+class LaunchDiedError(Exception):
+    """The launch ended before its tests did."""
+
+
+class RunnerWorker:
+    """One launch with its tests."""
+
+    def __init__(
+        self,
+        test_run: TestRun,
+        test_run_preamble: Sequence[Any],
+        launch_file_arguments: Sequence[str] = (),
+        debug: bool = False,
+    ) -> None:
+        self._test_run = test_run
+        self._preamble = test_run_preamble
+        self._arguments = parse_launch_arguments(launch_file_arguments)
+        self._launch_service = LaunchService(debug=debug)
+        self._processes_launched = threading.Event()
+        self._tests_completed = threading.Event()
+        self._results: Any = None
+        self._error: BaseException | None = None
+        self._info = ActiveProcInfoHandler()
+        self._output = ActiveIoHandler()
+
+    def run(self) -> Any:
+        """The results of all tests. LaunchDiedError if the launch ended before them."""
+        run = self._test_run
+        description, context = run.normalized_test_description(
+            ready_fn=self._processes_launched.set
+        )
+        self._bind({**context, **run.param_args})
+        self._launch_service.include_launch_description(self._observed(description))
+        # Signals and the control of a terminal belong to the main thread, that of the launch.
+        thread = threading.Thread(target=self._run_test, name="test_runner_thread", daemon=True)
+        thread.start()
+        self._launch_service.run(shutdown_when_idle=not run.markers.get("keep_alive", False))
+        if not self._tests_completed.is_set():
+            print("Processes under test stopped before tests completed")
+            self._print_failed_processes()
+            raise LaunchDiedError
+        thread.join()
+        self._results.append(_run(run.post_shutdown_tests))
+        return self._results
+
+    def _bind(self, context: Mapping[str, Any]) -> None:
+        run = self._test_run
+        arguments = dict(self._arguments)
+        running = {
+            "launch_service": self._launch_service,
+            "proc_info": self._info,
+            "proc_output": self._output,
+            "test_args": arguments,
+        }
+        ended = {
+            "proc_info": self._info._proc_info_handler,
+            "proc_output": self._output._io_handler,
+            "test_args": arguments,
+        }
+        run.bind(run.pre_shutdown_tests, running, {**context, **running})
+        run.bind(run.post_shutdown_tests, ended, {**context, **ended})
+
+    def _observed(self, description: Any) -> LaunchDescription:
+        info, output = self._info, self._output
+
+        def started(event: Any, context: Any) -> None:
+            info.append(event)
+            output.track(event.process_name)
+
+        handlers = (
+            OnProcessStart(on_start=started),
+            OnProcessExit(on_exit=lambda event, context: info.append(event)),
+            OnProcessIO(on_stdout=output.append, on_stderr=output.append),
+        )
+        return LaunchDescription(
+            [
+                *self._preamble,
+                *map(RegisterEventHandler, handlers),
+                IncludeLaunchDescription(
+                    LaunchDescriptionSource(launch_description=description),
+                    launch_arguments=self._arguments,
+                ),
+            ]
+        )
+
+    def _run_test(self) -> None:
+        """In its thread: the tests of the running processes."""
+        if not self._processes_launched.wait(self._test_run.timeout):
+            print("Timed out waiting for processes to start up")
+            self._launch_service.shutdown()
+            return
+        try:
+            self._results = _run(self._test_run.pre_shutdown_tests)
+        finally:
+            self._tests_completed.set()
+            self._launch_service.shutdown()
+
+    def _print_failed_processes(self) -> None:
+        for event in self._info:
+            if getattr(event, "returncode", None) == 0:
+                continue
+            name = event.process_name
+            print(f"Process '{name}' exited with {getattr(event, 'returncode', None)}")
+            title = f"##### '{name}' output #####"
+            print(title)
+            if name in self._output.process_names():
+                print(written(self._output[name]))
+            print("#" * len(title))
+
+
+def _run(tests: Any) -> Any:
+    return unittest.TextTestRunner(verbosity=2, resultclass=TestResult).run(tests)
+
+
+@public("launch_testing.test_runner")
+class LaunchTestRunner:
+    """Runs launches one after the other; `debug` as in LaunchService."""
+
+    def __init__(
+        self,
+        test_runs: Sequence[TestRun],
+        launch_file_arguments: Sequence[str] = (),
+        debug: bool = False,
+    ) -> None:
+        self._test_runs = test_runs
+        self._launch_file_arguments = launch_file_arguments
+        self._debug = debug
+
+    def generate_preamble(self) -> list[Any]:
+        """Entities before the description; for subclasses."""
+        return []
+
+    def run(self) -> dict[TestRun, Any]:
+        """The results by run; a launch that ends before its tests is the last one."""
+        results: dict[TestRun, Any] = {}
+        for run in self._test_runs:
+            if len(self._test_runs) > 1:
+                print(f"\nStarting test run {run}")
+            try:
+                worker = RunnerWorker(
+                    run, self.generate_preamble(), self._launch_file_arguments, self._debug
+                )
+                results[run] = worker.run()
+            except unittest.SkipTest as skipped:
+                print(f"{run} is skipped: {skipped}")
+                results[run] = SkipResult(run, str(skipped))
+            except LaunchDiedError:
+                message = "Launch stopped before the active tests finished."
+                results[run] = FailResult(run, message)
+                break
+        return results
+
+    def validate(self) -> None:
+        """Raise an Exception if parameters and arguments of a description do not fit."""
+        for run in self._test_runs:
+            function = inspect.unwrap(run._test_description_function)
+            spec = inspect.getfullargspec(function)
+            names = [*spec.args, *spec.kwonlyargs]
+            for name in run.param_args:
+                if name not in names:
+                    raise Exception(
+                        "Could not find an argument in generate_test_description matching "
+                        f"parametrized argument '{name}'"
+                    )
+            for name in names:
+                if name not in run.param_args:
+                    raise Exception(
+                        f"generate_test_description has unexpected extra argument '{name}'"
+                    )

@@ -1,0 +1,108 @@
+"""`launch-test FILE [name:=value ...]`: run a test of launch_testing.
+
+It is the program `launch_test`, too. An installed launch_testing runs the test, if there is one, on
+the launcher's `launch`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any
+
+from launcher.base.command_line import Command, Parsed
+from launcher.base.errors import UsageError
+from launcher.base.model.run_options import RunOptions
+from launcher.base.option import DEBUG, option
+from launcher.base.text import shown_path
+from launcher.base.verb_table import VERBS
+from launcher.language.compat import is_installed
+from launcher.launch.launch_service_run import script_vocabulary
+
+_FUNCTION = "generate_test_description"
+
+COMMAND = Command(
+    "launch-test",
+    VERBS["launch-test"],
+    arguments=(
+        option("FILE", "a Python file with generate_test_description()"),
+        option("[NAME:=VALUE ...]", "arguments of the description", name="values"),
+    ),
+    options=(
+        option("-v, --verbose", "print messages of level DEBUG, too"),
+        option("-s, --show-args, --show-arguments", "print the arguments, and run nothing"),
+        option("--package-name NAME", "the package in the report (default: the name of the file)"),
+        option("--junit-xml FILE", "write a JUnit report"),
+        DEBUG,
+    ),
+)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run the tests; 0 if all have passed, 1 if not, 2 for a file that cannot be used."""
+    options = COMMAND.parse(words)
+    if not os.path.isfile(options.file):
+        raise UsageError(f"Test file '{options.file}' does not exist")
+    with script_vocabulary(RunOptions(console=False)):
+        if is_installed("launch_testing"):
+            return _run_installed(words)
+        return _run(options)
+
+
+def _run_installed(words: Sequence[str]) -> int:
+    module = importlib.import_module("launch_testing.launch_test")
+    argv, sys.argv = sys.argv, ["launch_test", *words]
+    try:
+        module.main()
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    finally:
+        sys.argv = argv
+    return 0
+
+
+def _run(options: Parsed) -> int:
+    from launcher.smoke.launch_tests.arguments import print_arguments_of_launch_description
+    from launcher.smoke.launch_tests.junit import unittestResultsToXml
+    from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule
+    from launcher.smoke.launch_tests.running import LaunchTestRunner
+
+    path = os.path.abspath(options.file)
+    stem = os.path.splitext(os.path.basename(path))[0]
+    package = options.package_name or stem
+    try:
+        module = _module(package, path)
+        runs = LoadTestsFromPythonModule(module, name=f"{package}.{stem}.launch_tests")
+        runner = LaunchTestRunner(runs, options.values, options.verbose)
+        runner.validate()
+        if options.show_arguments:
+            description = runs[0].get_launch_description()
+            print_arguments_of_launch_description(launch_description=description)
+            return 0
+        results: dict[Any, Any] = runner.run()
+    except Exception as error:
+        if options.debug:
+            raise
+        raise UsageError(f"{shown_path(path)}: {type(error).__name__}: {error}") from error
+    if options.junit_xml is not None:
+        report = unittestResultsToXml(name=f"{package}.{stem}", test_results=results)
+        report.write(options.junit_xml, encoding="utf-8", xml_declaration=True)
+    return int(not all(result.wasSuccessful() for result in results.values()))
+
+
+def _module(name: str, path: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise UsageError(f"{shown_path(path)} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    if not hasattr(module, _FUNCTION):
+        raise UsageError(
+            f"{shown_path(path)} has no function {_FUNCTION}()",
+            hint="tests of launch_pytest, and others, are run by pytest",
+        )
+    return module
