@@ -6,10 +6,10 @@ the supervisor never does, since rclpy brings threads and signal handlers.
 Doors:
 
 * `verbs/`: one module per verb: `topic`, `node`, `param`, `service`, `action`, `lifecycle`,
-  `interface`, `graph`, `tf`, `multicast`, `daemon`. `verb` is what they share: options, access to the
-  graph, output; `front` reads options in front of the verb.
-* `node_tables`, `parameters`, `service_caller`, `goals` (of actions), `lifecycle_nodes`: what these
-  verbs do.
+  `interface`, `graph`, `tf`, `wait`, `multicast`, `daemon`. `verb` is what they share: options,
+  access to the graph, output; `front` reads options in front of the verb.
+* `node_tables`, `parameters`, `service_caller`, `goals` (of actions), `lifecycle_nodes`, `waiting`:
+  what these verbs do.
 * Processes: `helpers/`, `ready/`, `probe/` and `composed/`, started by runs, smoke and the page.
 
 Folders:
