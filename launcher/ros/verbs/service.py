@@ -27,6 +27,7 @@ from launcher.ros.verb import (
     spin_time_s,
     standard_input,
     to_json_plain,
+    warn,
 )
 from launcher.ros.verbs.listening import QOS, STYLE, qos_options, style
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
     from launcher.ros.service_caller import ServiceCaller
+    from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
 _CONNECT_S = 3.0  # longest time between the discovery of a service and its being ready
 _ANSWER_S = 30.0
@@ -161,14 +163,36 @@ def _await_service(caller: ServiceCaller, kind: object, options: Parsed) -> None
         raise VerbError(
             f"service '{name}' has the type {', '.join(types)}, not {options.service_type}"
         )
-    client = caller.client(kind, options.service_name, _profile(options))
+    profile = _profile(options)
+    client = caller.client(kind, options.service_name, profile)
     if types and caller.wait_for(client, _CONNECT_S):
         return
     # With --json, standard output has answers only.
     stream = sys.stderr if options.json else sys.stdout
     print("waiting for service to become available...", file=stream, flush=True)
+    if text := _mismatch(graph, name, type_name(kind), profile):
+        warn(text)
     if not caller.wait_for(client, deadline - time.monotonic()):
         raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
+
+
+def _mismatch(graph: GraphSnapshot, name: str, type_name: str, profile: QoSProfile) -> str:
+    """Why no server matches a client with this profile; empty if none is there, or one may."""
+    from launcher.ros.service_endpoints import endpoints
+    from launcher.ros.snapshot.qos_matching import explain, mismatches
+    from launcher.ros.snapshot.ros_graph import Direction
+    from launcher.ros.topics.qos import endpoint_of
+
+    servers = [one for one in endpoints(graph, name) if not one.is_client]
+    texts = []
+    for direction, theirs in (
+        (Direction.PUBLISHER, [one.reader for one in servers]),
+        (Direction.SUBSCRIPTION, [one.writer for one in servers if one.writer]),
+    ):
+        own = endpoint_of(profile, direction, name, type_name, node="this command")
+        pairs = [own, *(info.endpoint() for info in theirs)]
+        texts += [explain(pairs)] if mismatches(pairs) else []
+    return "\n".join(texts)
 
 
 def _profile(options: Parsed) -> QoSProfile:

@@ -328,6 +328,11 @@ def test_the_qos_of_a_call(env):
     # its requests are not offered as the service asks for them
     refused = launcher(env, *words, "--qos-reliability", "best_effort", "--timeout", "4")
     assert (refused.code, "is not available after 4 s" in refused.err) == (1, True), refused
+    assert refused.err.startswith(
+        "QoS: 1 of 1 pair of publisher and subscription does not match\n"
+        "  /talker receives nothing from this command\n"
+        "    RELIABILITY: the publisher offers BEST_EFFORT, the subscription asks for RELIABLE\n"
+    )
 
 
 def test_the_clients_and_servers_of_a_service(verb):
