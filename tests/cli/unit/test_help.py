@@ -13,6 +13,7 @@ from launcher.base.verb_table import CONTROL_VERBS, INTERNAL, TASK_OF, TASKS, VE
 from launcher.cli.dispatch import main
 from launcher.cli.overview import overview
 from launcher.launch.launch_options import RUN_GROUPS
+from launcher.packages import distribution
 from launcher.run.part import OPTION_GROUPS
 from launcher.run.parts import ROWS
 from tools.command_reference import commands
@@ -107,8 +108,8 @@ def test_help_of_an_unknown_verb_is_an_error(run, name, hint):
 
 
 @pytest.mark.parametrize("word", ["-V", "--version"])
-def test_the_version_is_printed_alone(run, word):
-    assert run(word) == (f"{launcher.__version__}\n", "", 0)
+def test_the_version_is_printed_with_the_ros_in_use(run, word):
+    assert run(word) == (f"{launcher.__version__} ({distribution.title()})\n", "", 0)
 
 
 @pytest.mark.parametrize(
