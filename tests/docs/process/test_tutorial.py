@@ -20,6 +20,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from launcher.packages.distribution import title
 from tests.support.repository import docs_page
 from tests.support.ros_domain import ros_domain
 from tests.support.screen_terminal import ScreenTerminal
@@ -218,6 +219,11 @@ def _without_blank_end(rows: list[str]) -> list[str]:
     return rows[: max((number for number, row in enumerate(rows, 1) if row), default=0)]
 
 
+def _page() -> str:
+    """With the ROS 2 in use."""
+    return docs_page("tutorial").replace("(ROS 2 Jazzy, from wheels)", f"({title()})")
+
+
 @pytest.mark.thorough
 def test_everything_in_the_tutorial_works_in_its_order(tmp_path: Path):
     with ros_domain(tmp_path / "log") as env, ExitStack() as stack:
@@ -226,7 +232,7 @@ def test_everything_in_the_tutorial_works_in_its_order(tmp_path: Path):
         folder.mkdir()
         try:
             desk = Desk(folder, env, stack)
-            for step in script_of(docs_page("tutorial")):
+            for step in script_of(_page()):
                 desk.do(step)
             assert {process.name() for process in _left(tmp_path)} == {"bash"}
         finally:
