@@ -44,8 +44,7 @@ def _play(options: Parsed) -> int:
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.player import PlayOptions, play
 
-    path, until_s = options.qos_profile_overrides_path, options.playback_until_sec
-    until_ns = options.playback_until_nsec if until_s is None else round(until_s * 1e9)
+    path = options.qos_profile_overrides_path
     source = str(options.service_requests_source).partition("_")[0]
     bags = [Bag(one) for one in _paths(options)]
     for bag in bags:
@@ -66,7 +65,7 @@ def _play(options: Parsed) -> int:
             loop=options.loop,
             start_offset_s=options.start_offset,
             duration_s=options.playback_duration,
-            until_ns=until_ns,
+            until_ns=_until_ns(options),
             delay_s=options.delay,
             clock_hz=options.clock,
             clock_topics=frozenset() if options.clock_topics_all else clock_topics,
@@ -80,6 +79,12 @@ def _play(options: Parsed) -> int:
             redraw_s=_redraw_s(options.progress_bar_update_rate),
         ),
     )
+
+
+def _until_ns(options: Parsed) -> int | None:
+    until_ns: int | None = options.playback_until_nsec
+    until_s = options.playback_until_sec
+    return until_ns if until_s is None else round(until_s * 1e9)
 
 
 def _redraw_s(rate_hz: int) -> float | None:

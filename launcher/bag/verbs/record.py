@@ -6,6 +6,7 @@ import itertools
 import re
 import time
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from launcher.bag.topic_selection import Selection, expression
 from launcher.bag.verbs.files import COMPRESSION, MAX, SPLIT, byte_count, ignored, storage_of
@@ -14,7 +15,10 @@ from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.option import count, number, option, positive_seconds
-from launcher.ros.verb import GraphAccess, ros_command
+from launcher.ros.verb import GraphAccess, ros_command, warn
+
+if TYPE_CHECKING:
+    from launcher.bag.ros.recorder import RecorderOptions
 
 _UINT32 = 2**32 - 1
 _CACHE_BYTES = 100 * 1024 * 1024
@@ -53,21 +57,10 @@ def _events_rate(word: str) -> float:
 
 
 def _record(options: Parsed) -> int:
-    from launcher.bag.ros import static_topics
-    from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.record_run import RecordOptions, record
-    from launcher.bag.ros.recorder import RecorderOptions
 
-    selection = _selection(options)
     _check_limits(options)
-    path = options.static_topics_path
-    static = {} if path is None else static_topics.read(path)
-    if selection.is_empty and not static:
-        raise UsageError(
-            "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
-        )
-    _check_names((*selection.topics, *selection.services, *selection.actions))
-    path = options.qos_profile_overrides_path
+    recorder_options = _recorder_options(options)
     return record(
         GraphAccess.of(options),
         RecordOptions(
@@ -83,17 +76,33 @@ def _record(options: Parsed) -> int:
             node_name=options.node_name,
             lost_period_s=1 / rate if (rate := options.stats_max_publishing_rate) else None,
         ),
-        RecorderOptions(
-            selection=selection,
-            overrides={} if path is None else read_overrides(path),
-            poll_s=None if options.no_discovery else options.polling_interval / 1000,
-            use_sim_time=options.use_sim_time,
-            include_unpublished=options.include_unpublished_topics,
-            ignore_leaves=options.ignore_leaf_topics,
-            static=static,
-            repeat=dict(options.repeat_transient_local or ()),
-            repeat_latched=options.repeat_all_transient_local,
-        ),
+        recorder_options,
+    )
+
+
+def _recorder_options(options: Parsed) -> RecorderOptions:
+    from launcher.bag.ros import static_topics
+    from launcher.bag.ros.bag_qos import read_overrides
+    from launcher.bag.ros.recorder import RecorderOptions
+
+    selection = _selection(options)
+    path, qos_path = options.static_topics_path, options.qos_profile_overrides_path
+    static = {} if path is None else static_topics.read(path)
+    if selection.is_empty and not static:
+        raise UsageError(
+            "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
+        )
+    _check_names((*selection.topics, *selection.services, *selection.actions, *static))
+    return RecorderOptions(
+        selection=selection,
+        overrides={} if qos_path is None else read_overrides(qos_path),
+        poll_s=None if options.no_discovery else options.polling_interval / 1000,
+        use_sim_time=options.use_sim_time,
+        include_unpublished=options.include_unpublished_topics,
+        ignore_leaves=options.ignore_leaf_topics,
+        static=static,
+        repeat=dict(options.repeat_transient_local or ()),
+        repeat_latched=options.repeat_all_transient_local,
     )
 
 
@@ -103,6 +112,8 @@ def _check_limits(options: Parsed) -> None:
             "with --snapshot-mode memory needs a limit: --max-cache-size is 0",
             hint="give --max-cache-size, or --max-cache-duration",
         )
+    if options.max_bag_files and not options.max_bag_size and not options.max_bag_duration:
+        warn("--max-bag-files has no effect without -b or -d, unless split_bagfile is called")
 
 
 def _check_names(names: Iterable[str]) -> None:

@@ -127,48 +127,6 @@ def test_several_bags_are_played_together(domain, tmp_path: Path):
 
 
 @pytest.mark.thorough
-def test_bags_behind_i_are_played_together_as_well(domain, tmp_path: Path):
-    first = write_bag(tmp_path / "first", counting("/chatter", 20, 0.01)[::2])
-    second = write_bag(tmp_path / "second", counting("/chatter", 20, 0.01)[1::2])
-    with listening(domain, f"/chatter={STRING}") as listener:
-        words = ("-i", str(first), "mcap", "-i", str(second))
-        answer = launcher(domain, "bag", "play", *words, "--progress-bar-update-rate", "-1")
-        assert answer.code == 0, answer
-        assert [bytes.fromhex(one[1]) for one in heard(listener, 20)] == PADDED[:20]
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ([], [0, 1, 2, 3, 4]),
-        (["--message-order", "received"], [0, 1, 2, 3, 4]),
-        (["--message-order", "sent"], [1, 0, 2, 4, 3]),
-        (["--message-order", "sent", "--read-ahead-queue-size", "1"], [1, 0, 2, 4, 3]),
-        (["--message-order", "sent", "--start-offset", "0.25"], [4, 3]),
-        (["--message-order", "sent", "--playback-duration", "0.25"], [1, 0, 2]),
-        (["--message-order", "sent", "--playback-until-nsec", str(START_NS - 10**9)], [1]),
-    ],
-    ids=lambda value: " ".join(map(str, value)),
-)
-def test_the_order_of_messages(domain, tmp_path: Path, words: list[str], expected: list[int]):
-    sent = [-0.9, -1.0, -0.8, -0.6, -0.7]  # all before the first one was received
-    messages = [
-        one._replace(publish_ns=START_NS + round(at_s * 1e9))
-        for one, at_s in zip(counting("/chatter", 5), sent, strict=True)
-    ]
-    bag = write_bag(tmp_path / "bag", messages)
-    with listening(domain, f"/chatter={STRING}") as listener:
-        answer = launcher(domain, "bag", "play", str(bag), *words)
-        assert answer.code == 0, answer
-        assert answer.err.endswith(
-            f"played {len(expected)} messages\n".replace("1 messages", "1 message")
-        )
-        found = [bytes.fromhex(data) for _, data, _ in heard(listener, len(expected))]
-    assert found == [PADDED[n] for n in expected]
-
-
-@pytest.mark.thorough
 def test_latched_topics_stay_latched(domain, tmp_path: Path):
     writer = BagWriter(str(tmp_path / "bag"))
     topic = string_topic("/map")
@@ -210,30 +168,6 @@ def test_the_clock_begins_when_its_subscriptions_are_connected(domain, tmp_path:
         # A tick every 10 s, so at the beginning of this bag only
         assert launcher(domain, "bag", "play", bag, "--clock", "0.1").code == 0
         assert _stamp(heard(listener, 1)[0][1]) >= START_NS
-
-
-@pytest.mark.thorough
-def test_a_clock_in_the_bag_gives_way_to_the_clock_of_the_player(domain, tmp_path: Path):
-    writer = BagWriter(str(tmp_path / "bag"))
-    writer.add_topic(Topic(name="/clock", type="rosgraph_msgs/msg/Clock"))
-    writer.add_topic(string_topic("/chatter"))
-    for one in counting("/chatter", 10):
-        writer.write(one)
-    writer.close()
-    words = ("bag", "play", str(tmp_path / "bag"))
-    assert launcher(domain, *words, "--clock").err.startswith("playing 1 topic\n")
-    assert launcher(domain, *words).err.startswith("playing 2 topics\n")
-
-
-@pytest.mark.thorough
-def test_sigterm_ends_it_as_ctrl_c_does(domain, tmp_path: Path):
-    bag = str(write_bag(tmp_path / "bag", counting("/chatter", 1000, 0.1)))
-    with playing(domain, bag) as player:
-        assert player.stderr is not None
-        assert player.stderr.readline() == "playing 1 topic\n"
-        player.send_signal(signal.SIGTERM)
-        assert player.wait(timeout=60) == 0
-        assert re.search(r"^played \d+ messages?\n$", player.stderr.read())
 
 
 def _stamp(data: str) -> int:
@@ -292,11 +226,6 @@ def test_mistakes(domain, tmp_path: Path):
         "error: --start-offset is behind the end: the bag has 0.900 s\n",
     )
     assert errors(bag, "--rate", "-1")[0] == 2
-    assert errors("--rate", "2")[1].startswith("error: no bag to play was named\n")
-    assert errors(bag, "-i", bag) == (
-        2,
-        f"error: bags are arguments, or each follows -i; not both\nhint: -i {bag} -i {bag}\n",
-    )
     assert errors(bag, "--remap", "/a=/b")[0] == 2
     (tmp_path / "bag" / FILE).unlink()
     code, text = errors(bag, "--rate", "100")

@@ -73,3 +73,14 @@ def test_a_terminal_that_cannot_rewrite_a_line_gets_lines_alone(domain, tmp_path
         assert b"\x1b" not in terminal.raw
     assert first.startswith("playing 1 topic (space pauses")
     assert last == "played 12 messages"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("rate", "is_drawn"), [("0", False), ("-1", True), ("10", True)])
+def test_how_often_the_status_is_drawn(domain, tmp_path: Path, rate: str, is_drawn: bool):
+    bag = write_bag(tmp_path / "bag", counting("/chatter", 12))
+    words = f"play {bag} --progress-bar-update-rate {rate} --progress-bar-separation-lines 1"
+    with in_a_shell(domain, words) as terminal:
+        _, last = ended(terminal)
+        assert (b"playing [" in terminal.raw) == is_drawn
+    assert last == "played 12 messages"

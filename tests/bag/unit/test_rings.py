@@ -188,3 +188,12 @@ def test_mistakes_in_options_of_record(tmp_path: Path, words: list[str], error: 
         bag_verb.main(["record", "-a", "-o", str(tmp_path / "bag"), *words])
     assert error in str(caught.value)
     assert not (tmp_path / "bag").exists()
+
+
+def test_a_ring_of_one_file_is_a_warning(tmp_path: Path, capsys, monkeypatch):
+    monkeypatch.setattr("launcher.bag.ros.record_run.record", lambda *_: 0)
+    words = ["record", "-a", "-o", str(tmp_path / "bag"), "--max-bag-files", "2"]
+    assert bag_verb.main(words) == 0
+    assert "--max-bag-files has no effect without -b or -d" in capsys.readouterr().err
+    assert bag_verb.main([*words, "-b", "1M"]) == 0
+    assert capsys.readouterr().err == ""
