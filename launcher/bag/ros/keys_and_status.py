@@ -19,6 +19,7 @@ from launcher.posix.keys import read_keys
 from launcher.ros.verb import unescaped
 
 REDRAW_S = 0.2
+_RATE_S = 1.0
 
 
 class Keys:
@@ -107,3 +108,20 @@ class StatusLine:
     def _control(self, text: str) -> None:
         self._terminal.write(text)
         self._terminal.flush()
+
+
+class Rates:
+    """Messages and bytes per second, over the last second."""
+
+    def __init__(self) -> None:
+        self.messages = self.bytes = 0.0
+        self._last = (time.monotonic(), 0, 0)
+
+    def update(self, messages: int, amount: int) -> None:
+        """Of messages and bytes there are so many by now."""
+        then, messages_then, amount_then = self._last
+        now = time.monotonic()
+        if now - then >= _RATE_S:
+            self.messages = (messages - messages_then) / (now - then)
+            self.bytes = (amount - amount_then) / (now - then)
+            self._last = (now, messages, amount)

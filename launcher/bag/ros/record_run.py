@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 from launcher.bag.bag_model import BagError
 from launcher.bag.quantity_texts import clock, size
 from launcher.bag.ros.control_services import PACKAGE, are_installed
-from launcher.bag.ros.keys_and_status import Keys, StatusLine
+from launcher.bag.ros.keys_and_status import Keys, Rates, StatusLine
 from launcher.bag.ros.record_services import (
+    IN_RECORDING,
     NODE,
     MessageTimes,
     RecorderEvents,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 _SNAPSHOT_HINT = "s or SIGUSR1 writes what is in memory"
 _PLACES = ("on the transport layer", "in the recorder")
-_RATE_S = 1.0
 _MISSING_S = 3.0
 
 
@@ -150,6 +150,8 @@ class _RecordRun:
     # ---- what services do
 
     def begin(self, folder: str) -> None:
+        if self.is_recording:
+            raise BagError(IN_RECORDING)
         self.begin_with(_new_writer(self._options, _unused(folder or self._options.folder)))
         self._greet(has_keys=False)
 
@@ -166,7 +168,7 @@ class _RecordRun:
             self._recorder.watch = self.times.note
         self._unreported = self._named
         self._started_s = time.monotonic()
-        self._rates = _Rates()
+        self._rates = Rates()
         self.is_recording = True
 
     def end(self) -> None:
@@ -257,7 +259,7 @@ class _RecordRun:
         if self._ring is not None:
             self._ring.forget_old()
         self._print_notes()
-        self._rates.update(self._recorder)
+        self._rates.update(self._recorder.count, self._recorder.bytes)
         if self._events is not None:
             self._events.publish_lost(self._recorder.topics)
         self._report_missing()
@@ -381,19 +383,3 @@ def _reasons(one: Recorded) -> str:
     if one.dropped:
         reasons.append(f"{one.dropped} dropped since the disk is too slow (--max-cache-size)")
     return ", ".join(reasons)
-
-
-class _Rates:
-    """Messages and bytes per second, over the last second."""
-
-    def __init__(self) -> None:
-        self.messages = self.bytes = 0.0
-        self._last = (time.monotonic(), 0, 0)
-
-    def update(self, recorder: Recorder) -> None:
-        then, messages, amount = self._last
-        now = time.monotonic()
-        if now - then >= _RATE_S:
-            self.messages = (recorder.count - messages) / (now - then)
-            self.bytes = (recorder.bytes - amount) / (now - then)
-            self._last = (now, recorder.count, recorder.bytes)

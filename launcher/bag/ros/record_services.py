@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from launcher.bag.ros.recorder import Recorded
 
 NODE = "rosbag2_recorder"
+IN_RECORDING = "Called record(uri) while already in recording."
 _NODE_TIME, _PUBLISH_TIME, _RECEIVE_TIME = 0, 1, 2
 # Codes of SplitBagfile and Resume.
 _NOT_RECORDING, _INVALID_SPLIT_MODE = 1, 2
@@ -110,7 +111,7 @@ class RecorderServices(ControlServices):
 
     def _record(self, request: Any, response: Any) -> None:
         if self._run.is_recording:
-            answer(response, "Called record(uri) while already in recording.")
+            answer(response, IN_RECORDING)
             return
         try:
             due_ns = time_ns(request, "start_time")
