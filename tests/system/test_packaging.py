@@ -50,7 +50,12 @@ def test_only_the_launcher_is_on_path():
         name: {(point.group, point.name) for point in metadata.distribution(name).entry_points}
         for name in ("ros2-launcher", "group_gp1")
     }
-    assert names["ros2-launcher"] == {("console_scripts", "launcher"), ("pytest11", "launcher")}
+    assert names["ros2-launcher"] == {
+        ("console_scripts", "launcher"),
+        ("console_scripts", "launch_test"),  # which leaves the test to an installed launch_testing
+        ("pytest11", "launcher"),
+        ("pytest11", "launcher_launch_tests"),
+    }
     assert {group for group, _ in names["group_gp1"]} == {"launcher.programs"}
     assert "all" in metadata.metadata("ros2-launcher").get_all("Provides-Extra", ())
     assert metadata.requires("group_gp1") == ["ros2-launcher"]
@@ -120,6 +125,8 @@ def test_pip_installs_a_launcher_that_works_outside_of_the_source_tree(
     said = f"{__version__} (ROS 2 {with_wheels().title()}, from wheels)\n"
     assert run(launcher, "--version", cwd=elsewhere) == said
     assert {path.name for path in (home / "bin").iterdir()}.isdisjoint(PROGRAMS)
+    module = "import launch; print(launch.LaunchService.__module__)"
+    assert run(python, "-c", module, cwd=elsewhere) == "launch.launch_service\n"
     fleet = world.terminal(python, "-m", "launcher", "system", *LONG_STOP_WORDS, cwd=elsewhere)
     fleet.wait_for("[dispatcher]: Assigned task pick_shelf_A3 to robot_1")
     fleet.wait_for("[robot_1]: Received task ")

@@ -41,15 +41,12 @@ class TestRun:
         self.pre_shutdown_tests = pre_shutdown_tests
         self.post_shutdown_tests = post_shutdown_tests
         self.timeout = getattr(test_description_function, _TIMEOUT_NAME, _TIMEOUT_S)
+        self.markers: dict[str, Any] = getattr(test_description_function, "__markers__", {})
         if param_args:
             for case in self.all_cases():
                 _rename(case, case._testMethodName + self._suffix())
         for suite in (*_suites(pre_shutdown_tests), *_suites(post_shutdown_tests)):
             suite._removeTestAtIndex = lambda *_: None  # the report names them afterwards
-
-    @property
-    def markers(self) -> dict[str, Any]:
-        return getattr(self._test_description_function, "__markers__", {})
 
     def normalized_test_description(
         self, *, ready_fn: Callable[[], object]
@@ -111,7 +108,9 @@ def LoadTestsFromPythonModule(module: Any, *, name: str = "launch_tests") -> lis
         before, after = PreShutdownTestLoader(), PostShutdownTestLoader()
         tests = before.loadTestsFromModule(module), after.loadTestsFromModule(module)
         run = TestRun(name, description, arguments, *tests)
+        # Marks may stand above `parametrize`, and so not be those of the description.
         run.timeout = getattr(function, _TIMEOUT_NAME, run.timeout)
+        run.markers = {**getattr(function, "__markers__", {}), **run.markers}
         runs.append(run)
     return runs
 

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import io
 import re
 import threading
-from types import SimpleNamespace
+import unittest
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
 from launcher.language.actions.process import ExecuteProcess
+from launcher.language.actions.timer import TimerAction
 from launcher.language.compat import vocabulary
+from launcher.language.description import LaunchDescription
+from launcher.language.testing import (
+    ReadyToTest,
+    keep_alive,
+    parametrize,
+    ready_to_test_action_timeout,
+)
 from launcher.smoke.launch_tests.asserts import (
     SequentialTextChecker,
     assertExitCodes,
     assertInStderr,
     assertInStdout,
 )
+from launcher.smoke.launch_tests.junit import unittestResultsToXml
+from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule, ready_actions
 from launcher.smoke.launch_tests.observations import (
     ActiveIoHandler,
     ActiveProcInfoHandler,
@@ -27,6 +39,7 @@ from launcher.smoke.launch_tests.process_lookup import (
     NoMatchingProcessException,
     resolveProcesses,
 )
+from launcher.smoke.launch_tests.results import FailResult, SkipResult, TestResult
 from launcher.smoke.launch_tests.text_matching import (
     basic_output_filter,
     build_line_match,
@@ -201,6 +214,80 @@ def test_the_last_of_several_is_ready():
     aggregator = ReadyAggregator(lambda: calls.append(1), 2)
 
     assert [aggregator.ready_fn() or len(calls) for _ in range(3)] == [0, 1, 1]
+
+
+def module(description, *cases: type) -> ModuleType:
+    made = ModuleType("made")
+    vars(made).update(
+        {case.__name__: case for case in cases}, generate_test_description=description
+    )
+    return made
+
+
+class WhileRunning(unittest.TestCase):
+    __test__ = False
+
+    def setUp(self, value=None):
+        self.value = value
+
+    def test_value(self, value):
+        self.assertEqual((self.value, self.given), (value, "given"))
+
+
+class AfterRunning(unittest.TestCase):
+    __test__ = False
+    __post_shutdown_test__ = True
+
+    def test_nothing(self):
+        pass
+
+
+def marked(*marks):
+    """A description with these marks, the first one at the bottom."""
+
+    def description(value=None):
+        return LaunchDescription([TimerAction(period=1.0, actions=[ReadyToTest()])])
+
+    for mark in marks:
+        description = mark(description)
+    return description
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_marks_may_stand_in_any_order(order: int):
+    marks = [parametrize("value", [1, 2]), keep_alive, ready_to_test_action_timeout(3)][::order]
+    runs = LoadTestsFromPythonModule(module(marked(*marks)))
+
+    assert [(str(run), run.timeout, run.markers) for run in runs] == [
+        (f"launch_tests[{value}]", 3, {"keep_alive": True}) for value in (1, 2)
+    ]
+
+
+def test_a_run_has_its_tests_of_both_phases_with_what_they_ask_for():
+    description = marked(parametrize("value", [5]))
+    (run,) = LoadTestsFromPythonModule(module(description, WhileRunning, AfterRunning))
+    run.bind(run.pre_shutdown_tests, {"given": "given"}, {"value": 5, "more": 6})
+    result = TestResult(io.StringIO(), False, 0)
+    result.stream = unittest.runner._WritelnDecorator(io.StringIO())
+    run.pre_shutdown_tests.run(result)
+
+    assert result.wasSuccessful(), result.errors
+    ids = [case.id() for case in run.all_cases()]
+    assert [one.rpartition(".")[2] for one in ids] == ["test_value[5]", "test_nothing[5]"]
+    ready: list[str] = []
+    found, _ = run.normalized_test_description(ready_fn=lambda: ready.append("ready"))
+    next(ready_actions(found.entities)).execute(None)
+    assert ready == ["ready"]
+
+
+def test_results_of_what_did_not_run_are_in_the_report():
+    (run,) = LoadTestsFromPythonModule(module(marked(), WhileRunning, AfterRunning))
+    results = {"skipped": SkipResult(run, "why"), "failed": FailResult(run, "because")}
+    root = unittestResultsToXml(name="all", test_results=results).getroot()
+
+    assert (root.get("tests"), root.get("failures"), root.get("errors")) == ("4", "2", "0")
+    messages = [one.get("message", "").strip() for suite in root for case in suite for one in case]
+    assert messages == ["why"] * 2 + ["Exception: because"] * 2
 
 
 def test_the_packages_have_what_tests_import():
