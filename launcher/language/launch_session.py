@@ -6,6 +6,8 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 
+from launcher.packages import distribution
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Protocol
@@ -54,10 +56,6 @@ if TYPE_CHECKING:
 
 # In order; a name that is not among them is an unknown distribution.
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
-
-
-def _installed(environment: Mapping[str, str]) -> str | None:
-    return environment.get("ROS_DISTRO")
 
 
 class LaunchSession:
@@ -121,7 +119,7 @@ class LaunchSession:
     @property
     def distribution(self) -> str | None:
         """The target, else the installed one."""
-        return self.target or _installed(self.environment)
+        return self.target or distribution.installed(self.environment)
 
     def note_use(self, name: str, place: FileLine | None) -> None:
         """A launch file uses this: `$(word)`, `<tag>`, `<tag attribute>`, a name of Python."""

@@ -183,7 +183,7 @@ def _containing(name: str, known: Sequence[str]) -> str:
     """The types whose name has the last part of this one in it."""
     part = name.rpartition("/")[2].lower()
     found = [full for full in known if part in full.rpartition("/")[2].lower()]
-    if not part or not found:
+    if len(part) < 3 or not found:
         return f"{program()} interface list lists the installed types"
     more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
     return f"types with such a name: {', '.join(found[:_SHOWN])}{more}"
