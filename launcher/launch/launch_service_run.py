@@ -222,11 +222,7 @@ def run_script(request: LaunchRequest, options: RunOptions) -> int:
     """Run a Python file as the program that it is; its exit code."""
     import runpy
 
-    workspace = current()
-    if workspace is not None:  # the script may import rclpy
-        from launcher.packages import activation
-
-        activation.load_libraries(workspace)
+    load_libraries()
     words = [request.path, *(f"{name}:={value}" for name, value in request.arguments)]
     with script_vocabulary(options) as session:
         session.is_debug, session.log_name = request.debug, request.log_name
@@ -236,6 +232,15 @@ def run_script(request: LaunchRequest, options: RunOptions) -> int:
         except SystemExit as ended:
             return _exit_code(ended.code)
     return 0
+
+
+def load_libraries() -> None:
+    """Those of the workspace, for a script or test that may import rclpy and types."""
+    workspace = current()
+    if workspace is not None:
+        from launcher.packages import activation
+
+        activation.load_libraries(workspace)
 
 
 def _exit_code(code: Any) -> int:

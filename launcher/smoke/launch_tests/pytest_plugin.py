@@ -51,7 +51,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 class _TestModules:
-    """Collects files whose generate_test_description has one of the marks."""
+    """Collects files whose generate_test_description has one of the marks; no launch files."""
+
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        return True if collection_path.name.endswith(".launch.py") else None
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pycollect_makemodule(self, module_path: Path, parent: Any) -> Any:

@@ -21,7 +21,7 @@ from launcher.base.option import DEBUG, option
 from launcher.base.text import shown_path
 from launcher.base.verb_table import VERBS
 from launcher.language.compat import is_installed
-from launcher.launch.launch_service_run import script_vocabulary
+from launcher.launch.launch_service_run import load_libraries, script_vocabulary
 
 _FUNCTION = "generate_test_description"
 
@@ -47,6 +47,7 @@ def main(words: Sequence[str]) -> int:
     options = COMMAND.parse(words)
     if not os.path.isfile(options.file):
         raise UsageError(f"Test file '{options.file}' does not exist")
+    load_libraries()
     with script_vocabulary(RunOptions(console=False)):
         if is_installed("launch_testing"):
             return _run_installed(words)

@@ -147,6 +147,7 @@ def test_pytest_collects_marked_descriptions(tmp_path: Path):
     (tmp_path / "test_works.py").write_text(HEAD + WORKS)
     (tmp_path / "test_fails.py").write_text(HEAD + FAILS)
     (tmp_path / "test_plain.py").write_text("def test_plain(): pass\n")
+    (tmp_path / "test_it.launch.py").write_text("raise Exception\n")
     words = ["pytest", "-q", "-p", "no:cacheprovider", "--launch-args", "word:=here", "--", "."]
     result = run(words, tmp_path)
 
