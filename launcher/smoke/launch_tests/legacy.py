@@ -101,10 +101,8 @@ class LaunchTestService:
             left[:] = [pattern for pattern in left if not match(output, pattern)]
             if left:
                 return None
-            if side_effect == "shutdown" and test in self.__running:
-                self.__running.remove(test)
-                return _shutdown("shutdown after test")
-            return self.__test_passed(test)
+            next_steps = self.__test_passed(test)
+            return _shutdown("shutdown after test") if side_effect == "shutdown" else next_steps
 
         def shut_down(event: Any, context: Any) -> None:
             if left and not self.__failed_with:

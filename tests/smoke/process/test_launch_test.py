@@ -187,3 +187,30 @@ def test_installed_packages_go_first_and_find_our_launch(tmp_path: Path, monkeyp
         capture_output=True,
     )
     assert theirs.stdout == "<class 'int'>\n"
+
+
+LEGACY = """
+import launcher.api
+from launch import LaunchDescription, LaunchService
+from launch.actions import ExecuteProcess
+from launch_testing.legacy import LaunchTestService
+from launch_testing.legacy.output import create_output_lines_test
+
+for lines in ([b"hello"], [b"hello", b"nothing"]):
+    description, test = LaunchDescription(), LaunchTestService()
+    action = test.add_fixture_action(description, ExecuteProcess(cmd=["echo", "hello"]))
+    test.add_output_test(description, action, create_output_lines_test(lines))
+    service = LaunchService()
+    service.include_launch_description(description)
+    print("code", test.run(service))
+"""
+
+
+@pytest.mark.thorough
+def test_a_legacy_test_fails_for_output_that_does_not_come(tmp_path: Path):
+    result = subprocess.run(
+        [sys.executable, "-c", LEGACY], cwd=tmp_path, text=True, capture_output=True
+    )
+    codes = [line for line in result.stdout.splitlines() if line.startswith("code")]
+
+    assert codes == ["code 0", "code 1"], result.stderr
