@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from launcher.packages.distribution import with_wheels
 from launcher.run.monitor.shared_memory import FOLDER, held
 from launcher.smoke.pytest_plugin import Launch, LaunchedSystem
 from tests.support.repository import REPOSITORY
@@ -17,6 +18,7 @@ from tests.support.terminal import marked_processes
 from tests.support.waiting import wait_until
 from tests.system.conftest import LONG_STOP, LONG_STOP_WORDS, MARK, World
 
+MAKE_RUN = ("make", "run", f"DISTRO={with_wheels()}")  # in the environment of the tests
 FIRST_LINES = (
     "[dispatcher]: Assigned task pick_shelf_A3 to robot_1",
     "[robot_1]: Received task ",
@@ -149,7 +151,8 @@ def test_a_killed_launcher_leaves_no_process_behind(world: World):
 
 
 def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
-    terminal = world.terminal("make", "run", f"ARGS=enable_debug:=true {' '.join(LONG_STOP_WORDS)}")
+    arguments = f"ARGS=enable_debug:=true {' '.join(LONG_STOP_WORDS)}"
+    terminal = world.terminal(*MAKE_RUN, arguments)
     terminal.wait_for_all("[debug_logger]: /fleet/tasks: ", timeout_s=120.0)
     terminal.ctrl_c()
     assert terminal.exit_code() == 0, terminal.text
@@ -160,7 +163,7 @@ def test_make_run_ends_with_exit_code_0_on_ctrl_c(world: World):
 def test_sigterm_to_make_run_without_a_terminal_ends_the_fleet(world: World):
     # As a container's or a CI's stop does it.
     make = subprocess.Popen(
-        ["make", "run"],
+        [*MAKE_RUN],
         env=world.env,
         cwd=REPOSITORY,
         stdin=subprocess.DEVNULL,
