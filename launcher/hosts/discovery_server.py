@@ -35,9 +35,25 @@ def main(words: list[str]) -> None:
             file=sys.stderr,
         )
         raise SystemExit(_MISSING)
-    command = [binary, "-i", index, "-l", listen, "-p", port]
+    words = ["-i", index, "-l", listen, "-p", port]
     with for_exec():
+        command = [binary, *_front(binary), *words]
         os.execve(binary, command, environment(os.environ, binary))
+
+
+def _front(binary: str) -> list[str]:
+    """Fast DDS 3, whose library has another name, wants the number of a command: this is a server.
+
+    It prints `Invalid command index` otherwise; `fastdds discovery` is a script that gives it.
+    """
+    libraries = (path for folder in _libraries(binary) for path in glob.glob(f"{folder}/*.so*"))
+    is_3 = any(os.path.basename(path).startswith("libfastdds.so") for path in libraries)
+    return ["42"] if is_3 else []
+
+
+def _libraries(binary: str) -> list[str]:
+    prefix = os.path.dirname(os.path.dirname(os.path.realpath(binary)))
+    return [f"{prefix}/lib", *sorted(glob.glob(f"{prefix}/lib/*-linux-gnu"))]
 
 
 def find(env: Mapping[str, str], prefix: str) -> str | None:
@@ -58,9 +74,8 @@ def _folders(env: Mapping[str, str], prefix: str) -> Iterator[str]:
 
 def environment(env: Mapping[str, str], binary: str) -> dict[str, str]:
     """With the libraries beside the binary: those of ROS, and those that the wheels bring."""
-    prefix = os.path.dirname(os.path.dirname(os.path.realpath(binary)))
-    folders = [f"{prefix}/lib", *sorted(glob.glob(f"{prefix}/lib/*-linux-gnu"))]
-    folders += sorted(glob.glob(f"{prefix}/lib/python3*/site-packages/ros_*.libs"))
+    folders = _libraries(binary)
+    folders += sorted(glob.glob(f"{folders[0]}/python3*/site-packages/ros_*.libs"))
     known = [one for one in env.get("LD_LIBRARY_PATH", "").split(os.pathsep) if one]
     path = os.pathsep.join(dict.fromkeys([*folders, *known]))
     # It would take the other servers for its own.

@@ -40,6 +40,24 @@ def test_the_libraries_of_the_wheels_are_added_once(tmp_path: Path):
     assert found["HOME"] == "/root"
 
 
+@pytest.mark.parametrize(
+    ("library", "front"),
+    [("libfastrtps.so.2.14", []), ("x86_64-linux-gnu/libfastdds.so.3", ["42"])],
+)
+def test_fast_dds_3_is_given_the_number_of_its_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, front: list[str]
+):
+    binary = program(tmp_path)
+    (tmp_path / "lib" / library).parent.mkdir(parents=True)
+    (tmp_path / "lib" / library).touch()
+    run: list[list[str]] = []
+    monkeypatch.setattr(discovery_server, "find", lambda environ, prefix: str(binary))
+    monkeypatch.setattr(os, "execve", lambda path, words, environ: run.append(words))
+
+    discovery_server.main(["0", "127.0.0.1", "11811"])
+    assert run == [[str(binary), *front, "-i", "0", "-l", "127.0.0.1", "-p", "11811"]]
+
+
 def test_without_a_server_the_message_says_where_it_comes_from(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
@@ -47,4 +65,4 @@ def test_without_a_server_the_message_says_where_it_comes_from(
     with pytest.raises(SystemExit) as error:
         discovery_server.main(["0", "127.0.0.1", "11811"])
     assert error.value.code == 127
-    assert "pip install ros-fastrtps" in capsys.readouterr().err
+    assert f"pip install {discovery_server.wheel()}" in capsys.readouterr().err
