@@ -13,7 +13,7 @@ import pytest
 
 from launcher.language import launch_session
 from launcher.language.actions.event_actions import LogInfo
-from launcher.language.compat import vocabulary
+from launcher.language.compat import is_installed, vocabulary
 
 
 @pytest.fixture(autouse=True)
@@ -46,8 +46,13 @@ def test_outside_there_is_no_launch_package():
         importlib.import_module("launch.actions")
 
     assert not [name for name in sys.modules if name.partition(".")[0] == "launch"]
-    with pytest.raises(ImportError):
-        importlib.import_module("launch.actions")
+    assert not is_installed("launch")
+
+
+def test_outside_an_import_finds_the_stand_in_behind_all_that_is_installed():
+    code = "import launch, launch.actions; print(launch.actions.LogInfo.__module__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "launcher.language.actions.event_actions\n"
 
 
 def test_a_real_launch_that_was_imported_before_comes_back_untouched(real_launch: ModuleType):
