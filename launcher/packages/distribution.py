@@ -13,6 +13,7 @@ from launcher.base.model.record import Record
 
 # The distributions by the first number of the version of rclpy.
 NAMES = {"3": "humble", "4": "iron", "7": "jazzy", "9": "kilted", "10": "lyrical"}
+WHEEL_MACHINES = ("x86_64",)  # for which the index has wheels
 DEFAULT = "jazzy"  # whose packages hints name where there is no ROS 2
 EXTRAS = ("jazzy", "kilted")  # those with wheels; the extras of this package with these names
 ROS_VARIABLES = ("ROS_DISTRO", "ROS_PYTHON_VERSION", "ROS_VERSION")

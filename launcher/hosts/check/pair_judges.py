@@ -10,7 +10,7 @@ from launcher.base.text import count
 from launcher.hosts.check.host_findings import CheckedHost, HostFinding, Survey
 from launcher.hosts.check.host_judges import sync_command
 from launcher.hosts.file.hosts_model import LOCAL, DiscoveryMode
-from launcher.packages.distribution import of_version
+from launcher.packages.distribution import WHEEL_MACHINES, of_version, or_default
 
 DEFAULT_MIDDLEWARE = "rmw_fastrtps_cpp"
 _UDP = "FASTDDS_BUILTIN_TRANSPORTS"
@@ -80,7 +80,9 @@ def _differences(survey: Survey) -> Iterator[HostFinding]:
             )
         if member.name != LOCAL and distro_of(member) is None:
             text = f"{member.facts['executable']} finds no ROS: no rclpy"
-            advice = "set `setup: /opt/ros/DISTRO/setup.sh`, or install the wheels: hosts sync"
+            advice = f"set `setup: /opt/ros/{or_default()}/setup.sh`"
+            if member.facts["machine"] in WHEEL_MACHINES:
+                advice += ", or install the wheels: hosts sync"
             yield _finding("distro", [member.name], text, advice)
     yield from _different(
         survey,

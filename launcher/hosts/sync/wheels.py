@@ -100,7 +100,7 @@ def chosen(
         has = f"; of it there is only {others[0]}" if others else ""
         raise LauncherError(
             f"{folder} has no wheel of {names(found.missing)} for {target}{has}",
-            hint=f"pip download failed: {problem}" if problem else None,
+            hint=pip_messages.advice(problem) or (problem and f"pip download failed: {problem}"),
         )
     return [*found.files]
 

@@ -39,6 +39,7 @@ def member(name: str, *, engine: HostEngine = HostEngine.AUTO, **changes: Any) -
     facts: dict[str, Any] = {
         "python": [3, 11, 2],
         "executable": "/usr/bin/python3",
+        "machine": "x86_64",
         "uid": 1000,
         "client": "",
         "settings": {},
@@ -127,6 +128,15 @@ def survey(*members: CheckedHost, lost: tuple[tuple[str, str, str], ...] = ()) -
         if one is not other and (kind, one.name, other.name) not in lost
     }
     return Survey(members={one.name: one for one in members}, arrived=frozenset(arrived))
+
+
+def test_a_host_for_which_there_are_no_wheels_needs_an_installation():
+    here, bot = member(LOCAL), member("bot1", rclpy=None)
+    assert "hosts sync" in only(check_pairs(survey(here, bot), None)).advice
+    bot = member("bot1", rclpy=None, machine="aarch64")
+    advice = only(check_pairs(survey(here, bot), None)).advice
+    assert advice.startswith("set `setup: /opt/ros/")
+    assert "hosts sync" not in advice
 
 
 @pytest.mark.parametrize(

@@ -281,3 +281,9 @@ def test_compiled_files_are_recognized(tmp_path: Path):
     ]
 
     assert natives(entries) == [Native(path=path, machine="x86_64", glibc=34, python=11)]
+
+
+@pytest.mark.parametrize(("name", "is_of_ros"), [("ros-action-msgs", True), ("numpy", False)])
+def test_a_machine_without_wheels_of_ros_needs_an_installation(name: str, is_of_ros: bool):
+    found = f"{NOT_FOUND}{name}==2.0.3 (from versions: none)\n{NOT_FOUND}{name}==2.0.3"
+    assert ("install ROS 2 there" in pip_messages.advice(found)) == is_of_ros

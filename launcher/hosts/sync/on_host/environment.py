@@ -126,7 +126,10 @@ def _run(command: Sequence[str], what: str, given: str = "") -> None:
             "pip reaches no index of packages from there",
             "give --wheelhouse DIR, which may be a new folder: it is filled here, and sent",
         )
-    raise Refusal(f"{what}: {text}")
+    if name := pip_messages.missing(text):
+        version = f"Python {sys.version_info.major}.{sys.version_info.minor}"
+        text = f"it finds no {name} for {version} on {os.uname().machine}"
+    raise Refusal(f"{what}: {text}", pip_messages.advice("\n".join(lines)))
 
 
 def _end_with_operator(process: subprocess.Popen[bytes]) -> None:

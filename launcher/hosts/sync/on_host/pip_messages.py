@@ -7,6 +7,10 @@ import re
 # A warning before another try, which may succeed: the reason, and the page or its path.
 _BROKEN = re.compile(r"connection broken by '(.*)': (\S+)")
 _MISSING = re.compile(r"No matching distribution found for ([A-Za-z0-9._-]+)")
+_INSTALL_ROS = (
+    "there are no wheels of ROS 2 for its machine and version of Python: install ROS 2 there, "
+    "and name its set-up file by `setup:` in the hosts file"
+)
 _NO_CONNECTION = (
     *("NewConnectionError", "NameResolutionError", "ConnectTimeout", "Failed to establish"),
     "ProxyError",
@@ -19,6 +23,11 @@ def missing(text: str) -> str:
     """The package that pip has not found, in lower case with `-`; empty if it is another error."""
     found = _MISSING.findall(text)
     return _canonical(found[-1]) if found else ""
+
+
+def advice(text: str) -> str:
+    """What to do about a package of ROS 2 that pip has not found; empty if it is another error."""
+    return _INSTALL_ROS if missing(text).startswith("ros-") else ""
 
 
 def broken(text: str) -> str:
