@@ -23,13 +23,13 @@ _OVER = ("STOPPED", "EXITED", "FATAL")
 class Condition:
     """One thing that is waited for: `wanted` of `name`; `text` is what is seen instead."""
 
-    def __init__(self, name: str, wanted: str) -> None:
+    def __init__(self, name: str, wanted: str, text: str) -> None:
         self.name = name
         self.wanted = wanted
         self.holds = False
         self.is_lost = False  # it can no longer hold
         self._was_there = False
-        self.text = f"no run has a process '{name}' yet"
+        self.text = text
 
     def document(self) -> dict[str, object]:
         return {"name": self.name, "wanted": self.wanted, "holds": self.holds, "text": self.text}
@@ -37,10 +37,14 @@ class Condition:
     def look(self, rows: Sequence[dict[str, Any]]) -> None:
         """Compare the processes that the name stands for, as rows of `ps`."""
         self._was_there = True
-        self.holds = all(_is(row, self.wanted) for row in rows)
         others = [row for row in rows if not _is(row, self.wanted)]
-        self.text = "; ".join(map(_described, others or rows))
+        self.holds = not others
+        described = _described if others or self.wanted == "ended" else self._as_wanted
+        self.text = "; ".join(map(described, others or rows))
         self.is_lost = self.wanted != "ended" and any(map(_is_over, others))
+
+    def _as_wanted(self, row: dict[str, Any]) -> str:
+        return f"{row['name']} is {self.wanted}"
 
     def end(self) -> None:
         """The run has ended, and all of its processes."""
@@ -84,16 +88,30 @@ class Waiting:
     """
 
     def __init__(
-        self, reactor: Reactor, names: Sequence[str], state: str, run: str | None = None
+        self,
+        reactor: Reactor,
+        names: Sequence[str],
+        state: str,
+        facts: Sequence[Fact],
+        run: str | None = None,
     ) -> None:
         self._reactor = reactor
         self._which = run
-        self._of_run = [Condition(name, state) for name in names]
-        self._of_graph: list[Condition] = []
+        self._facts = facts
+        whose = f"no run {run}" if run else "no run"
+        self._of_run = [
+            Condition(name, state, f"{whose} has a process '{name}' yet") for name in names
+        ]
+        unseen = f"the domain is that of the run: {whose} yet" if names else "none yet"
+        self._of_graph = [
+            Condition(one.subject, one.kind, f"{one.kind} {one.subject}: {unseen}") for one in facts
+        ]
         self._graph = GraphFacts(reactor, lambda text: None)
         self._events: Connection | None = None
         self._rows: Connection | None = None
         self.changed: Callable[[], object] = lambda: None  # called after each look
+        # Called for a name that looks like a misspelt one, which may never come.
+        self.suspect: Callable[[Condition], object] = lambda condition: None
 
     @property
     def conditions(self) -> list[Condition]:
@@ -108,14 +126,14 @@ class Waiting:
             if connection is not None:
                 connection.close()
 
-    def begin(self, facts: Sequence[Fact]) -> None:
+    def begin(self) -> None:
         """Look for the run first: its nodes are in its domain. ControlError."""
         if not self._of_run:
-            self._watch(facts)
+            self._watch()
         elif (run := self._found()) is not None:
-            self._follow(run, facts)
+            self._follow(run)
         else:
-            self._reactor.call_later(LOOK_S, lambda: self.begin(facts))
+            self._reactor.call_later(LOOK_S, self.begin)
 
     def _found(self) -> ListedRun | None:
         """The run; None if it has not begun. ControlError if there are several."""
@@ -124,12 +142,10 @@ class Waiting:
         except NoActiveRunError:
             return None
 
-    def _watch(self, facts: Sequence[Fact]) -> None:
+    def _watch(self) -> None:
         env = dict(os.environ, ROS_DOMAIN_ID=str(environment_domain()))
-        for fact in facts:
-            condition = Condition(fact.subject, fact.kind)
+        for fact, condition in zip(self._facts, self._of_graph, strict=True):
             condition.text = f"no {fact.kind} {fact.subject} yet"
-            self._of_graph.append(condition)
             self._graph.watch(fact, env, 0.0, self._reporter(condition))
 
     def _reporter(self, condition: Condition) -> Callable[[bool, str], None]:
@@ -143,7 +159,7 @@ class Waiting:
 
     # ---- the run
 
-    def _follow(self, run: ListedRun, facts: Sequence[Fact]) -> None:
+    def _follow(self, run: ListedRun) -> None:
         if run.domain_id is not None:
             os.environ["ROS_DOMAIN_ID"] = str(run.domain_id)
             adopt(os.environ, environment_domain)
@@ -153,7 +169,7 @@ class Waiting:
         except NoRunError:
             self._end()
             return
-        self._watch(facts)
+        self._watch()
         self._reactor.add_reader(self._events.fileno(), self._happened)
         self._look()
 
@@ -176,6 +192,8 @@ class Waiting:
             except RefusedError as error:
                 condition.holds = False
                 condition.text = error.message + (f" ({error.hint})" if error.hint else "")
+                if error.hint and "did you mean" in error.hint:
+                    self.suspect(condition)
             except NoRunError:
                 return  # its events end as well
         self.changed()

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import functools
 import os
+import re
+import sys
 from collections.abc import Callable
 
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, UsageError
+from launcher.base.model.ros_names import full_name
 from launcher.base.model.supervision import Fact
 from launcher.base.option import DEBUG, JSON, Option, option, positive_seconds
 from launcher.base.verb_table import VERBS
 from launcher.posix.json_output import print_document
 from launcher.posix.reactor import Reactor
 from launcher.ros.verb import dispatch, domain_option
-from launcher.ros.waiting import STATES, Waiting
+from launcher.ros.waiting import STATES, Condition, Waiting
 
 _DOMAIN = option(
     "-d, --domain ID", "ROS domain (default: that of the run with NAME, else ROS_DOMAIN_ID)"
 )
+_NAME = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
+_PATTERN = re.compile(r"[\w/*?\[\]!-]+", re.ASCII)
 _ABOUT = """\
 Wait until all of it holds. NAME is a process of a run as for `ps`; the run may begin later. With
 several runs, choose one with --run.
@@ -34,10 +39,14 @@ class NotInTime(LauncherError):
 
 
 def _named(flag: str) -> Callable[[str], str]:
+    form = _PATTERN if flag == "--node" else _NAME
+
     def read(word: str) -> str:
         if not word.strip("/"):
             raise ValueError(f"the name behind {flag} is missing")
-        return word if word.startswith("/") else f"/{word}"
+        if not form.fullmatch(word):
+            raise ValueError(f"'{word}' cannot be the name of a {flag.lstrip('-')}")
+        return full_name(word)
 
     return read
 
@@ -60,11 +69,14 @@ def _wait(options: Parsed) -> int:
     if options.domain is not None:
         os.environ["ROS_DOMAIN_ID"] = str(domain_option(options))
     state = options.state or STATES[0]
-    with Reactor() as reactor, Waiting(reactor, options.names, state, options.run) as waiting:
-        return _until(options, reactor, waiting, facts)
+    with (
+        Reactor() as reactor,
+        Waiting(reactor, options.names, state, facts, options.run) as waiting,
+    ):
+        return _until(options, reactor, waiting)
 
 
-def _until(options: Parsed, reactor: Reactor, waiting: Waiting, facts: list[Fact]) -> int:
+def _until(options: Parsed, reactor: Reactor, waiting: Waiting) -> int:
     begun_s = reactor.now()
     reported: set[int] = set()
 
@@ -77,16 +89,27 @@ def _until(options: Parsed, reactor: Reactor, waiting: Waiting, facts: list[Fact
         if all(one.holds for one in found) or any(one.is_lost for one in found):
             reactor.stop()
 
-    waiting.changed = changed
+    suspected: set[str] = set()
+
+    def suspect(condition: Condition) -> None:
+        if condition.name not in suspected:
+            suspected.add(condition.name)
+            print(f"note: {condition.text}", file=sys.stderr, flush=True)
+
+    waiting.changed, waiting.suspect = changed, suspect
     if options.timeout is not None:
         reactor.call_later(options.timeout, reactor.stop)
-    waiting.begin(facts)
+    waiting.begin()
     reactor.run()
+    return _concluded(options, waiting, reactor.now() - begun_s)
+
+
+def _concluded(options: Parsed, waiting: Waiting, waited_s: float) -> int:
     missing = [one for one in waiting.conditions if not one.holds]
     if options.json:
-        waited_s = round(reactor.now() - begun_s, 3)
         found = [one.document() for one in waiting.conditions]
-        print_document({"holds": not missing, "waited_s": waited_s, "conditions": found})
+        document = {"holds": not missing, "waited_s": round(waited_s, 3), "conditions": found}
+        print_document(document)
     lost = [one.text for one in missing if one.is_lost]
     if lost:
         raise LauncherError("; ".join(lost))

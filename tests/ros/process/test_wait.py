@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -22,10 +23,10 @@ LATE = (
 )
 
 
-def start(bench: ControlBench, *words: str) -> subprocess.Popen[str]:
+def start(bench: ControlBench, *words: str, timeout_s: float = TIMEOUT_S) -> subprocess.Popen[str]:
     runtime = str(bench.runtime)
     return subprocess.Popen(
-        [sys.executable, "-m", "launcher", "wait", *words, "--timeout", str(TIMEOUT_S)],
+        [sys.executable, "-m", "launcher", "wait", *words, "--timeout", str(timeout_s)],
         env={**bench.env, "TMPDIR": runtime, "XDG_RUNTIME_DIR": runtime},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -63,7 +64,9 @@ def test_ready_is_what_the_supervision_file_says(control_bench: ControlBench):
         assert "late-1 is running: no line with 'I am ready'" in late.stderr
         waiting = start(control_bench, "late", "--state", "ready")
         (folder / "go").touch()
-        assert end(waiting)[0] == 0
+        code, out, _ = end(waiting)
+        assert code == 0
+        assert out.startswith("late-1 is ready (")
 
 
 def test_a_process_that_has_ended_runs_no_more(control_bench: ControlBench):
@@ -89,12 +92,26 @@ def test_the_end_of_a_run_ends_what_waits(control_bench: ControlBench):
         assert end(never) == (1, "", "error: the run has ended without a process 'dog'\n")
 
 
+def test_before_the_run_all_conditions_are_named(control_bench: ControlBench):
+    waiting = start(control_bench, "cat", "--topic", "late", "--json", timeout_s=0.5)
+    code, out, err = end(waiting)
+    assert code == 124
+    texts = [one["text"] for one in json.loads(out)["conditions"]]
+    assert texts == [
+        "no run has a process 'cat' yet",
+        "publisher /late: the domain is that of the run: no run yet",
+    ]
+    assert all(text in err for text in texts)
+
+
 def test_what_is_missing_at_the_timeout(control_bench: ControlBench):
     with control_bench.launch(CAT) as run:
         assert run.shell("wait", "cat").returncode == 0
         late = run.shell("wait", "cat", "cta", "--timeout", "0.2", "--json")
         assert late.returncode == 124
-        assert "not within 0.2 s: unknown process 'cta' (did you mean 'cat-1'?" in late.stderr
+        unknown = "unknown process 'cta' (did you mean 'cat-1'?"
+        assert late.stderr.startswith(f"note: {unknown}")
+        assert f"not within 0.2 s: {unknown}" in late.stderr
         fit("wait", late.stdout)
         begun_s = time.monotonic()
         assert run.shell("wait", "cat", "--timeout", "60").returncode == 0
@@ -102,9 +119,11 @@ def test_what_is_missing_at_the_timeout(control_bench: ControlBench):
 
 
 @pytest.mark.parametrize(
-    "words", [(), ("--state", "ready"), ("cat", "--state", "up"), ("--topic", "")], ids=str
+    "words",
+    [(), ("--state", "ready"), ("cat", "--state", "up"), ("--topic", ""), ("--topic", "a b")],
+    ids=str,
 )
 def test_bad_command_lines(control_bench: ControlBench, words):
     code, _, err = end(start(control_bench, *words))
     assert code == 2
-    assert "wait" in err or "behind --topic is missing" in err or "running, ready, ended" in err
+    assert re.search("wait|behind --topic is missing|running, ready, ended|cannot be the name", err)
