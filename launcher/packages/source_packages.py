@@ -7,15 +7,20 @@ below, and beside the package that the working directory is in.
 
 from __future__ import annotations
 
+import functools
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from launcher.base import text_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
+    from typing import Any, ParamSpec, TypeVar
+
+    P = ParamSpec("P")
+    T = TypeVar("T")
 
 MARKERS = "share/ament_index/resource_index/packages"
 OVERLAY_FOLDER = "launcher-packages-"  # with the user's id, in the temporary directory
@@ -33,6 +38,32 @@ _LAUNCHER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 _OURS = os.path.dirname(_LAUNCHER)
 _chosen: dict[str, str] = {}  # package -> source folder
 _IN_WHEEL = os.path.join(_LAUNCHER, "demo_package")  # by setup.py of the launcher
+_kept: dict[str, Any] | None = None  # what was read since a function that reads once began
+
+
+def reading_once(function: Callable[P, T]) -> Callable[P, T]:
+    """A function that looks at many packages: what is installed and around is read once for it."""
+
+    @functools.wraps(function)
+    def wrapped(*words: P.args, **more: P.kwargs) -> T:
+        global _kept
+        outer = _kept
+        _kept = {} if outer is None else outer
+        try:
+            return function(*words, **more)
+        finally:
+            _kept = outer
+
+    return wrapped
+
+
+def _once(key: str, read: Callable[[], T]) -> T:
+    if _kept is None:
+        return read()
+    if key not in _kept:
+        _kept[key] = read()
+    found: T = _kept[key]
+    return found
 
 
 def find(name: str) -> str | None:
@@ -74,6 +105,10 @@ def distributions(name: str | None = None) -> list[Distribution]:
 
 def editable() -> dict[str, str]:
     """Package -> source folder of all editable installations that have a package.xml."""
+    return _once("editable", _editable)
+
+
+def _editable() -> dict[str, str]:
     found: dict[str, str] = {}
     for distribution in distributions():
         folder = folder_of(distribution)
@@ -125,7 +160,8 @@ def around() -> Iterator[tuple[str, str]]:
     In the working directory, above, and the launcher's own; then below the working directory, or
     beside the package that it is in; then in the `src/` of a workspace above.
     """
-    return ((name, folder) for name, folder in _folders_around() if name)
+    folders = _folders_around() if _kept is None else _once("around", lambda: [*_folders_around()])
+    return ((name, folder) for name, folder in folders if name)
 
 
 def beside(source: str) -> dict[str, str]:

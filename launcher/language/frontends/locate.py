@@ -17,7 +17,13 @@ from launcher.packages.finder import (
     search_prefixes,
     share_directory,
 )
-from launcher.packages.source_packages import around, distributions, editable, files_in
+from launcher.packages.source_packages import (
+    around,
+    distributions,
+    editable,
+    files_in,
+    reading_once,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -41,6 +47,7 @@ _ANSWERS = ("did you mean", "package.xml", "it is installed in")
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
 
+@reading_once
 def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     """The launch file that `TARGET` or `PACKAGE FILE` names; UsageError if there is none.
 
@@ -81,6 +88,7 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     return _only(target, found)
 
 
+@reading_once
 def is_launch_file(word: str, env: Mapping[str, str]) -> bool:
     """Whether `locate` finds a launch file, or several, by this word alone."""
     return _is_file(Path(word)) or bool(word and os.sep not in word and _by_name(word, env))
@@ -114,6 +122,7 @@ def _own_packages() -> list[str]:
     return sorted({*editable(), *(name for name, _ in around())})
 
 
+@reading_once
 def executable_command(word: str, env: Mapping[str, str]) -> str | None:
     """`run PACKAGE WORD` if a package of the user has an executable of this name."""
     found = [package for package in _own_packages() if word in executables(package, env)]
@@ -176,6 +185,7 @@ def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
     yield from _installed_launch_files(env)
 
 
+@reading_once
 def launch_names(env: Mapping[str, str]) -> list[str]:
     """The names that `locate` finds without a path or a package, sorted."""
     return sorted({_stem(file) for file in _all_launch_files(env)})

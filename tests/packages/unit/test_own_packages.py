@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
+from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError, UsageError
 from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
@@ -278,6 +278,28 @@ def test_the_search_ends_in_a_large_folder(work: Path, monkeypatch):
     found = [name for name, folder in source_packages.around() if folder.startswith(str(work))]
 
     assert found == ["pkg0", "pkg1", "pkg2"]
+
+
+def test_what_looks_at_all_packages_reads_folders_and_installations_once(work: Path, monkeypatch):
+    for index in range(4):
+        made(work / f"src/pkg{index}")
+    read: list[str | None] = []
+    folders, distributions = source_packages._folders_around, source_packages.distributions
+    monkeypatch.setattr(
+        source_packages, "_folders_around", lambda: (read.append("/"), folders())[1]
+    )
+    monkeypatch.setattr(
+        source_packages,
+        "distributions",
+        lambda name=None: (read.append(name), distributions(name))[1],
+    )
+
+    with pytest.raises(UsageError):
+        locate(["nope"], os.environ)
+
+    assert (read.count("/"), read.count(None)) == (1, 1)
+    assert source_packages._kept is None
+    assert [name for name, _ in source_packages.around() if name == "pkg3"] == ["pkg3"]
 
 
 def test_packages_of_merged_and_isolated_workspaces_are_found(tmp_path: Path):
