@@ -186,8 +186,14 @@ FORMS: Mapping[str, tuple[Form, ...]] = {
             lines=True,
             note="`event`: `rate`, or with `--for` at the end `total`",
         ),
-        _form("topic bw", "topic, bytes_per_s, messages, min_bytes, max_bytes", lines=True),
-        _form("topic delay", f"topic, mean_s, {_SPREAD}, fresh", lines=True),
+        _form(
+            "topic bw",
+            "topic, event, bytes_per_s, messages, min_bytes, max_bytes",
+            "topic, event, messages, bytes, bytes_per_s",
+            lines=True,
+            note="`event`: `rate`, or with `--for` at the end `total`",
+        ),
+        _form("topic delay", f"topic, event, mean_s, {_SPREAD}, fresh", lines=True),
         _form("node list", "nodes[name, count]"),
         _form(
             "node info",

@@ -300,8 +300,9 @@ def say(text: str, *, json: bool) -> None:
 
 
 def clear_screen() -> None:
-    """The control characters of ros2cli, whatever stdout is."""
-    unescaped(sys.stdout).write("\x1b[H\x1b[2J\n")
+    """As ros2cli does, but only a terminal: files and pipes get no control characters."""
+    if sys.stdout.isatty():
+        unescaped(sys.stdout).write("\x1b[H\x1b[2J\n")
 
 
 def show(options: Parsed, document: Mapping[str, object], lines: Iterable[object]) -> int:

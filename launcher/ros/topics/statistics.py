@@ -113,6 +113,8 @@ class Bandwidth:
 
     def __init__(self, window: int) -> None:
         self._sizes: deque[_Arrived] = deque(maxlen=window)
+        self._first_ns: int | None = None
+        self._count = self._bytes = 0
         self.has_news = False
 
     def __len__(self) -> int:
@@ -120,6 +122,9 @@ class Bandwidth:
 
     def add(self, received_ns: int, size_bytes: int) -> None:
         self._sizes.append(_Arrived(received_ns, size_bytes))
+        self._first_ns = received_ns if self._first_ns is None else self._first_ns
+        self._count += 1
+        self._bytes += size_bytes
         self.has_news = True
 
     def due(self, now_ns: int) -> tuple[float, list[int]] | None:
@@ -128,6 +133,12 @@ class Bandwidth:
             return None
         sizes = [one.size_bytes for one in self._sizes]
         return sum(sizes) * NANOS / (now_ns - self._sizes[0].time_ns), sizes
+
+    def total(self, end_ns: int) -> dict[str, float]:
+        """Of all messages, not only of the window; a rate needs two."""
+        span_ns = 0 if self._first_ns is None else end_ns - self._first_ns
+        rate = self._bytes * NANOS / span_ns if self._count > 1 and span_ns > 0 else 0.0
+        return {"messages": self._count, "bytes": self._bytes, "bytes_per_s": rate}
 
 
 def rate_text(found: Spread) -> str:

@@ -13,6 +13,7 @@ from launcher.base.errors import ExitCode
 from launcher.base.model.ros_names import full_name
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
+from launcher.posix.domains import why_empty
 from launcher.posix.json_output import print_line
 from launcher.ros.discovery.completeness import settled_graph
 from launcher.ros.snapshot.ros_graph import GraphSnapshot, is_hidden
@@ -102,7 +103,7 @@ class Measurement:
             self._listen(observer)
             self.clock.stop()
         if not self.topics:
-            return ExitCode.PROCESS_FAILED if options.topics else ExitCode.OK
+            return ExitCode.PROCESS_FAILED
         if options.for_s is None:
             return ExitCode.OK
         self.rest()
@@ -118,6 +119,8 @@ class Measurement:
         self.topics = [name for name in names if self.options.hidden or not is_hidden(name)]
         found = f"Subscribing to all {len(self.topics)} available topics..."
         self.say(found if self.topics else "No topics available")
+        if not graph.nodes:
+            warn(f"hint: {why_empty(self.options.access.domain_id)}")
 
     def _listen(self, observer: Observer) -> None:
         options = self.options
@@ -299,7 +302,7 @@ class Bandwidths(Measurement):
             self._sizes[name].has_news = False
         if self.options.json:
             for name, one in due.items():
-                print_line({"topic": name, **_bandwidth_document(*one)})
+                print_line({"topic": name, "event": "rate", **_bandwidth_document(*one)})
         elif due and self.is_alone:
             self.clear()
             print(statistics.bandwidth_text(*due[self.topics[0]]))
@@ -308,6 +311,9 @@ class Bandwidths(Measurement):
             self.print_table(statistics.BANDWIDTH_HEAD, rows)
 
     def verdict(self, for_s: float) -> int:
+        now_ns = self.clock.now_ns() or 0
+        for name in self.topics if self.options.json else ():
+            print_line({"topic": name, "event": "total", **self._sizes[name].total(now_ns)})
         silent = (name for name in self.topics if name not in self._reported)
         return self.too_few([(name, len(self._sizes[name])) for name in silent], for_s)
 
@@ -333,7 +339,8 @@ class Ages(Measurement):
         spread, fresh = due
         if self.options.json:
             document = _document(spread, "mean_s", "mean_s")
-            print_line({"topic": self.topics[0], **document, "fresh": fresh})
+            head = {"topic": self.topics[0], "event": "delay"}
+            print_line({**head, **document, "fresh": fresh})
         else:
             print(statistics.delay_text(spread, fresh=fresh))
 

@@ -66,7 +66,7 @@ def test_the_timeout_of_echo_ends_it_although_messages_arrive(verb):
             r"0\.5\n0\.5,0\.0,0\.0\n",
         ),
         (["/numbers", "--field", "data.[3]", "--field", "data[4]"], r"3\.0\n4\.0\n---\n"),
-        (["/chatter", "--clear"], r"\x1b\[H\x1b\[2J\ndata: msg \d+\n---\n"),
+        (["/chatter", "--clear"], r"data: msg \d+\n---\n"),  # only a terminal is cleared
         (
             ["/numbers", "--no-arr", "--field", "data", "--csv"],
             r"array\('d', \[0\.0, .*\]\)\n",

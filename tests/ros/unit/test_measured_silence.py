@@ -31,7 +31,9 @@ Measured = Callable[..., tuple[int, str, str]]
 def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Measured:
     """Runs a verb as if messages had arrived at these seconds; exit code, output and errors."""
 
-    def run(name: str, times_s: Sequence[float], **more: Any) -> tuple[int, str, str]:
+    def run(
+        name: str, times_s: Sequence[float], observing: Any = None, **more: Any
+    ) -> tuple[int, str, str]:
         def listen(self: measurements.Measurement, observer: object) -> None:
             for topic in self.topics:
                 self.found(TopicTarget(name=topic, type="x", publishers=()))
@@ -43,7 +45,7 @@ def measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
             self.report()
 
         monkeypatch.setattr(measurements.Measurement, "_listen", listen)
-        monkeypatch.setattr(measurements, "observing", no_graph)
+        monkeypatch.setattr(measurements, "observing", observing or no_graph)
         given = {"for_s": 2.0, "json": False, "window": 100, "use_sim_time": False}
         options = measurements.MeasureOptions(
             access=GraphAccess(0, 1.0),
@@ -127,13 +129,50 @@ CLEAR = "\x1b[H\x1b[2J\n"
         ("bw", " 3        2 B    2 B   2 B\n\n"),
     ],
 )
-def test_all_topics_are_measured_below_a_cleared_screen(measured: Measured, name: str, line: str):
+def test_all_topics_are_measured_below_a_cleared_screen(
+    measured: Measured, monkeypatch: pytest.MonkeyPatch, name: str, line: str
+):
+    _, out, _ = measured(name, [0.5, 1.0, 1.5], topics=[])
+    assert "\x1b" not in out  # no terminal
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+
     code, out, err = measured(name, [0.5, 1.0, 1.5], topics=[])
     assert (code, err) == (0, "")
     first, *subscribed = out.partition(CLEAR)[0].splitlines()
     assert first == "Subscribing to all 3 available topics..."
     assert subscribed == [f"Subscribed to [/{letter}]" for letter in "tuv"]
     assert out.partition(CLEAR)[2].endswith(line)
+
+
+def test_no_topics_at_all_are_an_error_with_the_reason(measured: Measured):
+    for name in ("hz", "bw"):
+        for for_s in (None, 2.0):
+            code, out, err = measured(name, [], empty_graph, topics=[], for_s=for_s)
+            assert (code, out) == (1, "No topics available\n")
+            assert err.startswith("hint: 0 nodes on domain 0")
+
+
+@contextlib.contextmanager
+def empty_graph(*words: object, **more: object) -> Iterator[object]:
+    graph = GraphSnapshot(domain_id=0, nodes=(), infos=())
+    yield SimpleNamespace(prefetched_graph=lambda: graph)
+
+
+def test_the_lines_of_bandwidth_say_what_they_are(measured: Measured, monkeypatch):
+    monkeypatch.setattr("launcher.ros.topics.clock.WallClock.now_ns", lambda self: 2 * NANOS)
+    code, out, _ = measured("bw", [0.0, 0.5, 1.0], json=True, window=2)
+
+    *rates, total = map(json.loads, out.splitlines())
+    assert (code, {one["event"] for one in rates}) == (0, {"rate"})
+    assert total == {
+        "version": 1,
+        "topic": "/t",
+        "event": "total",
+        "messages": 3,
+        "bytes": 6,
+        "bytes_per_s": 3.0,
+    }
+    assert json.loads(measured("delay", [0.5], json=True)[1])["event"] == "delay"
 
 
 def test_one_of_several_topics_that_is_silent_is_an_error_but_not_one_of_all(measured: Measured):
