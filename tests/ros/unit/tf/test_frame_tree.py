@@ -112,11 +112,48 @@ def test_a_loop_is_shown_once_with_what_is_below_it():
     assert shown == ["x", "└─ y", "a", "└─ b", "   └─ c"]
 
 
-def test_a_frame_between_two_parents_is_below_the_last():
+def test_a_frame_between_two_parents_is_below_both_each_with_its_rate():
+    tree = tree_of(*moving("a>cam", by="/one"), *moving("b>cam", "cam>lens", by="/two"))
+    lines = list(tree.lines(NOW))
+
+    assert lines[:3] == [
+        "problem: cam has several parents: a (by /one) and b (by /two)",
+        "problem: there are 2 unconnected trees: a, b",
+        "",
+    ]
+    shown = [line.replace("buffer 5.00 s, newest 0.00 s, oldest 5.00 s old ", "") for line in lines]
+    assert shown[3:] == [
+        "a",
+        "└─ cam      10.0 Hz, (by /one)",
+        "b",
+        "└─ cam      10.0 Hz, (by /two)",
+        "   └─ lens  10.0 Hz, (by /two)",
+    ]
+    document = tree.document(NOW)
+    assert document["roots"] == ["a", "b"]
+    assert [one["transforms"] for one in document["frames"]] == [51, 51]
+    assert tree.dot(NOW).count("Average rate: 10.0") == 3
+
+
+def test_two_parents_in_one_tree():
     tree = tree_of(*ROBOT, sample("map>base"))
 
-    assert tree.courses["base"].parent == "map"
-    assert any(line.startswith("├─ base ") for line in tree.lines(NOW))
+    frames = [row.strip("└├│─ ") for row, _ in tree.rows(NOW)]
+    assert frames == ["map", "base", "camera", "laser", "odom", "base"]
+    assert tree.roots() == ["map"]
+
+
+@pytest.mark.parametrize("at_s", [5.0, 1_796_004_107.0])
+def test_stamps_of_another_clock_have_no_age(at_s):
+    tree = tree_of(sample("map>odom", at_s=at_s))
+    now_ns = 1_796_004_112 * S if at_s < 10 else NOW
+    [problem] = tree.problems(now_ns)
+
+    assert problem.text == f"odom: its stamp {at_s} is far from now (simulated time?)"
+    assert problem.kind == ("old" if at_s < 10 else "future")
+    assert tree.rows(now_ns)[1][1] == (
+        f"one transform, buffer 0.00 s, stamps {at_s:.2f} to {at_s:.2f} (by /robot)"
+    )
 
 
 def test_as_a_document():
@@ -179,7 +216,7 @@ def test_what_has_ended_is_forgotten():
     tree.take(sample("odom>base", at_s=105.5))
 
     assert [problem.kind for problem in tree.problems(NOW)] == ["future", "old", "several trees"]
-    assert tree.courses["base"].rate_hz == pytest.approx(2.0)
+    assert tree.courses["base"].last.rate_hz == pytest.approx(2.0)
     assert list(tree.courses["laser"].broadcasters) == ["/description"]
 
 
