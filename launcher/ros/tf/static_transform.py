@@ -7,10 +7,11 @@ import string
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from launcher.base.program import program
 from launcher.base.ros_errors import VerbError
 from launcher.ros.messages.interfaces import load_message
 from launcher.ros.tf.arithmetic import Transform, normalized, quaternion
-from launcher.ros.tf.frame_buffer import StampedTransform
+from launcher.ros.tf.frame_buffer import StampedTransform, refusal
 from launcher.ros.verb import warn
 
 if TYPE_CHECKING:
@@ -76,12 +77,19 @@ def _checked(parent: str, child: str, transform: Transform) -> StampedTransform:
         rotation = normalized(transform.rotation)  # listeners from Kilted on take no other
     except ValueError as error:
         raise _fault(str(error)) from None
-    return StampedTransform(parent, child, 0, transform._replace(rotation=rotation))
+    stamped = StampedTransform(parent, child, 0, transform._replace(rotation=rotation))
+    if (why := refusal(stamped)) is not None:
+        warn(f"warning: listeners ignore this transform, {why}")
+    return stamped
 
 
 def _fault(text: str) -> VerbError:
-    usage = "[--x X] ... [--qx QX] ... [--roll ROLL] ... --frame-id FRAME --child-frame-id CHILD"
-    return VerbError(f"error parsing command line arguments: {text}", hint=f"usage: {usage}")
+    verb, frames = f"{program()} tf static", "FRAME CHILD"
+    usage = f"""usage: {verb} [--x X] [--y Y] [--z Z] --frame-id FRAME --child-frame-id CHILD
+         [--qx QX] [--qy QY] [--qz QZ] [--qw QW] | [--roll R] [--pitch P] [--yaw Y]
+   or (deprecated): {verb} X Y Z YAW PITCH ROLL {frames}
+   or (deprecated): {verb} X Y Z QX QY QZ QW {frames}"""
+    return VerbError(f"error parsing command line arguments: {text}", hint=usage)
 
 
 def node_name() -> str:

@@ -120,12 +120,16 @@ def _known(node: str) -> str | None:
 
 
 class TfMonitor:
-    """Prints a report every ten seconds; `frames` are two, or none for all."""
+    """Prints a report every ten seconds; `frames` are two, or none for all.
 
-    def __init__(self, frames: Sequence[str], *, json: bool) -> None:
+    Its caller ends it after `for_s`.
+    """
+
+    def __init__(self, frames: Sequence[str], *, json: bool, for_s: float | None = None) -> None:
         self.has_data = False
         self._frames = tuple(frames)
         self._json = json
+        self._first_s = _REPORT_S if for_s is None else min(for_s, _REPORT_S)
         self._buffer = FrameBuffer()
         self._statistics = DelayStatistics()
         self._chain: tuple[str, ...] = ()
@@ -149,6 +153,12 @@ class TfMonitor:
             self._report_s += _REPORT_S
             self.report()
 
+    def why_not(self) -> str | None:
+        """Why there has been no way between the two frames; None if there is nothing to say."""
+        if not self._frames or self._chain:
+            return None
+        return self._buffer.why_not(*self._frames) or "it came too late"
+
     def _begin(self, now_ns: int, elapsed_s: float) -> bool:
         """Whether the way between the two frames is known."""
         if self._frames:
@@ -165,7 +175,7 @@ class TfMonitor:
             self._chain = self._buffer.chain(other, one)
         what = " -> ".join(self._frames) or "all frames"
         if not self._json:
-            print(f"Gathering data on {what} for {_REPORT_S:g} seconds...", flush=True)
+            print(f"Gathering data on {what} for {self._first_s:g} seconds...", flush=True)
         self._net_s, self._report_s = elapsed_s, elapsed_s + _REPORT_S
         return True
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING
 
@@ -105,6 +105,16 @@ def _of_bag(options: Parsed) -> Iterator[TfSample]:
     return found
 
 
+def _refuse_names(frames: Iterable[str]) -> None:
+    """UsageError for a name that no frame can have, as tf2 says at each lookup."""
+    for frame in frames:
+        if not frame:
+            raise UsageError("the name of a frame is empty", hint="is a shell variable unset?")
+        if frame.startswith("/"):
+            text = f"'{frame}': in tf2 the name of a frame cannot begin with a slash"
+            raise UsageError(text, hint=f"did you mean {frame.lstrip('/')}?")
+
+
 # ---- echo
 
 
@@ -112,6 +122,7 @@ def _echo(options: Parsed) -> int:
     from launcher.ros.tf.tf_echo import TfEchoOptions
     from launcher.ros.verbs.streams import until_interrupted
 
+    _refuse_names((options.frame, options.other))
     chosen = TfEchoOptions(
         frame=options.frame,
         other=options.other,
@@ -198,7 +209,9 @@ def _tree(options: Parsed) -> int:
         for line in tree.lines(now_ns):
             print(line)
     if tree.courses:
-        return ExitCode.OK
+        is_judged = not (options.dot or options.output)
+        has_problem = is_judged and bool(tree.problems(now_ns))
+        return ExitCode.PROCESS_FAILED if has_problem else ExitCode.OK
     where = options.bag or f"{options.wait_time:g} s"
     warn(f"no transforms on {' and '.join(_topics(options))} within {where}")
     return ExitCode.PROCESS_FAILED
@@ -228,6 +241,7 @@ def _monitor(options: Parsed) -> int:
 
     if len(options.frames) not in (0, 2):
         raise UsageError("usage: tf monitor [A B]", hint="two frames, or none for all")
+    _refuse_names(options.frames)
     with until_interrupted(is_end=options.for_s is None):
         return _monitor_graph(options)
     return ExitCode.OK
@@ -236,7 +250,8 @@ def _monitor(options: Parsed) -> int:
 def _monitor_graph(options: Parsed) -> int:
     from launcher.ros.tf.tf_monitor import TfMonitor
 
-    clock, monitor = _clock(options), TfMonitor(options.frames, json=options.json)
+    clock = _clock(options)
+    monitor = TfMonitor(options.frames, json=options.json, for_s=options.for_s)
     is_going_on = _limit(options.for_s)
 
     def tick() -> bool:
@@ -245,11 +260,14 @@ def _monitor_graph(options: Parsed) -> int:
 
     for sample in _received(options, clock, tick):
         monitor.take(sample, clock.now_ns() or 0)
+    if not monitor.has_data:
+        warn(f"no transforms on {' and '.join(_topics(options))} within {options.for_s:g} s")
+        return ExitCode.PROCESS_FAILED
+    if (why := monitor.why_not()) is not None:
+        warn(f"no chain {' -> '.join(options.frames)}: {why}")
+        return ExitCode.PROCESS_FAILED
     monitor.report()
-    if monitor.has_data:
-        return ExitCode.OK
-    warn(f"no transforms on {' and '.join(_topics(options))} within {options.for_s:g} s")
-    return ExitCode.PROCESS_FAILED
+    return ExitCode.OK
 
 
 # ---- static

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from launcher.base.program import program
 from launcher.base.ros_errors import VerbError
 from launcher.ros.tf.arithmetic import quaternion
 from launcher.ros.tf.static_transform import node_name, parsed
@@ -72,6 +73,18 @@ def test_errors(options, words, text):
 
     assert caught.value.message.endswith(f": {text}")
     assert caught.value.exit_code == 1
+    usage = str(caught.value.hint).splitlines()
+    assert usage[0].startswith(f"usage: {program()} tf static [--x X] ")
+    assert usage[2].endswith(" tf static X Y Z YAW PITCH ROLL FRAME CHILD")
+
+
+@pytest.mark.parametrize("number", ["nan", "-nan"])
+def test_what_listeners_ignore_is_published_with_a_warning(capsys, number):
+    parsed({**FRAMES, "x": number}, [])
+
+    assert capsys.readouterr().err == (
+        "warning: listeners ignore this transform, TF_NAN_INPUT: it contains nan\n"
+    )
 
 
 def test_a_frame_below_itself_is_refused():

@@ -66,10 +66,21 @@ def test_the_way_between_two_frames(capsys):
     ]
 
 
-def test_frames_that_are_not_there_are_awaited(capsys):
-    feed(TfMonitor(("base", "nose"), json=False), 2)
+def test_the_time_that_it_gathers_is_no_longer_than_its_own(capsys):
+    for for_s, shown in ((3.0, "3"), (25.0, "10")):
+        monitor = TfMonitor(("base", "map"), json=False, for_s=for_s)
+        feed(monitor, 1)
+        assert capsys.readouterr().out == f"Gathering data on base -> map for {shown} seconds...\n"
+        assert monitor.why_not() is None
 
-    err = capsys.readouterr().err
+
+def test_frames_that_are_not_there_are_awaited(capsys):
+    monitor = TfMonitor(("base", "nose"), json=False)
+    feed(monitor, 2)
+
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert str(monitor.why_not()).endswith("source_frame - frame does not exist")
     assert err.count("[tf2_monitor_main]: Waiting for transform base ->  nose: ") == 2
 
 
