@@ -19,6 +19,8 @@ from launcher.base.ros_errors import VerbError, did_you_mean
 from launcher.ros.parameter_values import NOT_SET, plain_value, type_for_words, type_name
 from launcher.ros.service_caller import ServiceCaller
 
+_UNDECLARED = "Invalid access to undeclared parameter(s): "  # the reason of rclpy
+
 
 def prepare(caller: ServiceCaller, node: str) -> None:
     """Create the clients, which is slow, while the node is being discovered."""
@@ -204,7 +206,15 @@ def set_all(caller: ServiceCaller, node: str, parameters: list[Any]) -> list[Any
         return []
     request = SetParameters.Request(parameters=parameters)
     answer = caller.call(SetParameters, f"{node}/set_parameters", request)
-    return results_of(answer, len(parameters))
+    results = results_of(answer, len(parameters))
+    return [named(one, [sent.name]) for one, sent in zip(results, parameters, strict=True)]
+
+
+def named(result: Any, undeclared: Sequence[str]) -> Any:
+    """A result whose reason names these parameters; rclpy lists only the last of them, or none."""
+    if result.reason.startswith(_UNDECLARED) and undeclared:
+        result.reason = f"{_UNDECLARED}{list(undeclared)}"
+    return result
 
 
 def results_of(answer: Any, count: int) -> list[Any]:

@@ -157,7 +157,8 @@ class TfMonitor:
         """Why there has been no way between the two frames; None if there is nothing to say."""
         if not self._frames or self._chain:
             return None
-        return self._buffer.why_not(*self._frames) or "it came too late"
+        one, other = self._frames
+        return self._buffer.why_not(one, other) or "it came too late"
 
     def _begin(self, now_ns: int, elapsed_s: float) -> bool:
         """Whether the way between the two frames is known."""

@@ -53,7 +53,10 @@ def _set(options: Parsed) -> int:
                 )
                 for name, word in words.items()
             ]
-            result = parameters.set_atomically(caller, node, messages)
+            result = parameters.named(
+                parameters.set_atomically(caller, node, messages),
+                [name for name in words if name not in types],
+            )
             done = "Set parameters atomically successful"
             code = _report(options, result, done, "Setting parameters atomically")
             return _show_results(options, node, dict.fromkeys(words, result), code)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rcl_interfaces.msg import SetParametersResult
 
-from launcher.ros.parameters import answers, results_of
+from launcher.ros.parameters import answers, named, results_of
 
 Node = Callable[[Sequence[str], set[str]], list[str]]
 
@@ -54,3 +54,21 @@ def test_a_parameter_that_a_node_has_not_judged_is_not_set():
     assert [one.successful for one in fewer] == [True, False]
     assert fewer[1].reason == "the node has not answered for it"
     assert results_of(SimpleNamespace(results=[judged, judged]), 1) == [judged]
+
+
+@pytest.mark.parametrize(
+    ("reason", "names", "shown"),
+    [
+        ("Invalid access to undeclared parameter(s): []", ["a"], "'a'"),
+        ("Invalid access to undeclared parameter(s): ['b']", ["a", "b"], "'a', 'b'"),
+        ("Invalid access to undeclared parameter(s): ['b']", [], "'b'"),
+    ],
+)
+def test_what_is_not_declared_is_named(reason: str, names: list[str], shown: str):
+    result = SetParametersResult(successful=False, reason=reason)
+
+    assert named(result, names).reason == f"Invalid access to undeclared parameter(s): [{shown}]"
+
+
+def test_other_reasons_stay():
+    assert named(SetParametersResult(reason="too fast"), ["a"]).reason == "too fast"
