@@ -167,14 +167,18 @@ def graph_snapshot(options: Parsed) -> GraphSnapshot:
 
 
 class GraphAccess(Record):
-    """The domain of the graph, and how long to wait at most until it is complete and quiet."""
+    """The domain of the graph, and how long to wait at most until it is complete and quiet.
+
+    `verb` is in the name of the node.
+    """
 
     domain_id: int
     spin_time_s: float
+    verb: str = "verb"
 
     @classmethod
     def of(cls, options: Parsed) -> GraphAccess:
-        return cls(domain_option(options), spin_time_s(options))
+        return cls(domain_option(options), spin_time_s(options), options.command.name)
 
 
 def snapshot_at(access: GraphAccess, *, asks_runs: bool = True) -> GraphSnapshot:
@@ -232,7 +236,8 @@ def observing(
             stack.callback(prefetch.close)
         from launcher.ros.discovery.observer import Observer  # imports rclpy, which is slow
 
-        yield stack.enter_context(Observer(domain_id, prefetch=prefetch, profile=profile))
+        observer = Observer(domain_id, purpose=access.verb, prefetch=prefetch, profile=profile)
+        yield stack.enter_context(observer)
 
 
 def settled_observer(options: Parsed) -> contextlib.AbstractContextManager[Observer]:

@@ -271,7 +271,7 @@ def main() -> None:
     keep_for_messages()
     dispositions.ignore()  # it ends with the launcher
     settings = FlightSettings(**strict_json.unpacked(sys.argv[1]))
-    with Observer() as observer:
+    with Observer(purpose="flight recorder") as observer:
         FlightRecorder(settings, observer).run()
 
 

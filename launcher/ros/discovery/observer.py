@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -59,7 +60,8 @@ class Observer:
     """A node in a separate context; use it in a `with` statement.
 
     `domain_id` None is the environment's. With a name it is a node like others and sees itself;
-    without, it is hidden from other observers. A `prefetch` introduces it to the others. `profile`
+    without, it is hidden from other observers, and its name says its `purpose`, such as the verb.
+    A `prefetch` introduces it to the others. `profile`
     is a file of Fast DDS, for users who have none.
     """
 
@@ -68,6 +70,7 @@ class Observer:
         domain_id: int | None = None,
         *,
         name: str | None = None,
+        purpose: str = "verb",
         prefetch: Prefetch | None = None,
         profile: str | None = None,
     ) -> None:
@@ -77,7 +80,8 @@ class Observer:
         self._is_hidden = name is None
         self._stale = StaleNodes()
         # names that begin with an underscore are hidden; two observers may run at the same time
-        self.name = name or f"_launcher_observer_{os.getpid()}_{id(self):x}"
+        label = re.sub(r"\W", "_", purpose, flags=re.ASCII)
+        self.name = name or f"_launcher_{label}_{os.getpid()}_{id(self):x}"
 
     def __enter__(self) -> Observer:
         see_whole_graph()

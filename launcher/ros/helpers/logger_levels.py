@@ -142,7 +142,7 @@ def main() -> None:
     from launcher.ros.discovery.observer import Observer
     from launcher.ros.service_caller import ServiceCaller
 
-    with Observer() as observer, ServiceCaller(observer) as caller:
+    with Observer(purpose="logger levels") as observer, ServiceCaller(observer) as caller:
         print(strict_json.packed(answers(caller, questions)), flush=True)
 
 

@@ -249,7 +249,10 @@ def main() -> None:
     comparison = ParameterComparison(
         nodes, lambda text: print(strict_json.packed(text), flush=True)
     )
-    with Observer() as observer, ServiceCaller(observer, answer_s=ANSWER_S) as caller:
+    with (
+        Observer(purpose="parameter check") as observer,
+        ServiceCaller(observer, answer_s=ANSWER_S) as caller,
+    ):
         comparison.run(caller, over.is_set)
 
 

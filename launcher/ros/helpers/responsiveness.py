@@ -183,7 +183,7 @@ def main() -> None:
         from launcher.ros.discovery.observer import Observer
     except ImportError:
         sys.exit("rclpy cannot be used")
-    with Observer() as observer:
+    with Observer(purpose="responsiveness") as observer:
         serve(Questions(observer.node), Input())
 
 

@@ -234,7 +234,7 @@ def main() -> None:
     os.set_blocking(sys.stdout.fileno(), False)
     try:
         # announces us more often; a profile of the user takes precedence
-        with Observer(profile=str(_PROFILE)) as observer:
+        with Observer(purpose="probe", profile=str(_PROFILE)) as observer:
             probe = Probe(observer, inbox, outbox)
             signal.signal(signal.SIGTERM, probe.end)
             probe.run()

@@ -153,7 +153,7 @@ class FactWatcher:
 
         # announces us more often, to nodes that start later; a profile of the user takes precedence
         profile = os.path.join(os.path.dirname(probe.__file__), "participant.xml")
-        return self._stack.enter_context(Observer(profile=profile))
+        return self._stack.enter_context(Observer(purpose="ready", profile=profile))
 
 
 def main() -> None:
