@@ -7,10 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from launcher.ros.snapshot.ros_graph import INFINITE_NS, Endpoint, TopicGraph
 
 _NANOS = 1_000_000_000
+
+
+class Roles(NamedTuple):
+    """What the two sides are called, and what the second does not receive."""
+
+    writer: str = "publisher"
+    reader: str = "subscription"
+    nothing: str = "nothing"
+
+
+REQUESTS, RESPONSES = (
+    Roles("client", "server", "no requests"),
+    Roles("server", "client", "no responses"),
+)
+_TOPIC = Roles()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,11 +39,15 @@ class QosMismatch:
 
     @property
     def advice(self) -> str:
+        return self.advice_for(_TOPIC)
+
+    def advice_for(self, roles: Roles) -> str:
         if self.policy == "TYPE":
             return f"use one type on both sides: {self.offered} or {self.requested}"
         noun = self.policy.lower().replace("_", " ")
         wanted = self.requested
-        return f"set the subscription's {noun} to {self.offered}, or the publisher's to {wanted}"
+        reader, writer = f"the {roles.reader}'s {noun}", f"the {roles.writer}'s"
+        return f"set {reader} to {self.offered}, or {writer} to {wanted}"
 
 
 def faults(publisher: Endpoint, subscription: Endpoint) -> list[QosMismatch]:
@@ -135,8 +155,11 @@ def mismatches(endpoints: Iterable[Endpoint]) -> list[Mismatch]:
     return found
 
 
-def explain(endpoints: Iterable[Endpoint]) -> str:
-    """The mismatches of a topic in sentences; one sentence if there are none."""
+def explain(endpoints: Iterable[Endpoint], roles: Roles = _TOPIC) -> str:
+    """The mismatches of a topic in sentences; one sentence if there are none.
+
+    A service has two topics of DDS, for its `REQUESTS` and its `RESPONSES`.
+    """
     known = list(endpoints)
     publishers = sum(e.is_publisher for e in known)
     pairs = publishers * (len(known) - publishers)
@@ -144,8 +167,8 @@ def explain(endpoints: Iterable[Endpoint]) -> str:
     if not found:
         return f"QoS: {_match(pairs)}"
     bad = sum(len(m.publishers) for m in found)
-    noun = "pair of publisher and subscription does" if bad == 1 else "pairs do"
-    return "\n".join([f"QoS: {bad} of {pairs} {noun} not match", *_sentences(found)])
+    noun = f"pair of {roles.writer} and {roles.reader} does" if bad == 1 else "pairs do"
+    return "\n".join([f"QoS: {bad} of {pairs} {noun} not match", *_sentences(found, roles)])
 
 
 def _match(pairs: int) -> str:
@@ -154,13 +177,13 @@ def _match(pairs: int) -> str:
     return "the pair matches" if pairs == 1 else f"all {pairs} pairs match"
 
 
-def _sentences(found: list[Mismatch]) -> Iterator[str]:
+def _sentences(found: list[Mismatch], roles: Roles) -> Iterator[str]:
     for mismatch in found:
         names = ", ".join(e.shown_node for e in mismatch.publishers)
-        yield f"  {mismatch.subscription.shown_node} receives nothing from {names}"
+        yield f"  {mismatch.subscription.shown_node} receives {roles.nothing} from {names}"
         for fault in mismatch.faults:
             yield (
-                f"    {fault.policy}: the publisher offers {fault.offered}, "
-                f"the subscription asks for {fault.requested}"
+                f"    {fault.policy}: the {roles.writer} offers {fault.offered}, "
+                f"the {roles.reader} asks for {fault.requested}"
             )
-            yield f"    to repair: {fault.advice}"
+            yield f"    to repair: {fault.advice_for(roles)}"

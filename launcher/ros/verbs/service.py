@@ -173,25 +173,27 @@ def _await_service(caller: ServiceCaller, kind: object, options: Parsed) -> None
     if text := _mismatch(graph, name, type_name(kind), profile):
         warn(text)
     if not caller.wait_for(client, deadline - time.monotonic()):
-        raise NoAnswerError(f"service '{name}' is not available after {options.timeout:g} s")
+        is_there = f"service '{name}' is there, but its QoS does not match: waited"
+        why = is_there if text else f"service '{name}' is not available after"
+        raise NoAnswerError(f"{why} {options.timeout:g} s")
 
 
 def _mismatch(graph: GraphSnapshot, name: str, type_name: str, profile: QoSProfile) -> str:
     """Why no server matches a client with this profile; empty if none is there, or one may."""
     from launcher.ros.service_endpoints import endpoints
-    from launcher.ros.snapshot.qos_matching import explain, mismatches
+    from launcher.ros.snapshot.qos_matching import REQUESTS, RESPONSES, explain, mismatches
     from launcher.ros.snapshot.ros_graph import Direction
     from launcher.ros.topics.qos import endpoint_of
 
     servers = [one for one in endpoints(graph, name) if not one.is_client]
     texts = []
-    for direction, theirs in (
-        (Direction.PUBLISHER, [one.reader for one in servers]),
-        (Direction.SUBSCRIPTION, [one.writer for one in servers if one.writer]),
+    for direction, roles, theirs in (
+        (Direction.PUBLISHER, REQUESTS, [one.reader for one in servers]),
+        (Direction.SUBSCRIPTION, RESPONSES, [one.writer for one in servers if one.writer]),
     ):
         own = endpoint_of(profile, direction, name, type_name, node="this command")
         pairs = [own, *(info.endpoint() for info in theirs)]
-        texts += [explain(pairs)] if mismatches(pairs) else []
+        texts += [explain(pairs, roles)] if mismatches(pairs) else []
     return "\n".join(texts)
 
 

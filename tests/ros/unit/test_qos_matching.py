@@ -5,6 +5,8 @@ import pytest
 from launcher.posix.ports import participants_of
 from launcher.ros.draw.dot import to_dot
 from launcher.ros.snapshot.qos_matching import (
+    REQUESTS,
+    RESPONSES,
     explain,
     mismatched_policy,
     mismatches,
@@ -39,6 +41,25 @@ def test_a_subscription_may_not_ask_for_more_than_is_offered(offered, asked, pol
     publisher = endpoint("/a", "publisher", **offered)
     subscription = endpoint("/b", "subscription", **asked)
     assert mismatched_policy(publisher, subscription) == policy
+
+
+@pytest.mark.parametrize(
+    ("roles", "writer", "reader", "nothing"),
+    [
+        (REQUESTS, "client", "server", "no requests"),
+        (RESPONSES, "server", "client", "no responses"),
+    ],
+)
+def test_clients_and_servers_are_called_so(roles, writer, reader, nothing):
+    pair = endpoint("/a", "publisher", reliability="BEST_EFFORT"), endpoint("/b", "subscription")
+
+    assert explain(pair, roles).splitlines() == [
+        f"QoS: 1 of 1 pair of {writer} and {reader} does not match",
+        f"  /b receives {nothing} from /a",
+        f"    RELIABILITY: the {writer} offers BEST_EFFORT, the {reader} asks for RELIABLE",
+        f"    to repair: set the {reader}'s reliability to BEST_EFFORT, "
+        f"or the {writer}'s to RELIABLE",
+    ]
 
 
 @pytest.mark.parametrize(
