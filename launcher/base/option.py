@@ -126,9 +126,10 @@ def seconds(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        value = -1.0
+        value = float("nan")
     if not 0.0 <= value < float("inf"):
-        raise ValueError(f"'{text}' is not a number of seconds")
+        why = ": it is below 0" if value < 0.0 else ""
+        raise ValueError(f"'{text}' is not a number of seconds{why}")
     return value
 
 

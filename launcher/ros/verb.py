@@ -28,7 +28,7 @@ def seconds(word: str) -> float:
     """A time below thirty years; ValueError."""
     value = any_seconds(word)
     if value >= 1e9:
-        raise ValueError(f"'{word}' is not a number of seconds")
+        raise ValueError(f"'{word}' is not a number of seconds below 1e9")
     return value
 
 

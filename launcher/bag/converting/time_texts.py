@@ -41,7 +41,8 @@ def duration_ns(word: str) -> int:
 
 def _ns(seconds: decimal.Decimal, word: str) -> int:
     if not seconds.is_finite() or not 0 <= seconds * 10**9 <= _MOST:
-        raise ValueError(f"'{word}' is not a number of seconds")
+        why = ": it is below 0" if seconds.is_finite() and seconds < 0 else ""
+        raise ValueError(f"'{word}' is not a number of seconds{why}")
     return int(seconds * 10**9)
 
 

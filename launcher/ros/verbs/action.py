@@ -198,7 +198,8 @@ def _pursue(
                 return ExitCode.PROCESS_FAILED
             _show(options, document, f"Goal accepted with ID: {goal.id}\n")
             if options.timeout == 0:
-                _show(options, None, f"{_LATE} after 0 seconds.")
+                _show(options, None, f"{_LATE} after 0 seconds.")  # the words of ros2cli
+                warn("hint: the goal goes on; -t 0 does not wait for its end")
                 return ExitCode.OK
             found = goal.result(limit_s)
     except KeyboardInterrupt:

@@ -205,7 +205,7 @@ def test_definitions_that_a_database_lacks_are_those_of_the_installed_types(tmp_
         (["-o", "x", "--field", "data"], "--field is for tables", "--to csv"),
         (["-o", "x", "--remap", "/a=/b"], "'/a=/b' is not OLD:=NEW", "--remap OLD:=NEW"),
         (["-o", "x", "--start", "noon"], "'noon' is neither a number of seconds nor a date", None),
-        (["-o", "x", "--start", "-1"], "'-1' is not a number of seconds", None),
+        (["-o", "x", "--start", "-1"], "'-1' is not a number of seconds: it is below 0", None),
         (["-o", "x", "--start", "1", "--start-offset", "1"], "exclude each other", None),
         (["-o", "x", "-e", "("], r"'\(' is not a regular expression", None),
         (["-o", "x", "--to", "db3"], "'db3' is not one of csv, jsonl, mcap", None),

@@ -139,6 +139,12 @@ def test_invalid_numbers_of_seconds(word):
         seconds(word)
 
 
+@pytest.mark.parametrize(("word", "why"), [("-1", ": it is below 0"), ("x", ""), ("nan", "")])
+def test_a_negative_number_of_seconds_is_said_to_be_one(word, why):
+    with pytest.raises(ValueError, match=f"'{word}' is not a number of seconds{why}$"):
+        seconds(word)
+
+
 @pytest.mark.parametrize("word", ["-1", "1.5", "²", "x", "", "7"])
 def test_invalid_counts(word):
     with pytest.raises(ValueError, match="is not a whole number from 0 to 6"):

@@ -130,7 +130,8 @@ def test_mistakes(site, words, error):
 def test_a_goal_whose_end_is_not_awaited_goes_on(site):
     sent = site.send_goal(WAIT, "-t", "0")
     assert sent.lines[-1] == "Timed out waiting for result after 0 seconds."
-    assert (sent.err, sent.code) == ("", 0)
+    hint = "hint: the goal goes on; -t 0 does not wait for its end\n"
+    assert (sent.err, sent.code) == (hint, 0)
     words = ("echo", "/execute", "-i", "STATUS_TOPIC", "--timeout", "3", "--json")
     shown = eventually(lambda: site.action(*words), lambda one: one.out)
     assert shown.json()["message"]["status_list"][-1]["status"] in (1, 2)
