@@ -82,7 +82,7 @@ def _report(*, as_json: bool) -> int:
     from launcher.posix.domains import environment_domain, usual_spin_time_s
     from launcher.ros.verb import GraphAccess, snapshot_at
 
-    graph = snapshot_at(GraphAccess(environment_domain(), usual_spin_time_s()))
+    graph = snapshot_at(GraphAccess(environment_domain(), usual_spin_time_s(), "doctor"))
     sections = report.report(os.environ, graph)
     if as_json:
         print_document({"sections": [section.document() for section in sections]})
