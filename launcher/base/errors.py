@@ -39,7 +39,8 @@ _MEANINGS = {
     ExitCode.OK: "all processes exited as expected, or were stopped on request",
     ExitCode.PROCESS_FAILED: "a process died, was killed or did not start, a host could not be "
     "reached, or the launcher failed",
-    ExitCode.USAGE: "bad command line or bad launch file; nothing was started",
+    ExitCode.USAGE: "bad command line or bad launch file, or something to install is missing; "
+    "nothing was started",
     ExitCode.NOT_MET: "smoke: an expectation was not met",
     ExitCode.NOT_READY: "smoke: the system was not ready in time",
     ExitCode.INTERRUPTED: "stopped by Ctrl-C (SIGINT), and a process was killed or had died, or "

@@ -58,6 +58,10 @@ def _problem(text: str, advice: str, *, is_fixable: bool = False) -> Verdict:
 @_check("ROS 2")
 def ros_in_use(facts: DoctorFacts) -> Verdict:
     """Which one it is; its packages and Python's modules may be of different ones."""
+    if facts.ros is None:
+        return _problem("none is found", facts.ros_remedy)
+    if facts.ros_misfit is not None:
+        return _problem(facts.ros_misfit, facts.ros_remedy)
     if facts.ros_conflict is None:
         return _ok(facts.ros)
     return _problem(facts.ros_conflict, "start from a shell where only one ROS 2 was sourced")
@@ -77,7 +81,8 @@ def wheels(facts: DoctorFacts) -> Verdict:
         others = [DISTRIBUTIONS.get(m, m) for m in sorted(errors) if m not in OF_ROS]
         steps = [" ".join(["pip install", *others])] if others else []
         if any(module in errors for module in OF_ROS):
-            steps.append(f"{facts.ros_install}, or source the setup file of an installed ROS 2")
+            is_above = facts.ros is None or facts.ros_misfit is not None
+            steps.append("see 'ROS 2' above" if is_above else facts.ros_remedy)
         advice = "; ".join(steps)
     return _problem(f"cannot be imported: {text}", advice)
 
@@ -86,7 +91,8 @@ def wheels(facts: DoctorFacts) -> Verdict:
 def library_path(facts: DoctorFacts) -> Verdict:
     """The libraries of the wheels, for which the interpreter re-executes itself once."""
     if not facts.is_bootstrapped or f"{facts.python_prefix}/lib" in facts.library_path:
-        return _ok("the libraries of the wheels can be found")
+        found = "the libraries of the wheels can be found"
+        return _ok(found if facts.has_wheels else "no wheels are in use, which would need it")
     state = "names another environment" if facts.library_path else "is gone"
     return _problem(
         f"_ROS_WHEELS_BOOTSTRAP_COMPLETE is set, but LD_LIBRARY_PATH {state} (sudo, su and some "
@@ -108,7 +114,9 @@ def ament_prefix_path(facts: DoctorFacts) -> Verdict:
     if missing:
         advice = "remove it from AMENT_PREFIX_PATH, or build that workspace"
         return _problem("; ".join(texts), advice)
-    return _ok("every entry exists, and none hides the wheels")
+    if not facts.prefixes:
+        return _ok("not set")
+    return _ok("every entry exists" + ", and none hides the wheels" * facts.has_wheels)
 
 
 @_check("launcher")

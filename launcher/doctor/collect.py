@@ -28,7 +28,8 @@ from launcher.doctor.settings import collect_settings
 from launcher.output.logs.old_runs import kept_beyond
 from launcher.output.logs.run_directory import log_root
 from launcher.packages import distribution
-from launcher.packages.extras import DISTRIBUTION, install_command
+from launcher.packages.absent_ros import misfit, remedy
+from launcher.packages.extras import DISTRIBUTION
 from launcher.posix import log_folder, proc
 from launcher.posix.cleanup.run_id import abandoned_groups, abandoned_runs
 from launcher.run.monitor import shared_memory
@@ -62,15 +63,18 @@ def collect(env: Mapping[str, str], workspace: WorkspaceFacts | None = None) -> 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     logs = Path(log_root(env))
     kept = kept_runs(logs)
+    found = distribution.find(env)
     return DoctorFacts(
         stale=tuple(shared_memory.settled()),
         leftovers=leftovers(),
         stale_groups=tuple(group.path for _, group in abandoned_groups()),
         unreachable=unreachable(),
         shared_memory=space(Path(shared_memory.FOLDER)),
-        ros=distribution.title(env),
+        ros=distribution.title(env) if found else None,
+        ros_misfit=misfit(env),
         ros_conflict=distribution.conflict(env),
-        ros_install=install_command(distribution.with_wheels(env)),
+        ros_remedy=remedy(environ=env),
+        has_wheels=found is not None and found.is_wheels,
         import_errors=import_errors(env),
         prefixes=prefixes(env.get("AMENT_PREFIX_PATH", ""), sys.prefix, workspace),
         python_prefix=sys.prefix,

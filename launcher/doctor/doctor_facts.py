@@ -116,9 +116,11 @@ class DoctorFacts(Record):
     stale_groups: tuple[str, ...]  # control groups of runs whose launcher has exited
     unreachable: tuple[Unreachable, ...]
     shared_memory: Space | None
-    ros: str  # which ROS 2 is in use
+    ros: str | None  # which ROS 2 is in use
+    ros_misfit: str | None  # that it is for another Python
     ros_conflict: str | None  # what speaks for another one
-    ros_install: str  # the command that installs its wheels
+    ros_remedy: str  # how to get one for this Python
+    has_wheels: bool  # whether it is that of this Python's environment
     import_errors: dict[str, str]  # module -> why it cannot be imported
     prefixes: tuple[Prefix, ...]
     python_prefix: str

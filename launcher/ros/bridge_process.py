@@ -15,9 +15,12 @@ GOODBYE_S = 4.0  # a bridge that does not exit with the run is killed after this
 
 
 def check(options: RunOptions) -> None:
-    """UsageError without the control socket."""
+    """UsageError without the control socket, or without ROS 2."""
     if not options.control:
         raise UsageError("--ros needs the control socket and excludes --no-control")
+    from launcher.packages.absent_ros import require
+
+    require("--ros", {})
 
 
 class RosBridge(Part):

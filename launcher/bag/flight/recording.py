@@ -56,9 +56,9 @@ def check(options: RunOptions) -> None:
     if not options.control or not options.log_files:
         without = "--no-log-files" if options.control else "--no-control"
         raise UsageError(f"--record and {without} exclude each other")
-    from launcher.packages.extras import require
+    from launcher.packages.absent_ros import require
 
-    require("bag", "mcap", "--record")
+    require("--record", {"bag": "mcap"})
 
 
 def settings_of(options: RunOptions, run_folder: str | None, socket: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from launcher.bag.verbs.files import INPUT, STORAGES, ignored, inputs
 from launcher.bag.verbs.info import warn_of
@@ -10,7 +11,11 @@ from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.option import count, number, option, positive_seconds, seconds
+from launcher.packages.absent_ros import require
 from launcher.ros.verb import GraphAccess, ros_command
+
+if TYPE_CHECKING:
+    from launcher.bag.reader import Bag
 
 _CLOCK_HZ = 40.0
 
@@ -39,14 +44,24 @@ def _paths(options: Parsed) -> list[str]:
     return found or list(options.bags)
 
 
-def _play(options: Parsed) -> int:
+def _bags(options: Parsed) -> list[Bag]:
     from launcher.bag.reader import Bag
+
+    try:
+        return [Bag(one) for one in _paths(options)]
+    except ModuleNotFoundError:  # only MCAP needs a package
+        require("bag play", {"bag": "mcap"})
+        raise
+
+
+def _play(options: Parsed) -> int:
+    bags = _bags(options)
+    require("bag play", {})
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.player import PlayOptions, play
 
     path = options.qos_profile_overrides_path
     source = str(options.service_requests_source).partition("_")[0]
-    bags = [Bag(one) for one in _paths(options)]
     for bag in bags:
         warn_of(bag)
     if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):

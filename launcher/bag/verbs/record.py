@@ -15,6 +15,7 @@ from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.option import count, number, option, positive_seconds
+from launcher.packages.absent_ros import require
 from launcher.ros.verb import GraphAccess, ros_command, warn
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def _events_rate(word: str) -> float:
 
 
 def _record(options: Parsed) -> int:
+    require("bag record", {"bag": "mcap"})
     from launcher.bag.ros.record_run import RecordOptions, record
 
     _check_limits(options)

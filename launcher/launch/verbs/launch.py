@@ -345,7 +345,7 @@ def _warn_without_ros(core: LaunchCore) -> None:
     """Of nodes of packages; others may be any program."""
     if not any(spec.ros is not None and spec.ros.package for spec in core.starts):
         return
-    from launcher.packages.extras import ros_hint
+    from launcher.packages.absent_ros import ros_hint
 
     print(f"warning: there is no ROS 2 for nodes: {ros_hint()}", file=sys.stderr)
 

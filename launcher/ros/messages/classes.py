@@ -11,6 +11,7 @@ from typing import Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.packages import unbuilt
+from launcher.packages.extras import is_installed
 
 _PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
 _LIBRARY = re.compile(r"\blib(\w+?)__rosidl_\w+\.so\b")
@@ -88,20 +89,13 @@ def with_library(cls: object) -> Any:
     except UnsupportedTypeSupport as error:
         reason = str(error.__context__ or error)
         library = _LIBRARY.search(reason)
-        if library and not _is_installed(library[1]):
+        if library and not is_installed(library[1]):
             raise missing_package(type_name(cls), library[1]) from None
         raise VerbError(
             f"the library of {type_name(cls)} cannot be loaded: {reason}",
             hint=unbuilt.hint(error.pkg_name, os.environ),
         ) from None
     return cls
-
-
-def _is_installed(package: str) -> bool:
-    try:
-        return importlib.util.find_spec(package) is not None
-    except (ImportError, ValueError):
-        return False
 
 
 def type_name(cls: Any) -> str:

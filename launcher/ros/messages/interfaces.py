@@ -15,6 +15,7 @@ from launcher.base.program import program
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import suggest
 from launcher.packages import unbuilt
+from launcher.packages.absent_ros import ros_hint
 from launcher.packages.workspace import current
 from launcher.ros.messages.classes import check_fields, class_of, missing_package, parts_of
 from launcher.ros.verb import warn
@@ -105,8 +106,15 @@ def absent(package: str) -> str | None:
     return unbuilt.hint(package, os.environ) or _outside(package)
 
 
+def none_installed() -> str | None:
+    """What to do where no package has interfaces."""
+    return None if interface_packages() else f"there is no ROS 2: {ros_hint()}"
+
+
 def _outside(package: str) -> str | None:
     """The hint for a package that a workspace may have, where none is visible."""
+    if hint := none_installed():
+        return hint
     if package in interface_packages() or current() is not None:
         return None
     return "types of a workspace are found only in its folder, or with --workspace DIR"
@@ -173,7 +181,7 @@ def resolve(name: str) -> str:
     short = [full for full in known if name == f"{full.split('/')[0]}/{full.split('/')[2]}"]
     if short:
         return short[0]
-    hint = unbuilt.hint(name.partition("/")[0], os.environ)
+    hint = unbuilt.hint(name.partition("/")[0], os.environ) or none_installed()
     if hint is None and (near := near_miss(name)):
         hint = f"did you mean '{near}'?"
     raise VerbError(f"Unknown interface '{name}'", hint=hint or _containing(name, known))

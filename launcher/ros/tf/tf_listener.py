@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from launcher.base.ros_errors import VerbError
 from launcher.packages import unbuilt
 from launcher.packages.package_origins import build_command
-from launcher.ros.messages.interfaces import load_message
+from launcher.ros.messages.interfaces import load_message, none_installed
 from launcher.ros.snapshot.ros_graph import Direction
 from launcher.ros.tf import tf_message
 from launcher.ros.tf.frame_tree import TfSample
@@ -33,6 +33,8 @@ def require_type() -> Any:
         return load_message(tf_message.TYPE)
     except VerbError:
         text = f"transforms are sent as {tf_message.TYPE}, which is not installed"
+        if is_without_ros := none_installed():
+            raise VerbError(text, hint=is_without_ros) from None
         steps = f"it has no wheel; build it in a workspace: {build_command(_PACKAGE)}"
         raise VerbError(text, hint=unbuilt.hint(_PACKAGE, os.environ) or steps) from None
 

@@ -26,6 +26,7 @@ _TITLES = {"msg": "Messages:", "srv": "Services:", "action": "Actions:"}
 def _list(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import all_interfaces
 
+    _warn_of_none()
     found = {kind: all_interfaces([kind]) for kind in _kinds(options)}
     lines = ([_TITLES[kind], *(f"    {name}" for name in found[kind])] for kind in found)
     names = [*itertools.chain.from_iterable(found.values())]
@@ -49,12 +50,16 @@ def _show(options: Parsed) -> int:
 
 def _package(options: Parsed) -> int:
     from launcher.base.ros_errors import VerbError
-    from launcher.ros.messages.interfaces import interface_packages, interfaces_of
+    from launcher.ros.messages.interfaces import (
+        interface_packages,
+        interfaces_of,
+        none_installed,
+    )
 
     name = options.package
     known = interface_packages()
     if name not in known:
-        hint = unbuilt.hint(name, os.environ) or did_you_mean(name, known)
+        hint = unbuilt.hint(name, os.environ) or none_installed() or did_you_mean(name, known)
         raise VerbError(f"Unknown package '{name}'", hint=hint)
     found = interfaces_of(name, _kinds(options))
     return show(options, {"package": name, "interfaces": found}, found)
@@ -63,9 +68,17 @@ def _package(options: Parsed) -> int:
 def _packages(options: Parsed) -> int:
     from launcher.ros.messages.interfaces import interface_packages, interfaces_of
 
+    _warn_of_none()
     kinds = _kinds(options)
     found = [name for name in interface_packages() if interfaces_of(name, kinds)]
     return show(options, {"packages": found}, found)
+
+
+def _warn_of_none() -> None:
+    from launcher.ros.messages.interfaces import none_installed
+
+    if hint := none_installed():
+        warn(f"hint: {hint}")
 
 
 def _kinds(options: Parsed) -> list[str]:

@@ -6,22 +6,24 @@ import importlib.util
 import re
 from importlib import metadata
 
-from launcher.base.errors import LauncherError
+from launcher.base.errors import UsageError
 from launcher.base.text import several
 from launcher.packages import distribution
+from launcher.packages.absent_ros import ros_hint
 from launcher.packages.extras import DISTRIBUTION, install_command
 
 _EXTRA = re.compile(r"""extra\s*==\s*['"](\w+)['"]""")
 
 
 def require() -> None:
-    """LauncherError with the command that installs what is missing."""
+    """UsageError with the command that installs what is missing."""
     lacking = missing()
     if not lacking:
         return
-    raise LauncherError(
+    once = f"install them once: {install_command(','.join(extras()))}"
+    raise UsageError(
         f"building needs packages that are not installed: {several(lacking, 3)}",
-        hint=f"install them once: {install_command(','.join(extras()))}",
+        hint=ros_hint("build") if distribution.find() is None else once,
     )
 
 

@@ -33,8 +33,10 @@ HEALTHY = DoctorFacts(
     unreachable=(),
     shared_memory=Space(total_bytes=8000 * MB, free_bytes=7000 * MB),
     ros="ROS 2 Jazzy, from wheels",
+    ros_misfit=None,
     ros_conflict=None,
-    ros_install="pip install 'ros2-launcher[jazzy]'",
+    ros_remedy="source the setup file, or pip install 'ros2-launcher[jazzy]'",
+    has_wheels=True,
     import_errors={},
     prefixes=(Prefix("/venv", exists=True),),
     python_prefix="/venv",
@@ -99,13 +101,15 @@ def test_a_healthy_machine_has_one_good_finding_per_check():
             {"import_errors": {"rclpy": "No module"}},
             "problem",
             "rclpy: No module",
-            "pip install 'ros2-launcher[jazzy]', or source the setup file",
+            "source the setup file, or pip install 'ros2-launcher[jazzy]'",
         ),
+        ({"ros": None}, "problem", "none is found", "source the setup file, or pip install"),
+        ({"ros_misfit": "is for Python 3.10"}, "problem", "is for Python 3.10", "source the"),
         (
             {"import_errors": {"std_msgs.msg": "No module", "rich": "No module"}},
             "problem",
             "rich: No module; std_msgs.msg: No module",
-            "pip install rich; pip install 'ros2-launcher[jazzy]', or",
+            "pip install rich; source the setup file, or pip install",
         ),
         ({"import_errors": {"yaml": "No module"}}, "problem", "yaml: No", "pip install pyyaml"),
         (
@@ -301,3 +305,12 @@ def test_an_unknown_word_is_a_usage_error():
 def test_help_names_its_exit_codes(capsys: pytest.CaptureFixture[str]):
     assert cli.main(["doctor", "--help"]) == 0
     assert "exit codes: 0" in capsys.readouterr().out
+
+
+def test_without_ros_nothing_is_said_about_wheels():
+    bare = replace(HEALTHY, ros=None, has_wheels=False, prefixes=(), import_errors=NO_SO)
+    found = {one.name: one for one in check_all(bare)}
+
+    assert found["wheels"].advice == "see 'ROS 2' above"
+    assert found["library path"].text == "no wheels are in use, which would need it"
+    assert found["AMENT_PREFIX_PATH"].text == "not set"

@@ -17,6 +17,7 @@ from std_msgs.msg import UInt8MultiArray
 from std_srvs.srv import Trigger
 from websockets.sync.client import ClientConnection, connect
 
+from launcher.base.errors import ExitCode
 from launcher.ros.discovery.observer import Observer
 from launcher.ros.messages.message_schema import rihs_hash, schema_text
 from launcher.ros.snapshot.ros_graph import Direction
@@ -183,10 +184,10 @@ def test_mistakes_on_the_command_line(env: dict[str, str], words, problem, code)
 def test_without_the_extra_the_command_that_installs_it_is_told(
     env: dict[str, str], tmp_path: Path
 ):
-    (tmp_path / "websockets.py").write_text("raise ImportError('not installed')")
+    (tmp_path / "websockets.py").touch()  # as an old one, without `asyncio.server`
     answer = launcher({**env, "PYTHONPATH": str(tmp_path)}, "foxglove")
-    assert answer.code == 1
-    assert answer.err.startswith("foxglove needs the Python package websockets\nhint: ")
+    assert answer.code == ExitCode.USAGE
+    assert "error: foxglove needs the Python package 'websockets', which " in answer.err
     assert "[foxglove]" in answer.err
 
 

@@ -8,7 +8,7 @@ from importlib import metadata
 
 import pytest
 
-from launcher.packages import distribution
+from launcher.packages import distribution, unknown
 from launcher.packages.package_origins import (
     SOURCES,
     clone_commands,
@@ -56,8 +56,13 @@ def test_a_missing_package_is_told_with_its_origin(name: str, said: str):
 @pytest.fixture
 def in_use(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Another distribution than the one of the environment is in use."""
-    monkeypatch.setattr(distribution, "find", lambda environ: None)
-    return lambda name: monkeypatch.setenv("ROS_DISTRO", name)
+
+    def use(name: str) -> None:
+        found = distribution.RosInUse(name, "1.0.0", "/opt/ros")
+        for module in (distribution, unknown):
+            monkeypatch.setattr(module, "find", lambda environ=None: found)
+
+    return use
 
 
 def test_the_distribution_in_use_is_named(in_use: Callable[[str], None]):

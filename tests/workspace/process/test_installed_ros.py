@@ -170,11 +170,17 @@ def test_without_ros_the_extra_is_named(shell: Shell):
         pytest.skip("this Python has it")
     bare = Shell(shell.workspace.parent, None, shell.python, shell.prefix)
 
-    for words in (("topic", "echo", "/a"), ("bag", "record", "-a")):
+    asking = (
+        *(("topic", "echo", "/a"), ("bag", "record", "-a"), ("foxglove",)),
+        ("launch", str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"), "--ros"),
+    )
+    for words in asking:
         found = bare.launcher(*words)
-        assert (found.code, "Traceback" in found.err) == (1, False), found
+        assert (found.code, "Traceback" in found.err) == (2, False), found
         assert "source the setup file of ROS 2, or install its wheels: " in found.err
         assert f"launcher[{DEFAULT}]" in found.err
+    for words in (("interface", "show", "a/msg/B"), ("tf", "tree"), ("interface", "list")):
+        assert "there is no ROS 2: source the setup file of ROS 2" in bare.launcher(*words).err
     launched = bare.launcher(str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"))
     assert "warning: there is no ROS 2 for nodes: source the setup file" in launched.err
     assert "(no ROS 2)" in bare.launcher("--version").out
