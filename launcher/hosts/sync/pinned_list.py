@@ -13,7 +13,7 @@ from launcher.base.model.record import Record
 from launcher.base.text import several
 from launcher.packages import distribution, source_packages
 
-# With the wheels of Jazzy; there is a list for each other distribution, too.
+# With the wheels of Jazzy; there is a list for each other distribution with wheels, too.
 _CHECKOUT = os.path.join("requirements", "run.txt")
 
 
@@ -58,13 +58,16 @@ def read(path: str) -> PinnedList:
 
 
 def default() -> PinnedList:
-    """That of the launcher's checkout, else the versions that are installed here."""
+    """That of the launcher's checkout for the ROS 2 in use, else the versions that are installed
+    here: without wheels of ROS 2 where that has none.
+    """
     here = os.path.dirname(os.path.dirname(importlib.import_module("launcher").__file__ or ""))
     path = os.path.join(here, _CHECKOUT)
-    of_distribution = path.replace(".txt", f"-{distribution.installed()}.txt")
-    for one in (of_distribution, path):
-        if os.path.isfile(one):
-            return read(one)
+    name = distribution.installed() or distribution.DEFAULT
+    if name != distribution.DEFAULT:
+        path = path.replace(".txt", f"-{name}.txt")
+    if os.path.isfile(path):
+        return read(path)
     lines = sorted(_installed())
     if not lines:
         raise UsageError(
@@ -141,7 +144,8 @@ def _installed() -> Iterator[str]:
         for one in source_packages.distributions()
     }
     ours = [one for one in known.values() if _has_launcher(one)]
-    wanted = [(one, extra) for one in ours for extra in ("", distribution.with_wheels())]
+    of_ros = distribution.installed() or distribution.DEFAULT  # no extra without wheels
+    wanted = [(one, extra) for one in ours for extra in ("", of_ros)]
     seen = set(map(str, wanted))
     for one_of, extra in wanted:
         for line in one_of.requires or ():

@@ -96,7 +96,7 @@ def test_comments_and_order_make_no_other_environment():
 
 @pytest.mark.parametrize(
     ("name", "file"),
-    [("jazzy", "run.txt"), ("kilted", "run-kilted.txt"), ("lyrical", "run.txt"), (None, "run.txt")],
+    [("jazzy", "run.txt"), ("kilted", "run-kilted.txt"), (None, "run.txt")],
 )
 def test_the_list_of_a_checkout_is_that_of_the_distribution_in_use(
     monkeypatch: pytest.MonkeyPatch, name: str | None, file: str
@@ -107,6 +107,17 @@ def test_the_list_of_a_checkout_is_that_of_the_distribution_in_use(
     assert found.where.endswith(f"/requirements/{file}")
     version = "9.1.2" if name == "kilted" else "7.1.6"
     assert f"ros-rclpy=={version}\n" in found.text
+
+
+def test_a_distribution_without_wheels_has_no_packages_of_another_one(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr(pinned_list.distribution, "installed", lambda environ=None: "lyrical")
+
+    found = pinned_list.default()
+    assert found.where == "the versions that are installed here"
+    assert "rich==" in found.text
+    assert "ros-" not in found.text
 
 
 def test_without_a_checkout_the_installed_versions_are_the_list():
