@@ -63,7 +63,7 @@ def default() -> PinnedList:
     """
     here = os.path.dirname(os.path.dirname(importlib.import_module("launcher").__file__ or ""))
     path = os.path.join(here, _CHECKOUT)
-    name = distribution.installed() or distribution.DEFAULT
+    name = distribution.or_default()
     if name != distribution.DEFAULT:
         path = path.replace(".txt", f"-{name}.txt")
     if os.path.isfile(path):
@@ -144,7 +144,7 @@ def _installed() -> Iterator[str]:
         for one in source_packages.distributions()
     }
     ours = [one for one in known.values() if _has_launcher(one)]
-    of_ros = distribution.installed() or distribution.DEFAULT  # no extra without wheels
+    of_ros = distribution.or_default()  # no extra without wheels
     wanted = [(one, extra) for one in ours for extra in ("", of_ros)]
     seen = set(map(str, wanted))
     for one_of, extra in wanted:

@@ -101,7 +101,7 @@ def test_comments_and_order_make_no_other_environment():
 def test_the_list_of_a_checkout_is_that_of_the_distribution_in_use(
     monkeypatch: pytest.MonkeyPatch, name: str | None, file: str
 ):
-    monkeypatch.setattr(pinned_list.distribution, "installed", lambda: name)
+    monkeypatch.setattr(pinned_list.distribution, "installed", lambda environ: name)
 
     found = pinned_list.default()
     assert found.where.endswith(f"/requirements/{file}")
@@ -112,7 +112,7 @@ def test_the_list_of_a_checkout_is_that_of_the_distribution_in_use(
 def test_a_distribution_without_wheels_has_no_packages_of_another_one(
     monkeypatch: pytest.MonkeyPatch,
 ):
-    monkeypatch.setattr(pinned_list.distribution, "installed", lambda environ=None: "lyrical")
+    monkeypatch.setattr(pinned_list.distribution, "installed", lambda environ: "lyrical")
 
     found = pinned_list.default()
     assert found.where == "the versions that are installed here"
