@@ -8,10 +8,21 @@ from collections.abc import Iterable, Iterator
 from launcher.base.model.spec import ProcessSpec
 from launcher.packages.program_fault import ProgramFault, fault_of
 
+_HEAD_BYTES = 64 * 1024
+
 
 def program_warnings(specs: Iterable[ProcessSpec]) -> list[str]:
     """A line for each program of this machine that cannot be executed now, with its place."""
     return list(dict.fromkeys(_warnings(specs)))
+
+
+def is_of_rclpy(spec: ProcessSpec) -> bool:
+    """Whether its program is a file that names rclpy in its first part."""
+    try:
+        with open(os.path.join(spec.cwd or "", spec.argv[0]), "rb") as file:
+            return b"rclpy" in file.read(_HEAD_BYTES)
+    except OSError:
+        return False
 
 
 def _warnings(specs: Iterable[ProcessSpec]) -> Iterator[str]:

@@ -342,8 +342,11 @@ def _warn_of_programs(core: LaunchCore, fleet: FleetPlacement | None) -> None:
 
 
 def _warn_without_ros(core: LaunchCore) -> None:
-    """Of nodes of packages; others may be any program."""
-    if not any(spec.ros is not None and spec.ros.package for spec in core.starts):
+    """Of nodes of packages, and of scripts that import rclpy; others may be any program."""
+    from launcher.launch.program_warnings import is_of_rclpy
+
+    nodes = [(spec, spec.ros.package) for spec in core.starts if spec.ros is not None]
+    if not any(package or is_of_rclpy(spec) for spec, package in nodes):
         return
     from launcher.packages.absent_ros import ros_hint
 

@@ -165,7 +165,7 @@ def test_run(shell: Shell):
 
 
 @pytest.mark.thorough
-def test_without_ros_the_extra_is_named(shell: Shell):
+def test_without_ros_the_extra_is_named(shell: Shell, tmp_path: Path):
     if shell.python.is_relative_to(shell.prefix):
         pytest.skip("this Python has it")
     bare = Shell(shell.workspace.parent, None, shell.python, shell.prefix)
@@ -182,5 +182,12 @@ def test_without_ros_the_extra_is_named(shell: Shell):
     for words in (("interface", "show", "a/msg/B"), ("tf", "tree"), ("interface", "list")):
         assert "there is no ROS 2: source the setup file of ROS 2" in bare.launcher(*words).err
     launched = bare.launcher(str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"))
+    assert "warning: there is no ROS 2 for nodes: source the setup file" in launched.err
+    own = tmp_path / "own.launch.xml"
+    node = tmp_path / "node.py"
+    node.write_text("#!/usr/bin/env python3\nimport rclpy\n")
+    node.chmod(0o755)
+    own.write_text(f'<launch><node exec="{node}"/></launch>')
+    launched = bare.launcher(str(own))
     assert "warning: there is no ROS 2 for nodes: source the setup file" in launched.err
     assert "(no ROS 2)" in bare.launcher("--version").out
