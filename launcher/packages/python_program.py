@@ -66,6 +66,21 @@ def program_of(
     return _checked(program, cwd)
 
 
+def interpreter_of(
+    argv: Sequence[str], env: Mapping[str, str], cwd: str | None = None
+) -> str | None:
+    """The path of the Python that runs a command, ours or another; None if it is not known."""
+    path = _which(argv[0], env, cwd) if argv else None
+    if path is None or _is_python_name(path):
+        return path
+    line = _first_line(_absolute(path, cwd))
+    if not line.startswith(b"#!"):
+        return None
+    found = _shebang_interpreter(os.fsdecode(line[2:]).split(None, 1), env, cwd)
+    is_python = isinstance(found, tuple) and _is_python_name(found[0])
+    return found[0] if is_python else None
+
+
 def _which(program: str, env: Mapping[str, str], cwd: str | None) -> str | None:
     if "/" in program:
         return program if os.path.isfile(_absolute(program, cwd)) else None
@@ -137,7 +152,7 @@ def _shown(option: str) -> str:
 
 def _checked(program: PythonProgram, cwd: str | None) -> PythonProgram | str:
     """The program, if its interpreter is ours and its script a file."""
-    if not _is_ours(_absolute(program.interpreter, cwd)):
+    if not is_ours(_absolute(program.interpreter, cwd)):
         return f"'{program.interpreter}' is another interpreter"
     if program.script:
         return _reason_of(program.script, _absolute(program.script, cwd)) or program
@@ -156,7 +171,7 @@ def _reason_of(script: str, path: str) -> str:
     return f"'{script}' is not a text" if b"\0" in head + tail else ""
 
 
-def _is_ours(path: str) -> bool:
+def is_ours(path: str) -> bool:
     """Whether this path executes our interpreter, with the same packages.
 
     The same file in another folder may be that of another virtual environment.

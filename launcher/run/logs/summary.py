@@ -62,6 +62,10 @@ def conclude(
         log.log("WARNING", "launch", text)
     if shutdown.machine.first_failure is not None:
         log.log("ERROR", "launch", shutdown.machine.first_failure)
+        from launcher.run.logs.lacking_rclpy import lacking  # only for failures
+
+        if found := lacking(processes):
+            log.log("WARNING", "launch", found)
     for text in unshown(processes, has_logs=log.has_files):
         log.log("INFO", "launch", text)
     write(
