@@ -7,7 +7,6 @@ import functools
 from launcher.base.command_line import Parsed
 from launcher.base.option import JSON_LINES, count, number, option
 from launcher.base.verb_table import VERBS
-from launcher.packages.absent_ros import require
 from launcher.ros.verb import GraphAccess, dispatch, ros_command
 
 PORT = 8765  # where Foxglove and Lichtblick look first
@@ -26,6 +25,8 @@ def _megabytes(word: str) -> float:
 
 
 def _foxglove(options: Parsed) -> int:
+    from launcher.packages.absent_ros import require
+
     require("foxglove", {"foxglove": "websockets.asyncio.server"})
     from launcher.foxglove.foxglove_server import ServerOptions, serve
     from launcher.foxglove.graph_view import TopicChoice

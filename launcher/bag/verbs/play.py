@@ -11,7 +11,6 @@ from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.option import count, number, option, positive_seconds, seconds
-from launcher.packages.absent_ros import require
 from launcher.ros.verb import GraphAccess, ros_command
 
 if TYPE_CHECKING:
@@ -46,17 +45,19 @@ def _paths(options: Parsed) -> list[str]:
 
 def _bags(options: Parsed) -> list[Bag]:
     from launcher.bag.reader import Bag
+    from launcher.packages.absent_ros import require
 
     try:
-        return [Bag(one) for one in _paths(options)]
+        found = [Bag(one) for one in _paths(options)]
     except ModuleNotFoundError:  # only MCAP needs a package
         require("bag play", {"bag": "mcap"})
         raise
+    require("bag play", {})
+    return found
 
 
 def _play(options: Parsed) -> int:
     bags = _bags(options)
-    require("bag play", {})
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.player import PlayOptions, play
 

@@ -15,7 +15,6 @@ from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.model.ros_names import full_name
 from launcher.base.option import count, number, option, positive_seconds
-from launcher.packages.absent_ros import require
 from launcher.ros.verb import GraphAccess, ros_command, warn
 
 if TYPE_CHECKING:
@@ -58,6 +57,8 @@ def _events_rate(word: str) -> float:
 
 
 def _record(options: Parsed) -> int:
+    from launcher.packages.absent_ros import require
+
     require("bag record", {"bag": "mcap"})
     from launcher.bag.ros.record_run import RecordOptions, record
 

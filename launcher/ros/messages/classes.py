@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import os
 import re
 import sys
@@ -11,7 +11,6 @@ from typing import Any
 
 from launcher.base.ros_errors import VerbError
 from launcher.packages import unbuilt
-from launcher.packages.extras import is_installed
 
 _PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
 _LIBRARY = re.compile(r"\blib(\w+?)__rosidl_\w+\.so\b")
@@ -83,6 +82,8 @@ def with_library(cls: object) -> Any:
     """The class, ready to be sent and received; VerbError with what cannot be loaded."""
     from rclpy.type_support import check_for_type_support
     from rosidl_generator_py.import_type_support_impl import UnsupportedTypeSupport
+
+    from launcher.packages.extras import is_installed
 
     try:
         check_for_type_support(cls)

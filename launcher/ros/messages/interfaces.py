@@ -15,7 +15,6 @@ from launcher.base.program import program
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import suggest
 from launcher.packages import unbuilt
-from launcher.packages.absent_ros import ros_hint
 from launcher.packages.workspace import current
 from launcher.ros.messages.classes import check_fields, class_of, missing_package, parts_of
 from launcher.ros.verb import warn
@@ -108,7 +107,11 @@ def absent(package: str) -> str | None:
 
 def none_installed() -> str | None:
     """What to do where no package has interfaces."""
-    return None if interface_packages() else f"there is no ROS 2: {ros_hint()}"
+    if interface_packages():
+        return None
+    from launcher.packages.absent_ros import ros_hint
+
+    return f"there is no ROS 2: {ros_hint()}"
 
 
 def _outside(package: str) -> str | None:

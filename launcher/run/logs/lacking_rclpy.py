@@ -9,7 +9,6 @@ from collections.abc import Iterable
 
 from launcher.base.text import several
 from launcher.packages import python_program
-from launcher.run.logs.summary import is_well
 from launcher.run.processes.process import Process
 
 _LAST_LINES = 10
@@ -21,7 +20,7 @@ def lacking(processes: Iterable[Process]) -> str | None:
     """Which interpreter has run the processes that died of it, and what to do; None if none has."""
     found: dict[str, list[str]] = {}  # interpreter -> processes
     for one in processes:
-        if one.host is None and not is_well(one) and _is_without(one):
+        if one.host is None and one.history.deaths and _is_without(one):
             path = python_program.interpreter_of(one.spec.argv, one.spec.env, one.spec.cwd)
             if path is not None and not python_program.is_ours(path):
                 found.setdefault(path, []).append(one.name)
