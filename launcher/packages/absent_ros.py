@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from launcher.base.errors import UsageError
 from launcher.packages import distribution
 from launcher.packages.extras import install_command, is_installed
+from launcher.packages.package_origins import SOURCES, is_of_ros
 
 _FOLDERS = ("lib", "local/lib")  # of a prefix; the second one on Ubuntu 22.04
 _OWN = f"{sys.version_info.major}.{sys.version_info.minor}"
@@ -27,6 +28,16 @@ def misfit(environ: Mapping[str, str] = os.environ) -> str | None:
     versions = _other_pythons(environ)
     title = distribution.title(environ)
     return f"{title}, is for Python {versions}, not {_OWN}" if versions else None
+
+
+def hint_for(package: str) -> str | None:
+    """What to do about a package of ROS 2 that is absent because all of them are."""
+    is_known = package in SOURCES or is_of_ros(package)
+    return none_here() if is_known and distribution.find() is None else None
+
+
+def none_here() -> str:
+    return f"there is no ROS 2: {ros_hint()}"
 
 
 def ros_hint(*extras: str) -> str:

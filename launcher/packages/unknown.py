@@ -9,15 +9,12 @@ from launcher.base import text_file
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean
-from launcher.packages import source_packages, unbuilt
-from launcher.packages.distribution import find
+from launcher.packages import absent_ros, source_packages, unbuilt
 from launcher.packages.package_origins import (
-    SOURCES,
     build_command,
     clone_commands,
     debian,
     has_wheel,
-    is_of_ros,
     needs_ros,
     wheel,
 )
@@ -33,10 +30,8 @@ def package_not_found(
     """The error, with the nearest name, or where the package comes from."""
     if name in _REPLACED:
         hint: str | None = f"`{program()} {_REPLACED[name]}` does the same, without this package"
-    elif (is_of_ros(name) or name in SOURCES) and find() is None:
-        from launcher.packages.absent_ros import ros_hint
-
-        hint = f"there is no ROS 2: {ros_hint()}"
+    elif is_without_ros := absent_ros.hint_for(name):
+        hint = is_without_ros
     elif clone_commands(name):
         steps = build_command(name)
         hint = f"it has no wheel; build it from its sources, in a workspace: {steps}"

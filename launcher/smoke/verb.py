@@ -28,7 +28,7 @@ from launcher.launch.target import (
 )
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
-from launcher.packages import extras
+from launcher.packages import absent_ros, extras
 from launcher.run.parts import PRIVATE, RECORDING
 from launcher.smoke.expect.script import Script
 from launcher.smoke.expect.steps import Chaos, chaos_type
@@ -191,6 +191,8 @@ def _session(parsed: Parsed) -> Session:
     )
     _check(script)
     options.refuse_unwritable()
+    if script.needs_ros():
+        absent_ros.require("an expectation or step about ROS", {})
     return Session(script, options, colour=wants_colour(1, os.environ))
 
 
@@ -200,6 +202,7 @@ def _recording(parsed: Parsed) -> RecordSession:
         if one is not None and (one in EXPECTATIONS or one.spelling in _NOT_RECORDED):
             hint = "a recording has no expectations but that its runs are healthy"
             raise UsageError(f"--record excludes {words[0].partition('=')[0]}", hint=hint)
+    absent_ros.require("smoke --record", {})
     run_options(parsed)
     request = LaunchRequest.of(parsed)
     from launcher.smoke.record import recording_session as recording

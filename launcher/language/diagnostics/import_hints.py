@@ -37,10 +37,11 @@ _NOT_PROVIDED = re.compile(r"^(launch[\w.]*)\.(\w+) is not provided")
 def hint(error: BaseException, message: str) -> str | None:
     """Where the name is that an import, or a use of it, did not find."""
     if isinstance(error, ModuleNotFoundError) and error.name:
-        from launcher.packages import unbuilt
+        from launcher.packages import absent_ros, unbuilt
 
         package = error.name.partition(".")[0]
-        return unbuilt.hint(package, os.environ) or _module_hint(error.name)
+        origin = unbuilt.hint(package, os.environ) or absent_ros.hint_for(package)
+        return origin or _module_hint(error.name)
     if isinstance(error, NameError) and not isinstance(error, UnboundLocalError):
         name = getattr(error, "name", None) or ""
         return of_python(name) or _from_import(name) or _near_name(name)

@@ -109,9 +109,9 @@ def none_installed() -> str | None:
     """What to do where no package has interfaces."""
     if interface_packages():
         return None
-    from launcher.packages.absent_ros import ros_hint
+    from launcher.packages.absent_ros import none_here
 
-    return f"there is no ROS 2: {ros_hint()}"
+    return none_here()
 
 
 def _outside(package: str) -> str | None:

@@ -10,8 +10,10 @@ import pytest
 
 from launcher.base.errors import ExitCode, UsageError
 from launcher.cli.absent_modules import absent_module
+from launcher.language.diagnostics import import_hints
 from launcher.packages import absent_ros
 from launcher.packages.unknown import package_not_found
+from launcher.workspace.building.checks import origins
 
 OWN = f"{sys.version_info.major}.{sys.version_info.minor}"
 # What the modules of verbs import of ROS 2.
@@ -105,11 +107,16 @@ def test_what_is_there_is_not_asked_for():
     absent_ros.require("bag record", {"bag": "mcap"})
 
 
-@pytest.mark.parametrize("package", ["std_msgs", "tf2_msgs"])
+@pytest.mark.parametrize("package", ["std_msgs", "nav2_msgs"])
 def test_a_package_of_ros_is_not_the_only_thing_that_is_absent(
     bare: pytest.MonkeyPatch, package: str
 ):
-    hint = str(package_not_found(package, [], []).hint)
-
-    assert hint.startswith("there is no ROS 2: source the setup file of ROS 2, or install")
-    assert "launcher[jazzy]" in hint
+    error = ModuleNotFoundError(f"No module named '{package}'", name=package)
+    hints = (
+        package_not_found(package, [], []).hint,
+        origins.missing(package, [])[1],
+        import_hints.hint(error, str(error)),
+    )
+    for hint in hints:
+        assert str(hint).startswith("there is no ROS 2: source the setup file of ROS 2, or install")
+        assert "launcher[jazzy]" in str(hint)

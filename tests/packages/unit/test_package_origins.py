@@ -8,7 +8,7 @@ from importlib import metadata
 
 import pytest
 
-from launcher.packages import distribution, unknown
+from launcher.packages import distribution
 from launcher.packages.package_origins import (
     SOURCES,
     clone_commands,
@@ -59,8 +59,7 @@ def in_use(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
 
     def use(name: str) -> None:
         found = distribution.RosInUse(name, "1.0.0", "/opt/ros")
-        for module in (distribution, unknown):
-            monkeypatch.setattr(module, "find", lambda environ=None: found)
+        monkeypatch.setattr(distribution, "find", lambda environ=None: found)
 
     return use
 

@@ -170,9 +170,11 @@ def test_without_ros_the_extra_is_named(shell: Shell, tmp_path: Path):
         pytest.skip("this Python has it")
     bare = Shell(shell.workspace.parent, None, shell.python, shell.prefix)
 
+    balls = str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml")
     asking = (
         *(("topic", "echo", "/a"), ("bag", "record", "-a"), ("foxglove",)),
-        ("launch", str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"), "--ros"),
+        ("launch", balls, "--ros"),
+        ("smoke", balls, "--record=e.yaml"),
     )
     for words in asking:
         found = bare.launcher(*words)
@@ -181,7 +183,7 @@ def test_without_ros_the_extra_is_named(shell: Shell, tmp_path: Path):
         assert f"launcher[{DEFAULT}]" in found.err
     for words in (("interface", "show", "a/msg/B"), ("tf", "tree"), ("interface", "list")):
         assert "there is no ROS 2: source the setup file of ROS 2" in bare.launcher(*words).err
-    launched = bare.launcher(str(shell.workspace / "src/ball_nodes/launch/balls.launch.xml"))
+    launched = bare.launcher(balls)
     assert "warning: there is no ROS 2 for nodes: source the setup file" in launched.err
     own = tmp_path / "own.launch.xml"
     node = tmp_path / "node.py"

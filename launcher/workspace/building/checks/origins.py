@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 from launcher.base.text import did_you_mean
+from launcher.packages import absent_ros
 from launcher.packages.package_origins import (
     clone_commands,
     debian,
@@ -51,6 +52,8 @@ def missing(name: str, known: Iterable[str]) -> tuple[str, str]:
             f"build this package where ROS 2 is installed (apt install {debian(name)})",
         )
     message = f"package '{name}' is neither in the workspace nor in the environment"
+    if hint := absent_ros.hint_for(name):
+        return message, hint
     commands = clone_commands(name)
     if commands:
         return message, f"get its sources, in the workspace's folder: {' && '.join(commands)}"
