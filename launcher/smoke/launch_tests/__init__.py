@@ -9,7 +9,7 @@ Doors: `verb` (`launch-test`, and the program `launch_test`); `pytest_plugin`.
 
 * `loading`, `running`, `results`, `junit`: a test of launch_testing, its runs, and their report.
 * `observations`, `process_lookup`, `text_matching`, `asserts`, `process_proxy`: what tests use.
-* `test_modules`: how pytest collects tests of launch_testing.
+* `test_modules`, `file_faults`: how pytest collects tests of launch_testing, and what files raise.
 * `launch_fixtures`, `launch_items`, `process_waits`: launch_pytest.
 * `ros_tools`, and `launcher.ros.topics.test_nodes`: launch_testing_ros.
 """

@@ -13,7 +13,7 @@ import pytest
 from launcher.language.compat import is_installed
 from launcher.language.compat.on_path_modules import extend_path
 
-_FUNCTION = "generate_test_description"
+_FUNCTION = b"generate_test_description"
 _MARKS = {
     "launch_testing": (
         "launch_test: a generate_test_description function with a test of launch_testing",
@@ -58,8 +58,12 @@ class _TestModules:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_pycollect_makemodule(self, module_path: Path, parent: Any) -> Any:
-        if _FUNCTION not in module_path.read_text(encoding="utf-8", errors="replace"):
+        try:
+            source = module_path.read_bytes()
+        except OSError:
+            return None
+        if _FUNCTION not in source:
             return None
         from launcher.smoke.launch_tests.test_modules import made
 
-        return made(module_path, parent)
+        return made(module_path, source, parent)

@@ -1,47 +1,46 @@
-"""Tests of launch_testing as pytest collects them: one item for a file."""
+"""Tests of launch_testing as pytest collects them: one item for a file.
+
+pytest asks for the collectors of all files of a folder, also where it runs only one of them. So
+a file is only read for that, and imported when it is collected: a fault, a skip or an exit in it
+is its own then.
+"""
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.pathlib import import_path
 
+from launcher.smoke.launch_tests.file_faults import fault_line, fault_text
 from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule
 from launcher.smoke.launch_tests.running import LaunchTestRunner
 
 _MARKS = {"launch_test", "rostest"}
+_FUNCTION = "generate_test_description"
 
 
-def made(path: Path, parent: Any) -> LaunchTestModule | None:
-    """The collector of a file, if its description is marked; pytest reports what fails in it."""
+def made(path: Path, source: bytes, parent: Any) -> LaunchTestModule | None:
+    """The collector of a file that has a description; pytest reports what cannot be read."""
     try:
-        module = _imported(path, parent.config)
-    except Exception:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
-    function = getattr(module, "generate_test_description", None)
-    marks = getattr(function, "pytestmark", [])
-    if not any(mark.name in _MARKS for mark in marks):
+    if path.name == "__init__.py" or not any(map(_names_description, ast.walk(tree))):
         return None
     collector: LaunchTestModule = LaunchTestModule.from_parent(parent, path=path)
-    for mark in marks:
-        collector.add_marker(getattr(pytest.mark, mark.name).with_args(*mark.args, **mark.kwargs))
     return collector
 
 
-def _imported(path: Path, config: Any) -> Any:
-    mode = config.getoption("importmode")
-    try:
-        return import_path(
-            path,
-            mode=mode,
-            root=config.rootpath,
-            consider_namespace_packages=config.getini("consider_namespace_packages"),
-        )
-    except (TypeError, ValueError):  # pytest < 8.1
-        return import_path(path, mode=mode, root=config.rootpath)  # type: ignore[call-arg]
+def _names_description(node: ast.AST) -> bool:
+    """Whether this defines or imports the function: a comment or text does not."""
+    if isinstance(node, ast.alias):
+        return _FUNCTION in (node.name, node.asname)
+    if isinstance(node, ast.Name):
+        return node.id == _FUNCTION and isinstance(node.ctx, ast.Store)
+    return isinstance(node, ast.FunctionDef) and node.name == _FUNCTION
 
 
 class LaunchTestFailure(Exception):
@@ -56,11 +55,11 @@ class LaunchTestItem(pytest.Item):
     """All runs of a file."""
 
     def runtest(self) -> None:
-        module = _imported(self.path, self.config)
+        collector: Any = self.parent
         arguments: list[str] = [
             one for some in self.config.getoption("--launch-args") for one in some
         ]
-        runs = LoadTestsFromPythonModule(module, name=self.name)
+        runs = LoadTestsFromPythonModule(collector.obj, name=self.name)
         runner = LaunchTestRunner(runs, arguments, self.config.get_verbosity() > 1)
         runner.validate()
         results = runner.run()
@@ -80,10 +79,21 @@ class LaunchTestItem(pytest.Item):
         return self.path, 0, f"launch tests: {self.name}"
 
 
-class LaunchTestModule(pytest.File):
-    """A file with a test of launch_testing."""
+class LaunchTestModule(pytest.Module):
+    """A file with a description: a test of launch_testing if that has a mark, else a usual one."""
 
-    def collect(self) -> Iterator[pytest.Item]:
-        module = _imported(self.path, self.config)
+    def collect(self) -> Iterator[pytest.Item | pytest.Collector]:
+        try:
+            module = self.obj
+        except SystemExit as ended:
+            line = fault_line(ended, str(self.path))
+            raise self.CollectError(f"{self.path}:{line}: {fault_text(ended)}") from ended
+        marks = getattr(getattr(module, _FUNCTION, None), "pytestmark", [])
+        if not any(mark.name in _MARKS for mark in marks):
+            yield from super().collect()
+            return
+        for mark in marks:
+            again = getattr(pytest.mark, mark.name).with_args(*mark.args, **mark.kwargs)
+            self.add_marker(again)
         item: pytest.Item = LaunchTestItem.from_parent(self, name=module.__name__)
         yield item
