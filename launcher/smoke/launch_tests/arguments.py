@@ -19,6 +19,12 @@ def parse_launch_arguments(launch_arguments: Iterable[str]) -> list[tuple[str, s
     return list(values.items())
 
 
+def hint_of(argument: str) -> str | None:
+    """What a malformed argument was probably meant to be."""
+    name, _, value = argument.partition("=")
+    return f"did you mean {name}:={value}?" if name.isidentifier() and value else None
+
+
 def print_arguments_of_launch_description(*, launch_description: Any) -> None:
     """Print the declared arguments with their descriptions and defaults."""
     print("Arguments (pass arguments as '<name>:=<value>'):")

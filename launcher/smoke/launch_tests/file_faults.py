@@ -24,11 +24,11 @@ def fault_line(error: BaseException, path: str) -> int | None:
     return found
 
 
-def fault_text(error: BaseException) -> str:
+def fault_text(error: BaseException, path: str) -> str:
     """One sentence; an exit is the call that makes it."""
     if isinstance(error, SystemExit):
         given = "" if error.code is None else repr(error.code)
         return f"sys.exit({given}) ends the program, and no test runs"
-    if isinstance(error, SyntaxError):
-        return f"SyntaxError: {error.msg}"
+    if isinstance(error, SyntaxError) and error.filename == path:
+        return f"SyntaxError: {error.msg}"  # the whole text repeats file and line
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

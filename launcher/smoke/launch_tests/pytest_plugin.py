@@ -43,11 +43,26 @@ def pytest_configure(config: pytest.Config) -> None:
         for mark in marks:
             config.addinivalue_line("markers", mark)
         if package == "launch_testing":
+            _check_arguments(config)
             config.pluginmanager.register(_TestModules(), "launcher-launch-testing")
         else:
             from launcher.smoke.launch_tests import launch_items
 
             config.pluginmanager.register(launch_items, "launcher-launch-pytest")
+
+
+def _check_arguments(config: pytest.Config) -> None:
+    given = [one for some in config.getoption("--launch-args") for one in some]
+    if not given:
+        return
+    from launcher.smoke.launch_tests.arguments import hint_of, parse_launch_arguments
+
+    for argument in given:
+        try:
+            parse_launch_arguments([argument])
+        except RuntimeError as error:
+            hint = hint_of(argument) or "a -- ends the arguments, before files and folders"
+            raise pytest.UsageError(f"--launch-args: {error}\nhint: {hint}") from None
 
 
 class _TestModules:

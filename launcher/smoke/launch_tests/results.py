@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 import unittest
+from types import SimpleNamespace
 from typing import Any
 
 from launcher.language.naming import public
+from launcher.smoke.launch_tests.file_faults import skips
 
 
 @public("launch_testing.test_result")
@@ -53,6 +55,23 @@ class SkipResult(unittest.TestResult):
         return True
 
 
+class SkippedFile(unittest.TestCase):
+    """Stands in a report for the tests of a file that skips itself."""
+
+    def __init__(self, package: str, name: str) -> None:
+        super().__init__("run")
+        self._id = f"{package}.{name}"
+
+    def id(self) -> str:
+        return self._id
+
+
+def skipped_file(package: str, name: str, reason: str) -> SkipResult:
+    """The result of a file that skips itself."""
+    case = SkippedFile(package, name)
+    return SkipResult(SimpleNamespace(all_cases=lambda: [case]), reason)
+
+
 @public("launch_testing.test_result")
 class TestResult(unittest.TextTestResult):
     """Prints tests as they run, and keeps their times in seconds."""
@@ -75,6 +94,12 @@ class TestResult(unittest.TextTestResult):
         now = time.time()
         self.__spans[test] = (now, now)
         super().startTest(test)
+
+    def addError(self, test: Any, err: Any) -> None:
+        if issubclass(err[0], skips()):  # pytest's, which unittest does not know
+            self.addSkip(test, str(err[1]))
+        else:
+            super().addError(test, err)
 
     def stopTest(self, test: Any) -> None:
         self.__spans[test] = (self.__spans[test][0], time.time())

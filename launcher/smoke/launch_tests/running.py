@@ -17,6 +17,7 @@ from launcher.language.service import LaunchService
 from launcher.language.sources import LaunchDescriptionSource
 from launcher.smoke.launch_tests.arguments import parse_launch_arguments
 from launcher.smoke.launch_tests.asserts import written
+from launcher.smoke.launch_tests.file_faults import skips
 from launcher.smoke.launch_tests.loading import TestRun
 from launcher.smoke.launch_tests.observations import ActiveIoHandler, ActiveProcInfoHandler
 from launcher.smoke.launch_tests.results import FailResult, SkipResult, TestResult
@@ -165,7 +166,7 @@ class LaunchTestRunner:
                     run, self.generate_preamble(), self._launch_file_arguments, self._debug
                 )
                 results[run] = worker.run()
-            except unittest.SkipTest as skipped:
+            except skips() as skipped:
                 print(f"{run} is skipped: {skipped}")
                 results[run] = SkipResult(run, str(skipped))
             except LaunchDiedError:

@@ -86,8 +86,9 @@ class LaunchTestModule(pytest.Module):
         try:
             module = self.obj
         except SystemExit as ended:
-            line = fault_line(ended, str(self.path))
-            raise self.CollectError(f"{self.path}:{line}: {fault_text(ended)}") from ended
+            path = str(self.path)
+            text = f"{path}:{fault_line(ended, path)}: {fault_text(ended, path)}"
+            raise self.CollectError(text) from ended
         marks = getattr(getattr(module, _FUNCTION, None), "pytestmark", [])
         if not any(mark.name in _MARKS for mark in marks):
             yield from super().collect()

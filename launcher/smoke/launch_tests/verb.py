@@ -22,6 +22,12 @@ from launcher.base.text import shown_path
 from launcher.base.verb_table import VERBS
 from launcher.language.compat import is_installed
 from launcher.launch.launch_service_run import load_libraries, script_vocabulary
+from launcher.smoke.launch_tests.arguments import (
+    hint_of,
+    parse_launch_arguments,
+    print_arguments_of_launch_description,
+)
+from launcher.smoke.launch_tests.file_faults import fault_line, fault_text, skips
 
 _FUNCTION = "generate_test_description"
 
@@ -67,32 +73,56 @@ def _run_installed(words: Sequence[str]) -> int:
 
 
 def _run(options: Parsed) -> int:
-    from launcher.smoke.launch_tests.arguments import print_arguments_of_launch_description
-    from launcher.smoke.launch_tests.junit import unittestResultsToXml
-    from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule
-    from launcher.smoke.launch_tests.running import LaunchTestRunner
-
+    _check_arguments(options.values)
     path = os.path.abspath(options.file)
     stem = os.path.splitext(os.path.basename(path))[0]
     package = options.package_name or stem
     try:
-        module = _module(package, path)
-        runs = LoadTestsFromPythonModule(module, name=f"{package}.{stem}.launch_tests")
-        runner = LaunchTestRunner(runs, options.values, options.verbose)
-        runner.validate()
-        if options.show_arguments:
-            description = runs[0].get_launch_description()
-            print_arguments_of_launch_description(launch_description=description)
-            return 0
-        results: dict[Any, Any] = runner.run()
-    except Exception as error:
-        if options.debug:
+        results = _results(options, path, package, f"{package}.{stem}.launch_tests")
+    except (UsageError, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        if isinstance(error, skips()):
+            from launcher.smoke.launch_tests.results import skipped_file
+
+            print(f"{shown_path(path)} is skipped: {error}")
+            results = {f"{package}.{stem}.launch_tests": skipped_file(package, stem, str(error))}
+        elif options.debug and isinstance(error, Exception):
             raise
-        raise UsageError(f"{shown_path(path)}: {type(error).__name__}: {error}") from error
-    if options.junit_xml is not None:
+        else:
+            line = fault_line(error, path)
+            where = shown_path(path) if line is None else f"{shown_path(path)}:{line}"
+            raise UsageError(fault_text(error, path), where=where) from error
+    if options.junit_xml is not None and not options.show_arguments:
+        from launcher.smoke.launch_tests.junit import unittestResultsToXml
+
         report = unittestResultsToXml(name=f"{package}.{stem}", test_results=results)
         report.write(options.junit_xml, encoding="utf-8", xml_declaration=True)
     return int(not all(result.wasSuccessful() for result in results.values()))
+
+
+def _check_arguments(words: Sequence[str]) -> None:
+    for word in words:
+        try:
+            parse_launch_arguments([word])
+        except RuntimeError as error:
+            hint = "launch-test runs one file" if os.path.exists(word) else hint_of(word)
+            raise UsageError(str(error), hint=hint) from None
+
+
+def _results(options: Parsed, path: str, package: str, name: str) -> dict[Any, Any]:
+    """The results by run; none if the arguments are printed instead."""
+    from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule
+    from launcher.smoke.launch_tests.running import LaunchTestRunner
+
+    runs = LoadTestsFromPythonModule(_module(package, path), name=name)
+    runner = LaunchTestRunner(runs, options.values, options.verbose)
+    runner.validate()
+    if options.show_arguments:
+        description = runs[0].get_launch_description()
+        print_arguments_of_launch_description(launch_description=description)
+        return {}
+    return runner.run()
 
 
 def _module(name: str, path: str) -> ModuleType:

@@ -74,3 +74,13 @@ def test_a_description_is_one_item_and_has_its_marks(folder):
     marked = ["test_a.py::test_a", "test_b.py::test_b"]
     assert collected() == [*marked, "test_c.py::test_usual", "test_d.py::test_unmarked"]
     assert collected("-m", "launch_test") == marked
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"), [("n=3", "*did you mean n:=3?"), ("test_a.py", "*a -- ends the arguments*")]
+)
+def test_malformed_arguments_are_a_mistake_of_the_command_line(folder, word: str, hint: str):
+    result = folder.runpytest_inprocess("--launch-args", word)
+
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --launch-args: malformed launch argument*", hint])
