@@ -62,6 +62,7 @@ class LaunchContext:
         self._handler_changes = 0
         self._completion_futures: list[Any] = []
         self._callers_loop: Any = None  # the asyncio loop in which `run_async` runs
+        self._is_of_test = False
         # The launch files of the run so far, and where each was included last.
         self._includers: dict[str, FileLine | None] = {}
         self.__host: EntityHost | None = None

@@ -51,6 +51,7 @@ class LaunchService:
         self.__run: launch_session.ServiceRun | None = None
         self.__task: object = None
         self.__async_thread: int | None = None
+        self._was_interrupted = False  # by a Ctrl-C, which the tests that use us pass on
         if log_file_name != "launch.log":
             launch_session.current().log_name = log_file_name.removesuffix(".log")
         if debug:
@@ -138,6 +139,7 @@ class LaunchService:
                 self.__context._host = NullHost()
 
     def __on_shutdown(self, event: Event, context: LaunchContext) -> None:
+        self._was_interrupted |= getattr(event, "due_to_sigint", False)
         if self.__run is not None:
             self.__run.shut_down(event)
 

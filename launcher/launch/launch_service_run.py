@@ -128,7 +128,13 @@ class EngineServiceRun:
             path = session.log_dir
         try:
             self._core.effects = self._interpreter.resume()
-            script = launched(self._request, path=path, session=session, is_script=True)
+            script = launched(
+                self._request,
+                path=path,
+                session=session,
+                is_script=True,
+                is_test=self._context._is_of_test,
+            )
             with supervising(self._core, self._options, script) as (supervisor, reactor):
                 supervisor.stay_while(self._stays)
                 reactor.add_reader(self._wake, lambda: self._deliver(supervisor))

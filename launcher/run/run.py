@@ -48,8 +48,9 @@ class Launched(Record):
 
     The files of the run go to `path`, unless that is None. `switched_off` are processes that a
     condition keeps away. `is_script`: a script with a LaunchService, which decides on the exit
-    code. `hosts` is for the part that runs processes elsewhere. `run_id`: that of an earlier run,
-    whose processes are taken over; `not_begun` is reported if that is not possible.
+    code; `is_test`: of a test, which also says which exits it expects. `hosts` is for the part
+    that runs processes elsewhere. `run_id`: that of an earlier run, whose processes are taken over;
+    `not_begun` is reported if that is not possible.
     """
 
     target: str
@@ -58,6 +59,7 @@ class Launched(Record):
     session: LaunchSession | None = None
     switched_off: Callable[[], Iterable[ProcessSpec]] = tuple
     is_script: bool = False
+    is_test: bool = False
     hosts: object = None
     run_id: str | None = None
     not_begun: str = "nothing was started"

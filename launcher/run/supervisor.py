@@ -158,6 +158,7 @@ class Supervisor:
             code=self._exit_code(),
             has_exception=run.core.has_failed,
             is_script=run.launched.is_script,
+            is_test=run.launched.is_test,
         )
 
     def _finish_output(self) -> None:

@@ -30,6 +30,7 @@ REPORT_EVERY_S = 1.0  # while processes take their time to stop
 IDLE = "idle"
 EXCEPTION = "exception in the launch file"
 NOT_GIVEN = "reason not given"
+BY_SERVICE = "LaunchService.shutdown() called"  # by a script, which can print what it does
 OUTPUT_CLOSED = "standard output was closed"
 
 
@@ -323,7 +324,7 @@ class ShutdownMachine:
 
 def _said(reason: str) -> list[ShutdownAction]:
     """The launch file's reason for its shutdown, if it gives one."""
-    if reason in (IDLE, EXCEPTION, NOT_GIVEN, ""):
+    if reason in (IDLE, EXCEPTION, NOT_GIVEN, BY_SERVICE, ""):
         return []
     return [WriteLog("INFO", f"shutdown requested by the launch file: {reason}")]
 

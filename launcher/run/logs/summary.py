@@ -54,14 +54,19 @@ def conclude(
     code: int,
     has_exception: bool,
     is_script: bool,
+    is_test: bool,
 ) -> None:
-    """Write the last lines of a run: what the screen lacks, the first failure, the summary."""
+    """Write the last lines of a run: what the screen lacks, the first failure, the summary.
+
+    A test (`is_test`) says which exits it expects, so what is unexpected is only in `launch.log`.
+    """
+    sink = "log" if is_test else ""
     dropped_lines = screen.settle(is_interrupted=shutdown.machine.stop_signal is not None)
     if dropped_lines:
         text = f"the terminal is slow: {dropped_lines} lines dropped"
         log.log("WARNING", "launch", text)
     if shutdown.machine.first_failure is not None:
-        log.log("ERROR", "launch", shutdown.machine.first_failure)
+        log.log("ERROR", "launch", shutdown.machine.first_failure, sink=sink)
         from launcher.run.logs.lacking_rclpy import lacking  # only for failures
 
         if found := lacking(processes):
@@ -76,6 +81,7 @@ def conclude(
         causes=["exception in the launch file"] * has_exception + shutdown.causes(),
         end_reason=shutdown.machine.end_reason,
         is_script=is_script,
+        sink=sink,
     )
 
 
@@ -105,21 +111,22 @@ def write(
     causes: Sequence[str],
     end_reason: str,
     is_script: bool = False,
+    sink: str = "",
 ) -> None:
     """Write the summary to the screen and to `launch.log`; `causes` explain a code other than 0.
 
-    A script (`is_script`) chooses its exit code, which is not known.
+    A script (`is_script`) chooses its exit code, which is not known. `sink`: one of the two.
     """
     if not processes and not code:
         return
     level = "ERROR" if code else "INFO"
     if not all(map(is_well, processes)):
-        in_file, on_screen = ("\n".join(table(processes, width)) for width in (None, columns))
-        head = "processes of this run:\n"
-        log.log(level, "launch", head + on_screen, sink="screen")
-        log.log(level, "launch", head + in_file, sink="log")
+        for where, width in (("screen", columns), ("log", None)):
+            if sink in (where, ""):
+                text = "\n".join(["processes of this run:", *table(processes, width)])
+                log.log(level, "launch", text, sink=where)
         for text in hangs(processes):
-            log.log(level, "launch", text)
+            log.log(level, "launch", text, sink=sink)
         well = "every process was restarted or ended as expected"
         causes = causes or ["; ".join([well, *_not_started(processes)])]
     if is_script:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
+from launcher.smoke.launch_tests.test_calls import raise_interrupt
+
 if TYPE_CHECKING:
     import asyncio
 
@@ -69,13 +71,17 @@ def _widen(names: dict[str, Any], scope: str) -> None:
 def finalize_launch_service(
     launch_service: Any, eprefix: str = "", auto_shutdown: bool = True
 ) -> None:
-    """Wait for the end of a launch. AssertionError if it does not end with 0."""
+    """Wait for the end of a launch. AssertionError if it does not end with 0.
+
+    KeyboardInterrupt if a Ctrl-C has ended it.
+    """
     if auto_shutdown:
         launch_service.shutdown(force_sync=True)
     loop, task = launch_service.event_loop, launch_service.task
     if loop is None or task is None or loop.is_closed():
         return
     code = loop.run_until_complete(task)
+    raise_interrupt(launch_service)
     if code != 0:
         raise AssertionError(
             f"{eprefix} launch service failed when finishing, return code '{code}'"
@@ -102,6 +108,7 @@ def launch_service_fixture(scope: str) -> Any:
         from launcher.language.service import LaunchService
 
         service = LaunchService()
+        service.context._is_of_test = True
         yield service
         finalize_launch_service(service, "When tearing down launch_service fixture")
 

@@ -20,6 +20,7 @@ from launcher.smoke.launch_tests.launch_fixtures import (
     launch_context_fixture,
     launch_service_fixture,
 )
+from launcher.smoke.launch_tests.test_calls import complete, in_thread, raise_interrupt
 
 if TYPE_CHECKING:
     import asyncio
@@ -31,6 +32,10 @@ launch_service = launch_service_fixture("function")
 launch_context = launch_context_fixture("function")
 
 _NO_FIXTURE = '"fixture" keyword argument is required in a pytest.mark.launch() decorator'
+_NO_LAUNCH_FIXTURE = (
+    "{} is no launch_pytest fixture: decorate it with @launch_pytest.fixture instead of "
+    "@pytest.fixture, and pass the function itself to pytest.mark.launch(fixture=...)"
+)
 _TOO_LONG = "launch tests using {} must stop iteration after yielding once"
 _NOT_BOTH = (
     "generator or async generator based launch test items cannot be marked with shutdown=True"
@@ -53,6 +58,7 @@ class _Launch:
 
 
 _LAUNCH = pytest.StashKey[_Launch]()
+_FAULT = pytest.StashKey[str]()  # why an item fails without a run
 
 
 # ---- the fixture
@@ -88,6 +94,7 @@ def pytest_fixture_setup(
         functools.partial(finalize_launch_service, service, prefix, options.auto_shutdown)
     )
     loop.run_until_complete(_until(ready, task))
+    raise_interrupt(service)
     if not ready.is_set():
         raise AssertionError(f"{prefix} the launch ended before ReadyToTest")
     return value
@@ -135,7 +142,9 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: Any) -> Any:
         item.warn(LaunchTestWarning(_NO_FIXTURE))
         item.add_marker(pytest.mark.skip(_NO_FIXTURE))
         return [item]
-    options: FixtureOptions = getattr(made, OPTIONS)
+    options: FixtureOptions | None = getattr(made, OPTIONS, None)
+    if options is None:
+        return _refused(collector, name, obj, made)
     pytest.mark.usefixtures(options.name, "launch_service", "event_loop")(obj)
     items = _items(collector, name, obj, options, made, bool(mark.kwargs.get("shutdown")))
     if options.scope != "function" and _is_generator(obj):
@@ -144,6 +153,14 @@ def pytest_pycollect_makeitem(collector: Any, name: str, obj: Any) -> Any:
             other.name += "[shutdown_test]"
             other.stash[_LAUNCH].partner = item.stash[_LAUNCH]
         items += last
+    return items
+
+
+def _refused(collector: Any, name: str, obj: Any, made: object) -> list[Any]:
+    """Items that fail, since their mark names something else than a fixture with a launch."""
+    items = list(collector._genfunctions(name, obj))
+    for item in items:
+        item.stash[_FAULT] = _NO_LAUNCH_FIXTURE.format(getattr(made, "__name__", repr(made)))
     return items
 
 
@@ -193,6 +210,8 @@ def pytest_collection_modifyitems(items: list[Any]) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: Any) -> bool | None:
     """Run a test while the loop of its launch runs: a plain function in another thread."""
+    if _FAULT in pyfuncitem.stash:
+        pytest.fail(pyfuncitem.stash[_FAULT], pytrace=False)
     launch = pyfuncitem.stash.get(_LAUNCH, None)
     if launch is None:
         return None
@@ -220,31 +239,20 @@ def _call(launch: _Launch, item: Any) -> None:
             pytest.fail(_NOT_BOTH)
         end()
     names = item._fixtureinfo.argnames
-    arguments = {name: item.funcargs[name] for name in names}
+    call = functools.partial(function, **{name: item.funcargs[name] for name in names})
     if not _is_generator(function):
-        _run(loop, function, arguments)
+        is_coroutine = inspect.iscoroutinefunction(function)
+        complete(loop, service, call() if is_coroutine else in_thread(call))
         return
-    generator = function(**arguments)
+    generator = call()
     if inspect.isasyncgen(generator):
-        loop.run_until_complete(generator.__anext__())
+        complete(loop, service, generator.__anext__())
     else:
-        loop.run_until_complete(loop.run_in_executor(None, _next, generator))
+        complete(loop, service, in_thread(functools.partial(next, generator, None)))
     launch.generator = generator
     if launch.options.scope == "function":
         end()
         _finish(generator, loop)
-
-
-def _run(loop: Any, function: Any, arguments: dict[str, Any]) -> None:
-    call = functools.partial(function, **arguments)
-    if inspect.iscoroutinefunction(function):
-        loop.run_until_complete(call())
-    else:
-        loop.run_until_complete(loop.run_in_executor(None, call))
-
-
-def _next(generator: Any) -> None:
-    next(generator, None)
 
 
 def _finish(generator: Any, loop: Any) -> None:

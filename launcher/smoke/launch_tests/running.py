@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import threading
 import unittest
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ from launcher.smoke.launch_tests.file_faults import skips
 from launcher.smoke.launch_tests.loading import TestRun
 from launcher.smoke.launch_tests.observations import ActiveIoHandler, ActiveProcInfoHandler
 from launcher.smoke.launch_tests.results import FailResult, SkipResult, TestResult
+from launcher.smoke.launch_tests.test_calls import raise_interrupt
 
 
 class LaunchDiedError(Exception):
@@ -41,15 +43,20 @@ class RunnerWorker:
         self._preamble = test_run_preamble
         self._arguments = parse_launch_arguments(launch_file_arguments)
         self._launch_service = LaunchService(debug=debug)
+        self._launch_service.context._is_of_test = True
         self._processes_launched = threading.Event()
         self._tests_completed = threading.Event()
         self._results: Any = None
         self._error: BaseException | None = None
         self._info = ActiveProcInfoHandler()
         self._output = ActiveIoHandler()
+        self._reporter = PhaseReporter()
 
     def run(self) -> Any:
-        """The results of all tests. LaunchDiedError if the launch ended before them."""
+        """The results of all tests. LaunchDiedError if the launch ended before them.
+
+        KeyboardInterrupt if a Ctrl-C has ended it.
+        """
         run = self._test_run
         description, context = run.normalized_test_description(
             ready_fn=self._processes_launched.set
@@ -60,12 +67,16 @@ class RunnerWorker:
         thread = threading.Thread(target=self._run_test, name="test_runner_thread", daemon=True)
         thread.start()
         self._launch_service.run(shutdown_when_idle=not run.markers.get("keep_alive", False))
-        if not self._tests_completed.is_set():
+        has_completed = self._tests_completed.is_set()
+        self._reporter.close()
+        self._processes_launched.set()  # nobody waits for the thread, and it has nothing to do
+        raise_interrupt(self._launch_service)
+        if not has_completed:
             print("Processes under test stopped before tests completed")
             self._print_failed_processes()
             raise LaunchDiedError
         thread.join()
-        self._results.append(_run(run.post_shutdown_tests))
+        self._results.append(PhaseReporter().run(run.post_shutdown_tests))
         return self._results
 
     def _bind(self, context: Mapping[str, Any]) -> None:
@@ -114,8 +125,10 @@ class RunnerWorker:
             print("Timed out waiting for processes to start up")
             self._launch_service.shutdown()
             return
+        if self._reporter.is_closed:
+            return
         try:
-            self._results = _run(self._test_run.pre_shutdown_tests)
+            self._results = self._reporter.run(self._test_run.pre_shutdown_tests)
         finally:
             self._tests_completed.set()
             self._launch_service.shutdown()
@@ -133,8 +146,42 @@ class RunnerWorker:
             print("#" * len(title))
 
 
-def _run(tests: Any) -> Any:
-    return unittest.TextTestRunner(verbosity=2, resultclass=TestResult).run(tests)
+class PhaseReporter:
+    """Runs tests, and reports them on standard error until `close`.
+
+    The thread of tests whose launch has died goes on; it begins no other test, and says nothing.
+    """
+
+    def __init__(self) -> None:
+        self.is_closed = False
+        self._stream = sys.stderr
+        self._result: TestResult | None = None
+
+    def run(self, tests: Any) -> Any:
+        runner = unittest.TextTestRunner(self, verbosity=2, resultclass=self._made)
+        return runner.run(tests)
+
+    def close(self) -> None:
+        self.is_closed = True
+        if self._result is not None:
+            self._result.stop()
+
+    def write(self, text: str) -> None:
+        if not self.is_closed:
+            self._stream.write(text)
+
+    def flush(self) -> None:
+        if not self.is_closed:
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def _made(self, *args: Any, **kwargs: Any) -> TestResult:
+        self._result = TestResult(*args, **kwargs)
+        if self.is_closed:
+            self._result.stop()
+        return self._result
 
 
 @public("launch_testing.test_runner")

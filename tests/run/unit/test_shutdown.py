@@ -178,6 +178,11 @@ def test_a_pending_reason_is_dropped_if_the_launch_file_shuts_down_first():
     assert run.handle(Occurrence.TICK, 0.0) == []
 
 
+def test_what_a_script_has_asked_for_is_no_request_of_the_launch_file():
+    reason = "LaunchService.shutdown() called"
+    assert ShutdownMachine([running()]).handle(ShutdownDecided(reason), 0.0) == [StopAll(reason)]
+
+
 @pytest.mark.parametrize(
     ("end", "required", "any_dies"),
     [

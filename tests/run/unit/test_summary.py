@@ -229,6 +229,12 @@ def test_otherwise_a_table_then_the_exit_code_and_why():
     assert len(written([died], code=1, is_script=True).screen) == 1
 
 
+def test_of_a_test_the_table_is_only_in_the_log_file():
+    died = process("robot_1-1", DIED, deaths=1)
+    log = written([died], code=1, is_script=True, sink="log")
+    assert (log.screen, len(log.file)) == ([], 1)
+
+
 def test_a_process_that_was_restarted_is_in_a_table_even_if_the_exit_code_is_0():
     log = written([process("a-1", deaths=4, starts=5), process("b-2")])
     (level, text), (_, last) = log.screen

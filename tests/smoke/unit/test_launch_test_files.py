@@ -78,7 +78,7 @@ def test_what_a_file_raises_is_an_error_with_its_line(
     ],
 )
 def test_words_that_are_no_arguments_are_a_mistake_of_the_command_line(word: str, hint):
-    with pytest.raises(UsageError, match="^malformed launch argument") as refused:
+    with pytest.raises(UsageError, match=r"^malformed launch argument") as refused:
         run("raise AssertionError", word)
     assert (refused.value.where, refused.value.hint) == (None, hint)
 
