@@ -31,4 +31,6 @@ def fault_text(error: BaseException, path: str) -> str:
         return f"sys.exit({given}) ends the program, and no test runs"
     if isinstance(error, SyntaxError) and error.filename == path:
         return f"SyntaxError: {error.msg}"  # the whole text repeats file and line
+    if type(error) is Exception:  # ours say everything in their text
+        return str(error)
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

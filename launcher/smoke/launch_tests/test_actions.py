@@ -26,6 +26,9 @@ class Test(ExecuteProcess):
         return self.__timeout
 
     def execute(self, context: Any) -> Any:
+        if isinstance(self.__timeout, int):  # which the timer would refuse as its own `period`
+            kind, value = type(self).__name__, float(self.__timeout)
+            raise TypeError(f"timeout of {kind} takes a float, as in ROS 2: write {value}")
         entities = super().execute(context)
         if not self.__timeout:
             return entities

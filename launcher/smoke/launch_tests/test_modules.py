@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from launcher.language.diagnostics.origin import is_own_file
 from launcher.smoke.launch_tests.file_faults import fault_line, fault_text
 from launcher.smoke.launch_tests.loading import LoadTestsFromPythonModule
 from launcher.smoke.launch_tests.running import LaunchTestRunner
@@ -68,12 +69,23 @@ class LaunchTestItem(pytest.Item):
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
         if not isinstance(excinfo.value, LaunchTestFailure):
-            return super().repr_failure(excinfo, style)
+            return self._shown(excinfo, style)
         return "\n\n".join(
             f"FAIL: {case.id()}\n{text}"
             for result in excinfo.value.results.values()
             for case, text in (*result.errors, *result.failures)
         )
+
+    def _shown(self, excinfo: Any, style: Any) -> Any:
+        """What the description has raised: without the frames of pytest and the launcher."""
+        if self.config.getoption("fulltrace"):
+            return super().repr_failure(excinfo, style)
+        path = str(self.path)
+        own = excinfo.traceback.cut(path=path).filter(lambda one: not is_own_file(str(one.path)))
+        if fault_line(excinfo.value, path) is None or not own:
+            return f"{self.path.name}: {fault_text(excinfo.value, path)}"
+        excinfo.traceback = own
+        return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
         return self.path, 0, f"launch tests: {self.name}"

@@ -89,6 +89,7 @@ def test_tests_see_processes_while_they_run_and_after(tmp_path: Path):
     result = launch_test(tmp_path, WORKS, *words)
 
     assert result.returncode == 0, result.stdout + result.stderr
+    assert "shutdown requested" not in result.stdout
     (suite,) = ET.parse(tmp_path / "report.xml").getroot()
     assert suite.attrib["name"] == "some.some_test.launch_tests"
     assert [case.attrib["name"] for case in suite] == [
@@ -119,6 +120,8 @@ def test_processes_that_end_before_their_tests_are_a_failure_with_their_output(t
     rest = said[said.index(expected) + 1 :]
     assert rest[0] == "Process 'talker-1' exited with 3"
     assert rest[1:3] == ["##### 'talker-1' output #####", "the reason"]
+    for text in ("first unexpected exit", "processes of this run"):  # tests judge the exits
+        assert text not in result.stdout
 
 
 @pytest.mark.thorough

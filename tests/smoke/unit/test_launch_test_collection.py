@@ -84,3 +84,47 @@ def test_malformed_arguments_are_a_mistake_of_the_command_line(folder, word: str
 
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: --launch-args: malformed launch argument*", hint])
+
+
+NO_READY = "a LaunchDescription containing a ReadyToTest action"
+
+
+@pytest.mark.parametrize(
+    ("body", "said", "most"),
+    [
+        ("from types import SimpleNamespace as D\n    return D(entities=[])", f"*{NO_READY}", 7),
+        ("return {}['x']", "*test_a.py:5: KeyError", 14),
+    ],
+)
+def test_what_a_description_raises_is_shown_without_our_frames(folder, body, said, most):
+    folder.makepyfile(test_a=DESCRIPTION.replace("pass", "\n    " + body))
+
+    result = folder.runpytest_inprocess("-q")
+
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(said)
+    assert len(result.outlines) <= most, result.outlines
+
+
+def test_a_usual_fixture_of_a_marked_test_fails_this_test_only(folder):
+    folder.makepyfile(
+        test_a="""
+import pytest
+
+@pytest.fixture
+def plain(): pass
+
+@pytest.mark.launch(fixture=plain)
+def test_marked(): pass
+
+@pytest.mark.launch(fixture="plain")
+async def test_named(): pass
+
+def test_other(): pass
+"""
+    )
+
+    result = folder.runpytest_inprocess("-q")
+
+    result.assert_outcomes(failed=2, passed=1)
+    result.stdout.fnmatch_lines(["plain is no launch_pytest fixture*", "'plain' is no launch_py*"])

@@ -40,6 +40,8 @@ from launcher.smoke.launch_tests.process_lookup import (
     resolveProcesses,
 )
 from launcher.smoke.launch_tests.results import FailResult, SkipResult, TestResult
+from launcher.smoke.launch_tests.running import PhaseReporter
+from launcher.smoke.launch_tests.test_actions import GTest, PyTest
 from launcher.smoke.launch_tests.text_matching import (
     basic_output_filter,
     build_line_match,
@@ -290,19 +292,44 @@ def test_results_of_what_did_not_run_are_in_the_report():
     assert messages == ["why"] * 2 + ["Exception: because"] * 2
 
 
+@pytest.mark.parametrize(("kind", "value"), [(GTest, 5), (PyTest, 2)])
+def test_a_timeout_without_a_point_is_named(kind: type, value: int):
+    text = rf"timeout of {kind.__name__} takes a float.* write {value}\.0"
+    with pytest.raises(TypeError, match=text):
+        kind(path="some", timeout=value).execute(None)
+
+
+def test_the_thread_of_a_launch_that_has_died_reports_nothing(capsys):
+    reporter = PhaseReporter()
+
+    class Two(unittest.TestCase):
+        def test_a(self):
+            reporter.close()
+
+        def test_b(self):
+            raise AssertionError
+
+    result = reporter.run(unittest.TestLoader().loadTestsFromTestCase(Two))
+
+    assert result.testsRun == 1
+    assert "... ok" not in capsys.readouterr().err
+
+
 def test_the_packages_have_what_tests_import():
     with vocabulary():
+        import launch_testing.actions
         import launch_testing.asserts
         import launch_testing.pytest.hooks
         from launch_pytest import fixture, tools
         from launch_testing import parametrize
         from launch_testing import tools as testing_tools
-        from launch_testing.actions import GTest, PyTest
         from launch_testing.test_runner import LaunchTestRunner, _RunnerWorker
         from launch_testing.tools.process import ProcessProxy
 
         assert callable(parametrize) and callable(fixture) and callable(tools.wait_for_exit)
         assert testing_tools.ProcessProxy is ProcessProxy
-        assert GTest(path="a", timeout=3.0).timeout == 3.0 and PyTest(path="t").path == "t"
+        actions = launch_testing.actions
+        assert actions.GTest(path="a", timeout=3.0).timeout == 3.0
+        assert actions.PyTest(path="t").path == "t"
         assert launch_testing.asserts.assertDefaultStream() == "stderr"
         assert LaunchTestRunner and _RunnerWorker and launch_testing.pytest.hooks.LaunchTestItem
