@@ -51,7 +51,7 @@ class LaunchService:
         self.__run: launch_session.ServiceRun | None = None
         self.__task: object = None
         self.__async_thread: int | None = None
-        self._was_interrupted = False  # by a Ctrl-C, which the tests that use us pass on
+        self._stop_signal: int | None = None  # that the tests which use us pass on
         if log_file_name != "launch.log":
             launch_session.current().log_name = log_file_name.removesuffix(".log")
         if debug:
@@ -125,6 +125,7 @@ class LaunchService:
                 raise RuntimeError("this LaunchService is already running")
             self.__is_running = True
         self.__context._set_is_shutdown(False)
+        self._stop_signal = None
         try:
             run = runner(self.__context, shutdown_when_idle)
             with self.__lock:
@@ -139,8 +140,8 @@ class LaunchService:
                 self.__context._host = NullHost()
 
     def __on_shutdown(self, event: Event, context: LaunchContext) -> None:
-        self._was_interrupted |= getattr(event, "due_to_sigint", False)
         if self.__run is not None:
+            self._stop_signal = self._stop_signal or self.__run.stop_signal
             self.__run.shut_down(event)
 
 

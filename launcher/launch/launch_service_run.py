@@ -77,6 +77,7 @@ class EngineServiceRun:
         self._shutdown_when_idle = shutdown_when_idle
         self._posted: deque[Any] = deque()
         self._wake = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._supervisor: Supervisor | None = None
         self._request = LaunchRequest(path=os.path.abspath(sys.argv[0] or "<script>"))
         self._interpreter = Interpreter(
             LaunchDescription(), path=self._request.path, context=context, stays=self._stays
@@ -86,6 +87,10 @@ class EngineServiceRun:
         )
 
     # ---- the side of the service
+
+    @property
+    def stop_signal(self) -> int | None:
+        return None if self._supervisor is None else self._supervisor.stop_signal
 
     def post(self, event: Event) -> None:
         """Queue an event, from any thread."""
@@ -136,6 +141,7 @@ class EngineServiceRun:
                 is_test=self._context._is_of_test,
             )
             with supervising(self._core, self._options, script) as (supervisor, reactor):
+                self._supervisor = supervisor
                 supervisor.stay_while(self._stays)
                 reactor.add_reader(self._wake, lambda: self._deliver(supervisor))
                 yield supervisor, reactor

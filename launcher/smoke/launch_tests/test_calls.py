@@ -1,4 +1,4 @@
-"""Calls tests of launch_pytest while the loop of their launch runs; a Ctrl-C ends both.
+"""Calls tests of launch_pytest while the loop of their launch runs; a Ctrl-C or SIGTERM ends both.
 
 Every run of pytest loads this module, so what only such tests need is imported later.
 """
@@ -6,6 +6,7 @@ Every run of pytest loads this module, so what only such tests need is imported 
 from __future__ import annotations
 
 import contextlib
+import signal
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -16,11 +17,17 @@ if TYPE_CHECKING:
 _CANCELLATION_S = 1.0  # how long a coroutine may take to end after a Ctrl-C
 
 
+class LaunchTerminated(KeyboardInterrupt):
+    """SIGTERM, or another signal that is to end the program."""
+
+
 def raise_interrupt(service: Any) -> None:
-    """Raise, once, the KeyboardInterrupt that a launch has taken for its own."""
-    if getattr(service, "_was_interrupted", False):
-        service._was_interrupted = False
-        raise KeyboardInterrupt
+    """Raise, once, the KeyboardInterrupt of a signal that a launch has taken for its own."""
+    signum = getattr(service, "_stop_signal", None)
+    if signum is not None:
+        service._stop_signal = None
+        name = signal.Signals(signum).name
+        raise KeyboardInterrupt if signum == signal.SIGINT else LaunchTerminated(name)
 
 
 def complete(loop: asyncio.AbstractEventLoop, service: Any, test: Any) -> None:
@@ -32,7 +39,7 @@ def complete(loop: asyncio.AbstractEventLoop, service: Any, test: Any) -> None:
     if launch is not None:
         first = asyncio.FIRST_COMPLETED
         loop.run_until_complete(asyncio.wait({call, launch}, return_when=first))
-        if service._was_interrupted:
+        if service._stop_signal is not None:
             loop.run_until_complete(launch)
             call.cancel()
             loop.run_until_complete(asyncio.wait({call}, timeout=_CANCELLATION_S))

@@ -15,7 +15,7 @@ from types import ModuleType
 from typing import Any
 
 from launcher.base.command_line import Command, Parsed
-from launcher.base.errors import UsageError
+from launcher.base.errors import ExitCode, UsageError
 from launcher.base.model.run_options import RunOptions
 from launcher.base.option import DEBUG, option
 from launcher.base.text import shown_path
@@ -28,6 +28,7 @@ from launcher.smoke.launch_tests.arguments import (
     print_arguments_of_launch_description,
 )
 from launcher.smoke.launch_tests.file_faults import fault_line, fault_text, skips
+from launcher.smoke.launch_tests.test_calls import LaunchTerminated
 
 _FUNCTION = "generate_test_description"
 
@@ -79,6 +80,8 @@ def _run(options: Parsed) -> int:
     package = options.package_name or stem
     try:
         results = _results(options, path, package, f"{package}.{stem}.launch_tests")
+    except LaunchTerminated:
+        return ExitCode.TERMINATED
     except (UsageError, KeyboardInterrupt):
         raise
     except BaseException as error:

@@ -1,4 +1,4 @@
-"""Ctrl-C in pytest while a launch runs, which handles it: pytest ends, too."""
+"""Ctrl-C and SIGTERM in pytest while a launch runs, which takes them: pytest ends, too."""
 
 from __future__ import annotations
 
@@ -51,8 +51,11 @@ KINDS = {
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("kind", KINDS)
-def test_one_ctrl_c_ends_pytest_and_the_launch(tmp_path: Path, kind: str):
+@pytest.mark.parametrize(
+    ("kind", "signum"),
+    [*((kind, signal.SIGINT) for kind in KINDS), ("launch_testing", signal.SIGTERM)],
+)
+def test_one_signal_ends_pytest_and_the_launch(tmp_path: Path, kind: str, signum: int):
     (tmp_path / "test_a.py").write_text(DESCRIPTION + KINDS[kind])
     (tmp_path / "test_b.py").write_text("def test_later(): open('later', 'w')\n")
     run = subprocess.Popen(
@@ -63,10 +66,11 @@ def test_one_ctrl_c_ends_pytest_and_the_launch(tmp_path: Path, kind: str):
         stderr=subprocess.PIPE,
     )
     wait_until((tmp_path / "pid").exists, "the process of the launch")
-    run.send_signal(signal.SIGINT)
+    run.send_signal(signum)
     out, err = rest_of(run)
 
     assert run.returncode == pytest.ExitCode.INTERRUPTED, out + err
-    assert "KeyboardInterrupt" in out and "OK" not in err
+    assert ("KeyboardInterrupt" if signum == signal.SIGINT else "SIGTERM") in out, out
+    assert "OK" not in err
     assert not is_alive(int((tmp_path / "pid").read_text()))
     assert not (tmp_path / "later").exists()
