@@ -19,6 +19,9 @@ _PRINTED = re.compile("Error processing '(.*)' of '")
 # The library takes `char` for signed, and both times for unsigned if their definitions are missing.
 _CHAR = re.compile(r"^(\s*)char\b", re.MULTILINE)
 _NAME = "DecodedByLauncher"  # since the library refuses names such as AddTwoInts_Event
+# It refuses most names of types with an underscore, too; those of actions have two.
+_TYPE = re.compile(r"^(\s*(?:MSG:\s+)?(?:\w+/)*)([A-Z]\w*_\w+)", re.MULTILINE)
+_UNDERSCORE = "X5F"
 # Their definitions are empty texts, which files do not distinguish from none.
 _EMPTY = frozenset(
     {"std_msgs/msg/Empty", "std_srvs/srv/Empty_Request", "std_srvs/srv/Empty_Response"}
@@ -58,13 +61,23 @@ def _compiled(topic: Topic, text: str) -> Decoder:
     printed = io.StringIO()  # the parser prints the line that it cannot read
     try:
         with contextlib.redirect_stderr(printed):
-            return compiled(name, _CHAR.sub(r"\1uint8", text), also=topic.type)
+            text = _without_underscores(_CHAR.sub(r"\1uint8", text))
+            return compiled(name, text, also=_without_underscores(topic.type))
     except Exception as error:  # the parser raises errors of many classes
         line = _PRINTED.search(printed.getvalue())
-        reason = one_line(error)[:300] + (f" (line {line[1][:100]!r})" if line else "")
+        reason = _reason(error) + (f" (line {line[1][:100]!r})" if line else "")
         raise BagError(
             f"{topic.name}: the definition of {topic.type} cannot be read: {reason}"
         ) from None
+
+
+def _without_underscores(text: str) -> str:
+    """With names of types that the library takes."""
+    return _TYPE.sub(lambda found: found[1] + found[2].replace("_", _UNDERSCORE), text)
+
+
+def _reason(error: Exception) -> str:
+    return one_line(error)[:300].replace(_UNDERSCORE, "_")
 
 
 def _guarded(topic: Topic, decode: Decoder) -> Decoder:
@@ -77,7 +90,7 @@ def _guarded(topic: Topic, decode: Decoder) -> Decoder:
             ) from None
         except Exception as error:  # names of fields that are none of Python, too
             raise BagError(
-                f"{topic.name}: a message is not a {topic.type}: {one_line(error)[:300]}"
+                f"{topic.name}: a message is not a {topic.type}: {_reason(error)}"
             ) from None
 
     return guarded

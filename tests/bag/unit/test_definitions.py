@@ -90,6 +90,41 @@ def test_events_with_types_in_their_parts(tmp_path: Path, capsys):
     assert found["response"] == [{"two": {"y": -5}}]
 
 
+GOAL_EVENT = """\
+my/Do_It_SendGoal_Request[<=1] request
+my/Do_It_SendGoal_Response[<=1] response
+{line}
+MSG: my/Do_It_SendGoal_Request
+Do_It_Goal goal
+{line}
+MSG: my/Do_It_Goal
+int8 A_ONE=1
+int8 order
+{line}
+MSG: my/Do_It_SendGoal_Response
+bool accepted
+"""
+
+
+def test_events_of_actions(tmp_path: Path, capsys):
+    name = f"/do/_action/send_goal{EVENTS[len('/switch') :]}"
+    definition = Definition(text=GOAL_EVENT.format(line=LINE))
+    topic = Topic(name=name, type="my/action/Do_It_SendGoal_Event", definition=definition)
+    bag = bag_with(tmp_path / "b", topic, struct.pack("<4sIb3xI", b"\0\1\0\0", 1, -4, 0))
+    out, err = printed(capsys, "convert", bag, "-o", "-", "--to", "jsonl", "--topics", name)
+    assert "left out" not in err
+    first = json.loads(out.splitlines()[0])["message"]
+    assert first == {"request": [{"goal": {"order": -4}}], "response": []}
+
+
+def test_a_type_that_is_missing_is_called_by_its_name(tmp_path: Path, capsys):
+    definition = Definition(text="my/Do_It_Goal goal\n")
+    topic = Topic(name="/x", type="my/msg/X", definition=definition)
+    bag = bag_with(tmp_path / "b", topic, b"\0\1\0\0\4\0\0\0")
+    _, err = printed(capsys, "convert", bag, "-o", tmp_path / "x.csv")
+    assert "there is no definition of my/Do_It_Goal" in err
+
+
 @pytest.mark.parametrize("encoding", ["unknown", "ros2idl"])
 def test_a_definition_that_is_none_is_that_of_the_installed_type(tmp_path: Path, encoding: str):
     known = string_topic("/b")
