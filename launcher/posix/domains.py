@@ -136,6 +136,6 @@ def why_empty(domain_id: int) -> str:
     if not others:
         return f"{sentence}; no other domain is in use on this machine"
     if len(others) == 1:
-        return f"{sentence}; a run on domain {others[0]} is active: add -d {others[0]}"
+        return f"{sentence}; a run on domain {others[0]} is active: add --domain {others[0]}"
     names = ", ".join(map(str, others))
-    return f"{sentence}; runs on domains {names} are active: add -d {others[0]}"
+    return f"{sentence}; runs on domains {names} are active: add --domain {others[0]}"

@@ -148,7 +148,7 @@ def require_rate(rate_hz: float) -> None:
 def domain_option(options: Parsed) -> int:
     from launcher.posix.domains import domain_of, environment_domain
 
-    return environment_domain() if options.domain is None else domain_of(options.domain, "-d")
+    return environment_domain() if options.domain is None else domain_of(options.domain, "--domain")
 
 
 def spin_time_s(options: Parsed) -> float:

@@ -18,7 +18,7 @@ class PrivateDomain(Part):
     def open(self, begin: Callable[[], None]) -> bool:
         domain = self.run.options.domain_id
         text = f"this run has ROS domain {domain} for itself; in other shells: "
-        text += f"export ROS_DOMAIN_ID={domain}, or -d {domain} behind a verb"
+        text += f"export ROS_DOMAIN_ID={domain}, or --domain {domain} behind a verb"
         self.run.log.log("INFO", "launch", text)
         return False
 

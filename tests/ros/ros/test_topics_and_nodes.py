@@ -126,7 +126,7 @@ def test_an_empty_domain_says_why_and_where_to_look(empty_domain, env):
     answer = launcher(empty_domain, "topic", "list")
     assert answer.lines == ["/parameter_events", "/rosout"]
     assert f"0 nodes on domain {empty_domain['ROS_DOMAIN_ID']} (localhost only); " in answer.err
-    assert re.search(r"active: add -d \d+$", answer.err.strip())
+    assert re.search(r"active: add --domain \d+$", answer.err.strip())
     elsewhere = ("-d", env["ROS_DOMAIN_ID"], "--spin-time", "60")
     there = launcher(empty_domain, "node", "list", *elsewhere)
     assert "/talker" in there.lines

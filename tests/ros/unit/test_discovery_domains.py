@@ -35,3 +35,11 @@ def test_where_discovery_is_off_no_other_domain_is_recommended(monkeypatch):
         "0 nodes on domain 7: discovery is off (ROS_AUTOMATIC_DISCOVERY_RANGE=OFF); "
         "unset it, or set it to LOCALHOST or SUBNET"
     )
+
+
+@pytest.mark.parametrize(("others", "end"), [({9}, "domain 9 is active"), ({9, 11}, "are active")])
+def test_the_hint_at_another_domain_has_an_option_of_all_verbs(monkeypatch, others, end):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    used = dict.fromkeys(others, 1)
+    monkeypatch.setattr("launcher.posix.domains.participants_by_domain", lambda: used)
+    assert why_empty(7).endswith(f"{end}: add --domain 9")
