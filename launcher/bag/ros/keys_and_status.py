@@ -12,7 +12,7 @@ import termios
 import time
 import tty
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TextIO
 
 from launcher.base.text import escape_controls
 from launcher.posix.keys import read_keys
@@ -91,8 +91,7 @@ class StatusLine:
     def print(self, text: str) -> None:
         """A line that stays, above the status."""
         self.clear()
-        sys.stderr.write(f"{text}\n")
-        sys.stderr.flush()
+        _write(sys.stderr, f"{text}\n")
         self.draw(now=True)
 
     def clear(self) -> None:
@@ -106,8 +105,14 @@ class StatusLine:
         self.enabled = False
 
     def _control(self, text: str) -> None:
-        self._terminal.write(text)
-        self._terminal.flush()
+        _write(self._terminal, text)
+
+
+def _write(stream: TextIO, text: str) -> None:
+    """What is recorded and played does not need it: stderr may be on a full disk, or be closed."""
+    with contextlib.suppress(OSError):
+        stream.write(text)
+        stream.flush()
 
 
 class Rates:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -14,6 +13,7 @@ from launcher.bag.quantity_texts import clock as clock_text
 from launcher.bag.reader import Bag
 from launcher.bag.ros import control_services
 from launcher.bag.ros.control_services import ControlServices
+from launcher.bag.ros.ending import ending
 from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead, by_sending, merged
@@ -65,6 +65,11 @@ class PlayOptions:
 
 def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     """Play until the end, or Ctrl-C; the exit code. BagError, VerbError if nothing is played."""
+    with ending(interrupts=True):
+        return _play(access, bags, options)
+
+
+def _play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     switch_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     player = None
@@ -311,8 +316,7 @@ class _Player:
         )
 
     def report(self) -> None:
-        with contextlib.suppress(BrokenPipeError):
-            self._status.print(f"played {count(self._count, 'message')}")
+        self._status.print(f"played {count(self._count, 'message')}")
 
 
 class PlayClock:

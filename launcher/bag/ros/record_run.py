@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from launcher.bag.bag_model import BagError
 from launcher.bag.quantity_texts import clock, size
 from launcher.bag.ros.control_services import PACKAGE, are_installed
+from launcher.bag.ros.ending import ending
 from launcher.bag.ros.keys_and_status import Keys, Rates, StatusLine
 from launcher.bag.ros.record_services import (
     IN_RECORDING,
@@ -28,9 +29,8 @@ from launcher.base.errors import ExitCode
 from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import count
 from launcher.packages.distribution import installed
-from launcher.posix.dispositions import Handled
 from launcher.posix.domains import why_empty
-from launcher.ros.verb import GraphAccess, observing
+from launcher.ros.verb import GraphAccess, observing, warn
 
 if TYPE_CHECKING:
     from launcher.ros.discovery.observer import Observer
@@ -62,12 +62,16 @@ class RecordOptions:
 
 def record(access: GraphAccess, options: RecordOptions, recorder_options: RecorderOptions) -> int:
     """Record; the exit code. BagError if the folder exists, or cannot be written."""
-    with _stopping() as stopped, ExitStack() as stack:
+    with ending(interrupts=False) as stopped, ExitStack() as stack:
         writer = _new_writer(options, options.folder)
         observer = stack.enter_context(observing(access, listens=True))
         run = _RecordRun(observer, options, recorder_options, stopped)
         run.begin_with(writer)
-        return run.run()
+        try:
+            return run.run()
+        except KeyboardInterrupt:
+            warn(f"{writer.folder} has no end\nhint: bag check --repair {writer.folder}")
+            return ExitCode.INTERRUPTED
 
 
 def _new_writer(options: RecordOptions, folder: str) -> BagWriter:
@@ -89,20 +93,6 @@ def _unused(folder: str) -> str:
         number += 1
         found = f"{folder}({number})"
     return found
-
-
-@contextmanager
-def _stopping() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C or SIGTERM came; the second one interrupts the finishing, too."""
-    seen: list[int] = []
-
-    def handle(number: int, frame: object) -> None:
-        seen.append(number)
-        if len(seen) > 1:
-            raise KeyboardInterrupt
-
-    with Handled(handle, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)):
-        yield lambda: bool(seen)
 
 
 class _RecordRun:
@@ -237,6 +227,17 @@ class _RecordRun:
     # ---- the loop
 
     def run(self) -> int:
+        try:
+            self._loop()
+        except Exception:  # what has been recorded is a whole bag in any case
+            if self.is_recording:
+                self._files.finish()
+            raise
+        if self.is_recording:
+            self.end()
+        return self._code
+
+    def _loop(self) -> None:
         signal.signal(signal.SIGUSR1, self._want_snapshot)
         with closing(self._status), Keys(enabled=self._options.keyboard) as keys:
             self._greet(keys.enabled)
@@ -249,9 +250,6 @@ class _RecordRun:
                     self._record()
                 self._status.draw()
                 time.sleep(PERIOD_S)
-        if self.is_recording:
-            self.end()
-        return self._code
 
     def _record(self) -> None:
         if self._recorder.poll():

@@ -9,6 +9,7 @@ import resource
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -263,6 +264,30 @@ def test_a_full_disk_ends_it_with_a_whole_bag(domain, tmp_path: Path):
     assert found == published("/bag/big", len(found))
     assert check.check(str(folder)).is_whole
     assert os.path.getsize(folder / "bag_0.mcap") <= limit
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("wait_s", [0.0, 0.02, 0.2])
+def test_several_signals_at_once_end_it_as_one_does(domain, tmp_path: Path, wait_s: float):
+    folder = tmp_path / "bag"
+    with recording(domain, folder, "-a") as recorder:
+        recorder.read_until("recording into")
+        for signum in (signal.SIGINT, signal.SIGINT, signal.SIGTERM):
+            if recorder.process.poll() is None:
+                recorder.process.send_signal(signum)
+            time.sleep(wait_s)
+        assert recorder.wait() == 0, recorder.text
+    assert check.check(str(folder)).is_whole
+    assert metadata.read(str(folder)) is not None
+
+
+@pytest.mark.thorough
+def test_a_stderr_that_takes_nothing_is_no_end(domain, tmp_path: Path):
+    words = ["-m", "launcher", "bag", "record", "-a", "-o", str(tmp_path / "bag"), "--for", "0.5"]
+    with open("/dev/full", "w") as full:
+        subprocess.run([sys.executable, *words], env=domain, stdout=full, stderr=full, timeout=60)
+    assert check.check(str(tmp_path / "bag")).is_whole
+    assert metadata.read(str(tmp_path / "bag")) is not None
 
 
 @pytest.mark.thorough

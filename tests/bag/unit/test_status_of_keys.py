@@ -57,3 +57,17 @@ def test_a_dumb_terminal_gets_whole_lines_alone(terminal: _Terminal, monkeypatch
         status.draw(now=True)
         status.print("done")
     assert terminal.getvalue() == "done\n"
+
+
+class _Full(_Terminal):
+    def write(self, text: str) -> int:
+        raise OSError(28, "No space left on device")
+
+
+def test_a_stderr_that_takes_nothing_does_not_end_a_recording(monkeypatch):
+    monkeypatch.delenv("TERM", raising=False)
+    with shown_on(_Full()):
+        status = StatusLine(lambda width: "going on")
+        status.draw(now=True)
+        status.print("done")
+        status.close()
