@@ -9,10 +9,11 @@ from launcher.bag.bag_model import Topic
 from launcher.bag.bag_services import EVENTS
 
 _BEFORE = "/_action/"
+STATUS_TYPE = "action_msgs/msg/GoalStatusArray"
 # What follows the name of the action -> the type of such a topic.
 _TYPES: Mapping[str, re.Pattern[str]] = {
     "feedback": re.compile(r"(.+/action/.+)_FeedbackMessage"),
-    "status": re.compile(r"action_msgs/msg/GoalStatusArray"),
+    "status": re.compile(STATUS_TYPE),
     f"send_goal{EVENTS}": re.compile(r"(.+/action/.+)_SendGoal_Event"),
     f"cancel_goal{EVENTS}": re.compile(r"action_msgs/srv/CancelGoal_Event"),
     f"get_result{EVENTS}": re.compile(r"(.+/action/.+)_GetResult_Event"),
@@ -26,6 +27,10 @@ def action_of(topic: str, type_name: str) -> str | None:
     name, _, part = topic.partition(_BEFORE)
     pattern = _TYPES.get(part)
     return name if name and pattern is not None and pattern.fullmatch(type_name) else None
+
+
+def status_topic(action: str) -> str:
+    return f"{action}{_BEFORE}status"
 
 
 def part_of(topic: Topic) -> str:

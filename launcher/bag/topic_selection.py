@@ -43,35 +43,35 @@ class Selection:
 
     def has(self, topic: str, type_name: str) -> bool:
         """Whether a topic is selected; names are full ones."""
-        if (action := action_of(topic, type_name)) is not None:
-            is_hidden_topic = self.hidden and self.all_topics and not topic.endswith(EVENTS)
-            wanted = self.all_actions or action in self.actions or is_hidden_topic
-            return self._has(action, topic, wanted, self.exclude_actions)
-        if topic.endswith(EVENTS):
-            service = topic.removesuffix(EVENTS)
-            wanted = self.all_services or service in self.services
-            return self._has(service, topic, wanted, self.exclude_services)
-        if topic in self.exclude_topics or type_name in self.exclude_types:
-            return False
-        if self.exclude_regex is not None and self.exclude_regex.search(topic):
+        if self.excludes(topic, type_name):
             return False
         if topic in self.topics:
             return True
-        if not self.hidden and is_hidden(topic):
+        if (action := action_of(topic, type_name)) is not None:
+            name, is_hidden_topic = action, self.hidden and not topic.endswith(EVENTS)
+            wanted = self.all_actions or action in self.actions
+            wanted = wanted or (self.all_topics and is_hidden_topic)
+        elif topic.endswith(EVENTS):
+            name = topic.removesuffix(EVENTS)
+            wanted = self.all_services or name in self.services
+        elif is_hidden(topic) and not self.hidden:
             return False
-        if self.all_topics or type_name in self.types:
-            return True
-        return self.regex is not None and self.regex.search(topic) is not None
+        else:
+            name, wanted = topic, self.all_topics or type_name in self.types
+        return wanted or (self.regex is not None and self.regex.search(name) is not None)
 
-    def _has(self, name: str, topic: str, wanted: bool, excluded: Collection[str]) -> bool:
-        """Whether a topic of a service or an action is selected."""
-        if name in excluded or topic in self.exclude_topics:
-            return False
-        if self.exclude_regex is not None and self.exclude_regex.search(name):
-            return False
-        if wanted or topic in self.topics:
+    def excludes(self, topic: str, type_name: str) -> bool:
+        """Whether a topic is left out, even if it is named."""
+        name, excluded = topic, self.exclude_topics
+        if (action := action_of(topic, type_name)) is not None:
+            name, excluded = action, self.exclude_actions
+        elif topic.endswith(EVENTS):
+            name, excluded = topic.removesuffix(EVENTS), self.exclude_services
+        elif type_name in self.exclude_types:
             return True
-        return self.regex is not None and self.regex.search(name) is not None
+        if name in excluded or topic in self.exclude_topics:
+            return True
+        return self.exclude_regex is not None and self.exclude_regex.search(name) is not None
 
 
 def expression(word: str) -> re.Pattern[str]:

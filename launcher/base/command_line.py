@@ -254,10 +254,11 @@ class _WordReader:
         words, known = [flag], option.value
         if self._queue and not self._is_option(self._queue[0]):
             try:
-                known = option.read(self._queue[0])
-            except ValueError:
-                pass  # it is the next argument
-            else:
+                known = self._read(option, flag, self._queue[0])
+            except UsageError:
+                if _is_negative(f"-{self._queue[0].removeprefix('-')}"):  # a wrong number
+                    raise
+            else:  # otherwise it is the next argument
                 words.append(self._queue.popleft())
         self._set(option, words, known)
 

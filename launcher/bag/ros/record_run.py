@@ -15,6 +15,7 @@ from launcher.bag.quantity_texts import clock, size
 from launcher.bag.ros.control_services import PACKAGE, are_installed
 from launcher.bag.ros.ending import ending
 from launcher.bag.ros.keys_and_status import Keys, Rates, StatusLine
+from launcher.bag.ros.named_sources import NamedSources
 from launcher.bag.ros.record_services import (
     IN_RECORDING,
     NODE,
@@ -26,7 +27,6 @@ from launcher.bag.ros.recorder import PERIOD_S, Recorded, Recorder, RecorderOpti
 from launcher.bag.ros.sinks import FileSink, Ring
 from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import ExitCode
-from launcher.base.ros_errors import did_you_mean
 from launcher.base.text import count
 from launcher.packages.distribution import installed
 from launcher.posix.domains import why_empty
@@ -108,7 +108,7 @@ class _RecordRun:
         self._options = options
         self._observer = observer
         self._recorder_options = recorder_options
-        self._named = sorted(recorder_options.selection.topics)
+        self._named = NamedSources(observer, recorder_options)
         self._stopped = stopped
         self._status = StatusLine(self._line)
         self._writer: BagWriter
@@ -156,7 +156,7 @@ class _RecordRun:
         self._recorder.paused = self._paused
         if self._services is not None:
             self._recorder.watch = self.times.note
-        self._unreported = self._named
+        self._reports_missing = bool(self._named)
         self._started_s = time.monotonic()
         self._rates = Rates()
         self.is_recording = True
@@ -171,7 +171,7 @@ class _RecordRun:
             self._code = self._failed(error)
         else:
             self._report()
-            is_empty = self._named and not self._recorder.topics
+            is_empty = self._named and not self._recorder.published
             self._code = ExitCode.PROCESS_FAILED if is_empty else ExitCode.OK
         self.times.clear()
         if self._events is not None:
@@ -280,17 +280,11 @@ class _RecordRun:
             self._status.print(f"in memory only: {_SNAPSHOT_HINT}")
 
     def _report_missing(self) -> None:
-        """Once, which of the topics that were named are not there after a while."""
-        if not self._unreported or time.monotonic() - self._started_s < _MISSING_S:
-            return
-        named, self._unreported = self._unreported, []
-        for name in named:
-            if name not in self._recorder.topics:
-                self._status.print(f"{name} does not appear to be published yet{self._near(name)}")
-
-    def _near(self, name: str) -> str:
-        near = did_you_mean(name, self._observer.topic_types())
-        return f" ({near})" if near else ""
+        """Once, what was named and is not there after a while."""
+        if self._reports_missing and time.monotonic() - self._started_s >= _MISSING_S:
+            self._reports_missing = False
+            for note in self._named.missing_yet(self._recorder.published):
+                self._status.print(note)
 
     def _is_over(self) -> bool:
         limit = self._options.for_s
@@ -362,12 +356,12 @@ class _RecordRun:
         for where, numbers in zip(_PLACES, zip(*lost, strict=True), strict=False):
             if number := sum(numbers):
                 self._status.print(f"warning: Number of messages lost {where}: {number}")
-        for name in self._named:
-            if name not in recorder.topics:
-                self._status.print(f"warning: {name} was not published{self._near(name)}")
+        for note in self._named.missing_at_the_end(recorder.published):
+            self._status.print(note)
         if not recorder.topics:
-            known = self._observer.node_names()
-            why = "no such topic was published" if known else why_empty(self._observer.domain_id)
+            why = f"no such {self._named.kinds} was published"
+            if not self._observer.node_names():
+                why = why_empty(self._observer.domain_id)
             self._status.print(f"nothing was recorded: {why}")
         for name, one in sorted(recorder.topics.items()):
             if one.lost or one.dropped:

@@ -112,6 +112,16 @@ class Recorder:
             self._clock = subscribed(observer.node, kind, "/clock", qos.listening([])[0])
 
     @property
+    def published(self) -> dict[str, str]:
+        """What is recorded, and was published, with its type."""
+        topics = self.topics.values()
+        return {
+            one.topic.name: one.topic.type
+            for one in topics
+            if one.count or one.publishers or one.topic.name not in self._options.static
+        }
+
+    @property
     def count(self) -> int:
         return sum(one.count for one in self.topics.values())
 
@@ -151,7 +161,7 @@ class Recorder:
                 self._begin(name, types[0])
 
     def _begin(self, name: str, type_name: str) -> None:
-        infos = self._observer.infos(name, Direction.PUBLISHER)
+        infos = self._publishers(name, type_name)
         is_static = name in self._options.static
         if not infos and not self._options.include_unpublished and not is_static:
             return
@@ -179,6 +189,17 @@ class Recorder:
             self._sink.repeat(name, depth)
         self._learn(infos)
         self.topics[name] = Recorded(topic, fitted)
+
+    def _publishers(self, name: str, type_name: str) -> list[EndpointInfo]:
+        """Those with this type; others of the topic are named."""
+        found = []
+        for info in self._observer.infos(name, Direction.PUBLISHER):
+            kind = info.endpoint().type
+            if kind == type_name:
+                found.append(info)
+            else:
+                self._refuse(f"{name} with {kind}", f"it is recorded with {type_name}", None)
+        return found
 
     def _is_ignored_leaf(self, name: str) -> bool:
         return self._options.ignore_leaves and not self._observer.infos(
@@ -240,7 +261,7 @@ class Recorder:
         return Fitted(self._observer.node, self._taker, create, fitting)
 
     def _refit(self, recorded: Recorded) -> None:
-        infos = self._observer.infos(recorded.topic.name, Direction.PUBLISHER)
+        infos = self._publishers(recorded.topic.name, recorded.topic.type)
         self._learn(infos)
         before = recorded.fitted.publishers
         recorded.fitted.fit([info.endpoint() for info in infos])

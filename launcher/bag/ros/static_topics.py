@@ -15,7 +15,12 @@ def read(path: str) -> dict[str, str]:
     entries = document.get(_ROOT) if isinstance(document, dict) else None
     if not isinstance(entries, list) or not entries:
         raise UsageError(f"{path} has no list '{_ROOT}'", hint=f"it begins with: {_ROOT}:")
-    return dict(_entry(path, number, entry) for number, entry in enumerate(entries, 1))
+    found: dict[str, str] = {}
+    for number, entry in enumerate(entries, 1):
+        topic, type_name = _entry(path, number, entry)
+        if found.setdefault(topic, type_name) != type_name:
+            raise UsageError(f"{path}: {topic} has two types, {found[topic]} and {type_name}")
+    return found
 
 
 def _entry(path: str, number: int, entry: object) -> tuple[str, str]:

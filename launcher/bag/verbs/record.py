@@ -84,18 +84,18 @@ def _record(options: Parsed) -> int:
 
 
 def _recorder_options(options: Parsed) -> RecorderOptions:
-    from launcher.bag.ros import static_topics
     from launcher.bag.ros.bag_qos import read_overrides
     from launcher.bag.ros.recorder import RecorderOptions
 
     selection = _selection(options)
     path, qos_path = options.static_topics_path, options.qos_profile_overrides_path
-    static = {} if path is None else static_topics.read(path)
+    static = {} if path is None else _static(path, selection)
+    repeat = dict(options.repeat_transient_local or ())
     if selection.is_empty and not static:
         raise UsageError(
             "nothing to record was named", hint="-a records all topics; or name topics, or --regex"
         )
-    _check_names((*selection.topics, *selection.services, *selection.actions, *static))
+    _check_names((*selection.topics, *selection.services, *selection.actions, *static, *repeat))
     return RecorderOptions(
         selection=selection,
         overrides={} if qos_path is None else read_overrides(qos_path),
@@ -104,9 +104,27 @@ def _recorder_options(options: Parsed) -> RecorderOptions:
         include_unpublished=options.include_unpublished_topics,
         ignore_leaves=options.ignore_leaf_topics,
         static=static,
-        repeat=dict(options.repeat_transient_local or ()),
+        repeat=repeat,
         repeat_latched=options.repeat_all_transient_local,
     )
+
+
+def _static(path: str, selection: Selection) -> dict[str, str]:
+    """The topics of a file with their types, without those that are excluded; UsageError."""
+    from launcher.bag.ros import static_topics
+    from launcher.base.ros_errors import VerbError
+    from launcher.ros.messages.interfaces import load_message
+
+    found = static_topics.read(path)
+    for topic, type_name in list(found.items()):
+        try:
+            load_message(type_name)
+        except VerbError as error:
+            raise UsageError(f"{path}: {topic}: {error.message}", hint=error.hint) from None
+        if selection.excludes(topic, type_name):
+            warn(f"{topic} of {path} is excluded")
+            del found[topic]
+    return found
 
 
 def _check_limits(options: Parsed) -> None:

@@ -122,7 +122,17 @@ def test_topics_that_nobody_publishes(domain, tmp_path: Path):
     assert "warning: /bag/text was not published\n" in text
     assert "warning: /bag/pose was not published\n" in text
     assert "nothing was recorded" in text
+    code, text = record("others", "--services", "/call", "--actions", "/act")
+    assert code == 1
+    assert "warning: service /call did not publish its calls\n" in text
+    assert "warning: action /act was not there\n" in text
     with talking(domain, TALKER, "/bag/text"):
+        file = tmp_path / "topics.yaml"
+        file.write_text("static_topics_and_types_list: [[/bag/text, std_msgs/msg/Int32]]")
+        words = ("--static-topics-path", str(file), "--spin-time", "60")
+        code, text = record("another type", *words)
+        assert code == 1
+        assert "/bag/text with std_msgs/msg/String is not recorded: it is recorded with" in text
         code, text = record("some", "/bag/text", "/bag/pose", "--spin-time", "60")
     assert code == 0
     assert "/bag/text was not published" not in text

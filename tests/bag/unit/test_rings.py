@@ -161,6 +161,10 @@ def test_static_topics(tmp_path: Path):
         ),
         ("static_topics_and_types_list: [/a]", "entry 1: '/a' is no topic with its type"),
         ("static_topics_and_types_list: [[/a, String]]", "is no topic with its type"),
+        (
+            "static_topics_and_types_list: [[/a, b/msg/C], [a, b/C], [/a, b/msg/D]]",
+            "FILE: /a has two types, b/msg/C and b/msg/D",
+        ),
     ],
 )
 def test_mistakes_in_static_topics(tmp_path: Path, text: str, error: str):
@@ -178,6 +182,9 @@ def test_mistakes_in_static_topics(tmp_path: Path, text: str, error: str):
         (["--max-cache-duration", "4294967296"], "is not a whole number"),
         (["--max-bag-files", "-1"], "is not a whole number"),
         (["--repeat-transient-local", "/map=0"], "'0' is not a whole number from 1 to"),
+        (["--repeat-transient-local", "bad name"], "Invalid topic name"),
+        (["--repeat-all-transient-local", "-1"], "--repeat-all-transient-local: '-1' is not a"),
+        (["--repeat-all-transient-local", "2.5"], "'2.5' is not a whole number"),
         (["--repeat-transient-local", "=3"], "'=3' is not TOPIC or TOPIC=DEPTH"),
         (["--static-topics-path", "/no/such.yaml"], "cannot read /no/such.yaml"),
     ],
@@ -188,6 +195,20 @@ def test_mistakes_in_options_of_record(tmp_path: Path, words: list[str], error: 
         bag_verb.main(["record", "-a", "-o", str(tmp_path / "bag"), *words])
     assert error in str(caught.value)
     assert not (tmp_path / "bag").exists()
+
+
+def test_types_of_static_topics_are_installed(tmp_path: Path, capsys, monkeypatch):
+    monkeypatch.setattr("launcher.bag.ros.record_run.record", lambda *_: 0)
+    file = tmp_path / "topics.yaml"
+    words = ["record", "-o", str(tmp_path / "bag"), "--static-topics-path", str(file)]
+    file.write_text("static_topics_and_types_list: [[/a, std_msgs/msg/Nope]]")
+    with pytest.raises(UsageError, match=f"{file}: /a: The passed message type is invalid"):
+        bag_verb.main(words)
+    file.write_text("static_topics_and_types_list: [[/a, std_msgs/msg/String]]")
+    assert bag_verb.main(words) == 0
+    with pytest.raises(UsageError, match="nothing to record was named"):
+        bag_verb.main([*words, "-x", "a"])
+    assert capsys.readouterr().err == f"/a of {file} is excluded\n"
 
 
 def test_a_ring_of_one_file_is_a_warning(tmp_path: Path, capsys, monkeypatch):

@@ -38,6 +38,16 @@ def test_what_is_selected(selection: Selection, expected: set[str]):
     assert {name for name in NAMES if selection.has(name, STRING)} == expected
 
 
+def test_what_is_named_and_excluded():
+    selection = Selection(
+        exclude_regex=re.compile("chat"), exclude_services=["/srv"], exclude_types=["x"]
+    )
+    assert selection.excludes("/chat", STRING)
+    assert selection.excludes("/srv/_service_event", "")
+    assert selection.excludes("/a", "x")
+    assert not selection.excludes("/a", STRING)
+
+
 def test_nothing_named_is_empty():
     assert Selection(exclude_topics=["/a"], hidden=True).is_empty
     assert not Selection(types=[STRING]).is_empty

@@ -17,7 +17,7 @@ from tests.support.controlled_run import ControlledRun
 SAYS = 'sh("echo domain $ROS_DOMAIN_ID; exec sleep 1000", name="says"),'
 SAID = re.compile(
     r"this run has ROS domain (\d+) for itself; in other shells: export ROS_DOMAIN_ID=(\d+), "
-    r"or -d (\d+) behind a verb"
+    r"or --domain (\d+) behind a verb"
 )
 
 
