@@ -15,8 +15,12 @@ _REQUESTS, _RESPONSES = (0, 1), (2, 3)  # sent or received, of service_msgs/Serv
 
 
 def is_event(topic: Topic) -> bool:
-    is_type = "/srv/" in topic.type and topic.type.endswith("_Event")
-    return is_type and topic.name.endswith(EVENTS)
+    return "/srv/" in topic.type and is_call(topic)
+
+
+def is_call(topic: Topic) -> bool:
+    """Whether it has events of a service, or of one of the services of an action."""
+    return topic.type.endswith("_Event") and topic.name.endswith(EVENTS)
 
 
 def service_of(topic: Topic) -> str:

@@ -84,7 +84,8 @@ def read(path: str, *, sort: str = "name", rates: bool = True, verbose: bool = F
 
 def _read_messages(info: Info) -> None:
     sizes = info.sizes = {topic.name: 0 for topic in info.topics}
-    info.calls = {topic.name: bag_services.CallCounter() for topic in info.services}
+    with_calls = (topic.name for topic in info.topics if bag_services.is_call(topic))
+    info.calls = {name: bag_services.CallCounter() for name in with_calls}
     for message in info.bag.messages():
         sizes[message.topic] = sizes.get(message.topic, 0) + len(message.data)
         if (calls := info.calls.get(message.topic)) is not None:
@@ -150,18 +151,22 @@ def _service_lines(info: Info) -> list[str]:
             f"Service: {bag_services.service_of(topic)}",
             f"Type: {bag_services.type_of(topic)}",
         ]
-        if (calls := info.calls.get(topic.name)) is not None:
-            parts += [f"Request Count: {calls.requests}", f"Response Count: {calls.responses}"]
-        else:
-            parts.append(f"Event Count: {info.count(topic)}")
-        parts += _tail(info, topic)
+        parts += [_calls(info, topic), *_tail(info, topic)]
         found.append(" | ".join(parts))
     return found
 
 
+def _calls(info: Info, topic: Topic | None) -> str:
+    """How many there are, or events of them; a bag may lack the topic."""
+    if info.sizes is None:
+        return f"Event Count: {info.count(topic) if topic else 0}"
+    calls = info.calls.get(topic.name if topic else "", bag_services.CallCounter())
+    return f"Request Count: {calls.requests} | Response Count: {calls.responses}"
+
+
 def _action_lines(info: Info, action: str, topics: Sequence[Topic]) -> Iterator[str]:
     """Also of the topics that are not in the bag, as rosbag2 has them."""
-    counts = {bag_actions.part_of(topic): info.count(topic) for topic in topics}
+    found = {bag_actions.part_of(topic): topic for topic in topics}
     parts = [
         f"  Action: {action}",
         f"Type: {_action_type(topics)}",
@@ -169,15 +174,19 @@ def _action_lines(info: Info, action: str, topics: Sequence[Topic]) -> Iterator[
         f"Service: {len(bag_actions.SERVICES)}",
         f"Serialization Format: {topics[0].serialization}",
     ]
+    if info.sizes is not None:
+        size = sum(info.sizes[topic.name] for topic in topics)
+        parts.insert(-1, f"Size Contribution: {quantity_texts.size(size)}")
     yield " | ".join(parts)
     for name in bag_actions.TOPICS:
-        yield f"    Topic: {name} | Count: {counts.get(name, 0)}"
+        yield f"    Topic: {name} | Count: {info.count(found[name]) if name in found else 0}"
     for name in bag_actions.SERVICES:
-        yield f"    Service: {name} | Event Count: {counts.get(name, 0)}"
+        yield f"    Service: {name} | {_calls(info, found.get(name))}"
 
 
 def _action_type(topics: Iterable[Topic]) -> str:
-    return next(filter(None, map(bag_actions.type_of, topics)), "")
+    """Status and cancellations are of one type for all actions."""
+    return next(filter(None, map(bag_actions.type_of, topics)), "unknown")
 
 
 def qos_words(profile: Qos) -> str:
@@ -280,6 +289,8 @@ def _topic(info: Info, topic: Topic) -> dict[str, Any]:
         found["size_bytes"] = info.sizes[topic.name]
     if info.times is not None:
         found["rate"] = _rate(info, topic)
+    if (calls := info.calls.get(topic.name)) is not None:
+        found |= {"requests": calls.requests, "responses": calls.responses}
     return found
 
 
@@ -302,6 +313,4 @@ def _service(info: Info, topic: Topic) -> dict[str, Any]:
     found = {**_topic(info, topic), "name": bag_services.service_of(topic)}
     found["type"] = bag_services.type_of(topic)
     found["topic"] = topic.name
-    if (calls := info.calls.get(topic.name)) is not None:
-        found |= {"requests": calls.requests, "responses": calls.responses}
     return found

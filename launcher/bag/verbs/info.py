@@ -45,7 +45,9 @@ def _info(options: Parsed) -> int:
     width = shutil.get_terminal_size().columns
     for one in found:
         if options.topic_name:
-            lines: Iterable[str] = (topic.name for topic in one.plain_topics)
+            lines: Iterable[str] = [topic.name for topic in one.plain_topics]
+            if one.topics and not lines:
+                warn(f"{one.bag.path}: it has only topics of services and actions")
         else:
             lines = info.lines(one, width, ascii_only=not can_print(BLOCKS))
         for line in lines:

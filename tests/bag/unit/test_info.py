@@ -18,7 +18,15 @@ from launcher.bag.bag_model import Message, Topic
 from launcher.bag.reader import Bag
 from launcher.bag.writer import BagWriter, Storage
 from launcher.base.errors import UsageError
-from tests.support.bags import START_NS, counting, foreign_bag, message, string_topic, write_bag
+from tests.support.bags import (
+    START_NS,
+    convert,
+    counting,
+    foreign_bag,
+    message,
+    string_topic,
+    write_bag,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -100,6 +108,30 @@ def test_actions_are_counted_apart(tmp_path: Path, capsys):
     assert [topic["messages"] for topic in action["topics"]] == [3, 1, 4, 2]
 
 
+def test_sizes_and_calls_of_actions(tmp_path: Path, capsys):
+    writer = BagWriter(str(tmp_path / "b"))
+    goals, status = "/f/_action/send_goal/_service_event", "/f/_action/status"
+    writer.add_topic(Topic(name=goals, type="fleet/action/Fold_SendGoal_Event"))
+    writer.add_topic(Topic(name=status, type="action_msgs/msg/GoalStatusArray"))
+    writer.write(Message(status, START_NS, START_NS, 0, bytes(10)))
+    for number, kind in enumerate((1, 2, 1)):
+        writer.write(Message(goals, START_NS, START_NS, 0, service_event(kind, number // 2)))
+    writer.close()
+    size = 10 + 3 * len(service_event(0, 0))
+    lines = printed(capsys, tmp_path / "b", "-v", "--no-rates").splitlines()
+    assert lines[-6:] == [
+        "  Action: /f | Type: fleet/action/Fold | Topics: 2 | Service: 3 | "
+        f"Size Contribution: {size} B | Serialization Format: cdr",
+        "    Topic: feedback | Count: 0",
+        "    Topic: status | Count: 1",
+        "    Service: send_goal | Request Count: 2 | Response Count: 1",
+        "    Service: cancel_goal | Request Count: 0 | Response Count: 0",
+        "    Service: get_result | Request Count: 0 | Response Count: 0",
+    ]
+    convert(tmp_path / "b", "-o", tmp_path / "c", "--topics", status)
+    assert "Action: /f | Type: unknown | Topics" in printed(capsys, tmp_path / "c")
+
+
 def test_names_and_order(tmp_path: Path, capsys):
     folder = write_bag(tmp_path / "b", [message("/a", 0, "x"), *counting("/b", 3)])
     assert printed(capsys, folder, "-t") == "/a\n/b\n"
@@ -171,7 +203,10 @@ def test_calls_of_services_are_counted_once(tmp_path: Path, capsys):
         "Event Count: 9 | Serialization Format: cdr\n"
     ) in text
     assert "Request Count: 3 | Response Count: 2 |" in printed(capsys, tmp_path / "b", "-v")
-    assert printed(capsys, tmp_path / "b", "-t") == ""
+    assert bag_verb.main(["info", str(tmp_path / "b"), "-t"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == ""  # as with ros2
+    assert captured.err == f"{tmp_path / 'b'}: it has only topics of services and actions\n"
 
 
 def test_verbose_has_qos_and_sizes(tmp_path: Path, capsys):
