@@ -89,7 +89,8 @@ def convert(
             number, last_ns = number + 1, message.log_ns
     contents = f"{count(number, 'message')} of {count(len(merged.topics), 'topic')}"
     if last_ns is None:
-        contents += " (there is none in the selected time)" if any(span) else ""
+        is_part = any(map(any, (span, *(spans or ()))))
+        contents += " (there is none in the selected time)" if is_part else ""
     return f"wrote {output.path}: {contents}{_size(output.path)}"
 
 

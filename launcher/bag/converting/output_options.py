@@ -201,6 +201,11 @@ def _entries(
     entries = document.get(root) if isinstance(document, dict) else None
     if not isinstance(entries, list) or not entries:
         raise UsageError(f"{path} has no list '{root}'", hint=f"it begins with: {root}:")
+    lists = (_INPUTS, _OUTPUTS)
+    for key in document if isinstance(document, dict) else ():
+        if key not in lists:
+            hint = did_you_mean(str(key), lists) or f"known: {', '.join(lists)}"
+            raise UsageError(f"{path}: unknown key '{key}'", hint=hint)
     for number, entry in enumerate(entries, 1):
         place = _BagOptions(path, root, number)
         if not isinstance(entry, dict):
@@ -208,6 +213,9 @@ def _entries(
         values = {str(key): _value(place, str(key), value, keys) for key, value in entry.items()}
         if not values.get("uri"):
             raise place.wrong(f"'uri' is missing, the bag to {verb}")
+        start_ns, end_ns = _span(values)
+        if start_ns is not None and end_ns is not None and start_ns >= end_ns:
+            raise place.wrong("end_time_ns is before start_time_ns")
         yield place, values
 
 

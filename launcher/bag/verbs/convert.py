@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from launcher.bag.converting.time_texts import Moment, duration_ns, moment
 from launcher.bag.verbs.files import COMPRESSION, INPUT, SPLIT, inputs, storage_of
 from launcher.bag.verbs.info import warn_of
-from launcher.bag.verbs.topics import SELECT, remapping, selected
+from launcher.bag.verbs.topics import SELECT, remapping, selected, warn_of_excluded
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.option import DEBUG, option
@@ -43,6 +43,7 @@ def _convert(options: Parsed) -> int:
     bags = [Bag(one.path) for one in parts]
     for bag in bags:
         warn_of(bag)
+    warn_of_excluded(options, [topic for bag in bags for topic in bag.topics])
     for output in outputs:
         print(
             convert(bags, output, _complete, warn, [one.span for one in parts]),

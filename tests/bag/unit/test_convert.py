@@ -365,12 +365,28 @@ def test_bags_to_read_and_their_times_in_a_file(tmp_path: Path, whole: Path):
     assert {topic for topic, _ in contents(tmp_path / "x" / "one")} == {"/a", "/c"}
 
 
+def test_a_part_of_an_input_may_have_no_message(tmp_path: Path, whole: Path, capsys):
+    file = tmp_path / "in.yaml"
+    file.write_text(f"input_bags: [{{uri: {whole}, start_time_ns: {START_NS + 10**12}}}]")
+    words = ("--exclude-topics", "/none", "a")
+    convert("--input-options", file, "-o", tmp_path / "out", *words)
+    out, err = capsys.readouterr()
+    assert "0 messages of 1 topic (there is none in the selected time)" in out
+    assert err == "warning: /none is not in what is read\n"
+
+
 @pytest.mark.parametrize(
     ("text", "words", "error"),
     [
         ("input_bags: []", [], "in.yaml has no list 'input_bags'"),
         ("input_bags: [{storage_id: mcap}]", [], "input_bags, entry 1: 'uri' is missing"),
         ("input_bags: [{uri: a, start: 1}]", [], "entry 1: unknown key 'start'"),
+        ("input_bags: [{uri: a}]\ninput_bag: 1", [], "in.yaml: unknown key 'input_bag'"),
+        (
+            "input_bags: [{uri: a, start_time_ns: 9, end_time_ns: 8}]",
+            [],
+            "entry 1: end_time_ns is before start_time_ns",
+        ),
         ("input_bags: [{uri: a, end_time_ns: x}]", [], "end_time_ns: 'x' is not a whole number"),
         ("input_bags: [{uri: a}]", ["a"], "bags are in .*in.yaml, or named; not both"),
         ("input_bags: [{uri: a}]", ["-i", "a"], "bags are in .*in.yaml, or named; not both"),
