@@ -33,6 +33,19 @@ def status_topic(action: str) -> str:
     return f"{action}{_BEFORE}status"
 
 
+def source_of(topic: str, type_name: str) -> str:
+    """The action or the service that a topic belongs to, or the topic itself."""
+    return action_of(topic, type_name) or topic.removesuffix(EVENTS)
+
+
+def renamed(topic: Topic, names: Mapping[str, str]) -> str:
+    """Its new name; that of an action or a service renames all topics of it."""
+    source = source_of(topic.name, topic.type)
+    if topic.name in names or source not in names:
+        return names.get(topic.name, topic.name)
+    return names[source] + topic.name.removeprefix(source)
+
+
 def part_of(topic: Topic) -> str:
     """Of a topic of an action: `feedback`, `send_goal`."""
     return topic.name.partition(_BEFORE)[2].removesuffix(EVENTS)

@@ -18,7 +18,7 @@ from launcher.bag.ros.keys_and_status import Keys, StatusLine
 from launcher.bag.ros.publishers import Publishers
 from launcher.bag.ros.read_ahead import ReadAhead, by_sending, merged
 from launcher.bag.topic_selection import Selection
-from launcher.base.errors import ExitCode
+from launcher.base.errors import ExitCode, UsageError
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count
 from launcher.ros.verb import GraphAccess, observing, warn
@@ -72,7 +72,7 @@ def play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
 def _play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int:
     switch_s = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
-    player = None
+    player, code = None, int(ExitCode.OK)
     try:
         with observing(access) as observer:
             status = StatusLine(
@@ -93,13 +93,14 @@ def _play(access: GraphAccess, bags: Sequence[Bag], options: PlayOptions) -> int
             publishers.warn_of_others(graph or observer.graph_snapshot())
             publishers.wait_for_others(graph, access.spin_time_s)
             player.run()
+            code = player.exit_code
     except KeyboardInterrupt:
         pass
     finally:
         sys.setswitchinterval(switch_s)
     if player is not None:
         player.report()
-    return ExitCode.OK
+    return code
 
 
 def _added(
@@ -140,7 +141,6 @@ class _Player:
         self._publishers = publishers
         self._status = status
         self._count = 0
-        self._ahead_ns: int | None = None
         whole = summed(bag.extent for bag in bags)
         if options.sent:
             whole = self._sent(whole)
@@ -148,6 +148,8 @@ class _Player:
         self._end_ns = self._last(whole)
         self._source = self._read_from(self._first_ns)
         self._clock = PlayClock(self._first_ns, 0.0, rate=options.rate)
+        self._clock.paused = True  # until it runs
+        self._has_begun = False
         self._next_clock_s = 0.0
         self._services: ControlServices | None = None
         self._is_stopped = False
@@ -171,7 +173,6 @@ class _Player:
         read_ahead = self._options.read_ahead
         first = next(by_sending(merged(self._bags, self._topics, Span()), read_ahead), None)
         shift_ns = 0 if first is None else first.log_ns - whole.start_ns
-        self._ahead_ns = max(0, shift_ns)
         return Extent(whole.counts, whole.start_ns + shift_ns, whole.end_ns + shift_ns)
 
     def _last(self, whole: Extent) -> int:
@@ -189,12 +190,14 @@ class _Player:
         if options.sent and options.duration_s is None and options.until_ns is None:
             end_ns = None  # the time of the last one is not known
         span = Span(start_ns, end_ns)
-        return ReadAhead(self._bags, self._topics, span, options.read_ahead, self._ahead_ns)
+        return ReadAhead(self._bags, self._topics, span, options.read_ahead, sent=options.sent)
 
     def run(self) -> None:
         try:
             with Keys(enabled=self._options.keyboard) as keys:
+                self._require_messages()
                 self._greet(keys.enabled)
+                self._has_begun = True
                 now = time.monotonic()
                 self._clock.jump(self._first_ns, now + self._options.delay_s)
                 self._clock.set_paused(self._options.start_paused, now + self._options.delay_s)
@@ -207,6 +210,20 @@ class _Player:
         finally:
             self._status.close()
             self._source.close()
+
+    def _require_messages(self) -> None:
+        """UsageError if the start is behind the end, in the order of publishing."""
+        offset_s = self._options.start_offset_s
+        if not self._options.sent or not offset_s or self._source.peek() is not None:
+            return
+        times = [one.publish_ns or one.log_ns for one in merged(self._bags, self._topics, Span())]
+        if times and max(times) < self._first_ns:
+            raise UsageError(behind_the_end((max(times) - self._first_ns) / 1e9 + offset_s))
+
+    @property
+    def exit_code(self) -> int:
+        """After the end: 1 if requests were to be sent, and none was."""
+        return ExitCode.PROCESS_FAILED if self._publishers.sent == 0 else ExitCode.OK
 
     def _greet(self, has_keys: bool) -> None:
         names = {name for topics in self._topics for name in topics}
@@ -310,13 +327,27 @@ class _Player:
         filled = round(part * _BAR_WIDTH)
         bar = "[" + "=" * filled + " " * (_BAR_WIDTH - filled) + "]"
         state = "paused " if self._clock.paused else "playing"
+        state = state if self._has_begun else "waiting"
+        sent = "" if self._publishers.sent is None else f"  {self._publishers.sent} requests"
         return (
             f"{state} {bar} {clock_text(min(played_s, whole_s))} of {clock_text(whole_s)}  "
-            f"x{self._clock.rate:.2f}  {self._count} messages"
+            f"x{self._clock.rate:.2f}  {self._count} messages{sent}"
         )
 
     def report(self) -> None:
-        self._status.print(f"played {count(self._count, 'message')}")
+        sent, done = self._publishers.sent, []
+        if self._count or sent is None:
+            done.append(f"played {count(self._count, 'message')}")
+        if sent is not None:
+            done.append(f"sent {count(sent, 'request')}")
+        self._status.print(", ".join(done))
+        if sent == 0:
+            why = self._publishers.why_nothing_was_sent()
+            self._status.print(f"warning: no request was sent: {why}")
+
+
+def behind_the_end(whole_s: float) -> str:
+    return f"--start-offset is behind the end: the bag has {whole_s:.3f} s"
 
 
 class PlayClock:

@@ -11,7 +11,12 @@ from launcher.bag.agreement import difference
 from launcher.bag.bag_model import CDR, Message, Qos, Topic
 from launcher.bag.bag_services import EVENTS
 from launcher.bag.ros import bag_qos
-from launcher.bag.ros.recorded_calls import ActionRequests, Requester, requester
+from launcher.bag.ros.recorded_calls import (
+    ActionRequests,
+    Requester,
+    requester,
+    why_nothing_was_sent,
+)
 from launcher.base.ros_errors import VerbError
 from launcher.base.text import count, escape
 from launcher.ros.messages.classes import type_name, with_library
@@ -36,8 +41,9 @@ _NAMED = 5  # topics in a warning; others are counted
 class Publishers:
     """A publisher for each topic that can be played; `notes` gets a sentence for the others.
 
-    `remap` maps names of the bag to those that are published. With `requests`, recorded calls of
-    services are sent as calls; with `goals`, those of actions. Both say whose events are used.
+    `remap` maps names of the bag, also of services and actions, to those that are published. With
+    `requests`, recorded calls of services are sent as calls; with `goals`, those of actions. Both
+    say whose events are used.
     """
 
     def __init__(
@@ -65,7 +71,7 @@ class Publishers:
 
     def add(self, topic: Topic) -> bool:
         """Whether the topic can be played, also together with one of its name that was added."""
-        name = self._remap.get(topic.name, topic.name)
+        name = bag_actions.renamed(topic, self._remap)
         known = self._added.get(topic.name)
         if self._comes_from_the_server(topic):
             return False
@@ -153,7 +159,7 @@ class Publishers:
         self._clock = self._observer.node.create_publisher(Clock, "/clock", 10)
 
     def publish(self, message: Message) -> bool:
-        """Whether the message was played; a damaged event is not."""
+        """Whether it was published; of an event, the request may be sent instead."""
         if (client := self._clients.get(message.topic)) is None:
             self._publishers[message.topic].publish(message.data)
             return True
@@ -161,8 +167,17 @@ class Publishers:
             client.send(message.data)
         except (RuntimeError, VerbError) as error:  # RMWError
             self._refuse(f"an event of {message.topic}", VerbError(str(error)))
-            return False
-        return True
+        return False
+
+    @property
+    def sent(self) -> int | None:
+        """How many requests were sent; None if none are to be."""
+        if self._requests is None and self._goals is None:
+            return None
+        return sum(one.sent for one in self._clients.values())
+
+    def why_nothing_was_sent(self) -> str:
+        return why_nothing_was_sent(self._clients.values())
 
     def poll(self) -> None:
         """Send what had to wait for an answer."""

@@ -42,8 +42,9 @@ def by_sending(messages: Iterable[Message], limit: int) -> Iterator[Message]:
 class ReadAhead:
     """The messages of bags in the order of their times; at most `limit` are waiting.
 
-    With `ahead_ns` the times are those of publishing, which may be so much ahead of those of
-    receiving. `peek` and `pop` raise the error of the reading.
+    With `sent` the times are those of publishing; then the bags are read from their start, since
+    what was received early may have been published late by its clock. `peek` and `pop` raise the
+    error of the reading.
     """
 
     def __init__(
@@ -52,12 +53,13 @@ class ReadAhead:
         topics: Sequence[frozenset[str]],
         span: Span,
         limit: int,
-        ahead_ns: int | None = None,
+        *,
+        sent: bool = False,
     ) -> None:
         self._bags = bags
         self._topics = topics
         self._limit = limit
-        self._ahead_ns = ahead_ns
+        self._sent = sent
         self._queue: deque[Message] = deque()
         self._error: Exception | None = None
         self._changed = threading.Condition()
@@ -67,12 +69,11 @@ class ReadAhead:
 
     def _messages(self, span: Span) -> Iterator[Message]:
         read = (self._bags, self._topics)
-        if self._ahead_ns is None:
+        if not self._sent:
             yield from merged(*read, span, lambda: self._closed)
             return
         start_ns = span.start_ns or 0
-        received = Span(max(0, start_ns - self._ahead_ns), None)
-        for message in by_sending(merged(*read, received, lambda: self._closed), self._limit):
+        for message in by_sending(merged(*read, Span(), lambda: self._closed), self._limit):
             if span.end_ns is not None and message.log_ns >= span.end_ns:
                 return
             if message.log_ns >= start_ns:

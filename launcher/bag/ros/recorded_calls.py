@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
 from launcher.base.ros_errors import VerbError
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 _REQUEST_SENT, _REQUEST_RECEIVED = 0, 1  # service_msgs/msg/ServiceEventInfo
+_NOT_SENT = -1  # in place of the number of a request
 _NO_ID = bytes(16)  # of a goal: all of them
 
 Send = Callable[[Any], int]  # the number of the request
@@ -24,7 +25,7 @@ class Requester:
 
     `source` is whose events are used, `client` or `service`, since both may have been recorded.
     `prepare` gets each request and what sends it; `answered` each response. Nobody waits for
-    responses that are not `awaited`.
+    responses that are not `awaited`. Requests are `unserved` without a server.
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class Requester:
         with_library(kind)
         self.service = service
         self._event, self._response = kind.Event, kind.Response
+        self.sent = self.unserved = self.of_others = self.without_contents = 0
         self._pending: set[int] = set()
         self._prepare = prepare
         self._answered = answered
@@ -53,11 +55,20 @@ class Requester:
         from rclpy.serialization import deserialize_message
 
         event = deserialize_message(data, self._event)
-        if event.info.event_type == self._wanted and event.request:
+        kind = event.info.event_type
+        if kind != self._wanted:
+            self.of_others += kind in (_REQUEST_SENT, _REQUEST_RECEIVED)
+        elif event.request:
             self._prepare(event.request[0], self.request)
+        else:
+            self.without_contents += 1
 
     def request(self, request: Any) -> int:
-        """Its number, with which its response comes."""
+        """Its number, with which its response comes; below 0 if there is no server."""
+        if not self.is_ready():
+            self.unserved += 1
+            return _NOT_SENT
+        self.sent += 1
         self.awaits_answers()  # there is room for a few only
         with self._client.handle:
             number = int(self._client.handle.send_request(request))
@@ -76,6 +87,19 @@ class Requester:
                 if self._answered is not None:
                     self._answered(number, response)
         return self._awaited and bool(self._pending)
+
+
+def why_nothing_was_sent(requesters: Collection[Requester]) -> str:
+    """The reason, perhaps with a hint in a second line."""
+    if not requesters:
+        return "the bag has no events of them"
+    if absent := [one.service for one in requesters if one.unserved]:
+        return f"{absent[0]} is not there"
+    if any(one.of_others for one in requesters):
+        return "the events are of the other side\nhint: see --service-requests-source"
+    if any(one.without_contents for one in requesters):
+        return "the events have no contents"
+    return "no request was played"
 
 
 def requester(node: Node, service: str, type_name: str, source: str) -> Requester:

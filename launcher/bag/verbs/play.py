@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from launcher.bag.verbs.files import INPUT, STORAGES, ignored, inputs
 from launcher.bag.verbs.info import warn_of
-from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected
+from launcher.bag.verbs.topics import CALLS, SELECT, names, remapping, selected, warn_of_unknown
 from launcher.base.command_line import Parsed
 from launcher.base.errors import UsageError
 from launcher.base.option import count, number, option, positive_seconds, seconds
@@ -27,7 +27,10 @@ def _rate(word: str) -> float:
 
 
 def _bar_rate(word: str) -> int:
-    return -1 if word.startswith("-") and count(word[1:], 1) else count(word)
+    try:
+        return -1 if word.startswith("-") and count(word[1:], 1) else count(word)
+    except ValueError:
+        raise ValueError(f"'{word}' is not a whole number of at least -1") from None
 
 
 def _paths(options: Parsed) -> list[str]:
@@ -59,15 +62,17 @@ def _bags(options: Parsed) -> list[Bag]:
 def _play(options: Parsed) -> int:
     bags = _bags(options)
     from launcher.bag.ros.bag_qos import read_overrides
-    from launcher.bag.ros.player import PlayOptions, play
+    from launcher.bag.ros.player import PlayOptions, behind_the_end, play
 
     path = options.qos_profile_overrides_path
     source = str(options.service_requests_source).partition("_")[0]
     for bag in bags:
         warn_of(bag)
-    if all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
+    warn_of_unknown(options, [topic for bag in bags for topic in bag.topics])
+    is_sent = options.message_order == "sent"  # the player knows those times
+    if not is_sent and all(0 < bag.extent.duration_ns < options.start_offset * 1e9 for bag in bags):
         longest_s = max(bag.extent.duration_ns for bag in bags) / 1e9
-        raise UsageError(f"--start-offset is behind the end: the bag has {longest_s:.3f} s")
+        raise UsageError(behind_the_end(longest_s))
     clock_topics = names(options.clock_topics) or None
     return play(
         GraphAccess.of(options),
@@ -91,7 +96,7 @@ def _play(options: Parsed) -> int:
             goals=source if options.send_actions_as_client else None,
             read_ahead=options.read_ahead_queue_size,
             keyboard=not options.disable_keyboard_controls,
-            sent=options.message_order == "sent",
+            sent=is_sent,
             redraw_s=_redraw_s(options.progress_bar_update_rate),
         ),
     )

@@ -92,7 +92,7 @@ def test_recorded_goals_are_sent_to_the_server_again(env, tmp_path: Path):
         wait_until(lambda: "Subscription count: 1" in launcher(env, *info).out, "the recorder")
         for times in (1, 2):  # under new ids
             play = launcher(env, "bag", "play", str(bag), "--send-actions-as-client")
-            assert (play.code, play.err) == (0, "playing 3 topics\nplayed 5 messages\n"), play
+            assert (play.code, play.err) == (0, "playing 3 topics\nsent 5 requests\n"), play
             wait_until(lambda n=times: last_statuses(seen) == ends * n, "the end of both goals")
         assert recorder.end() == 0, recorder.text
     assert bag_counts(seen)[FEEDBACK] >= 4

@@ -207,6 +207,14 @@ def test_recorded_calls_become_calls(domain, tmp_path: Path):
         answer = launcher(domain, "bag", "play", str(folder), "--publish-service-requests")
         assert answer.code == 0, answer
         assert heard(server, 3) == [["/bag/switch", value] for value in (True, False, True)]
+        assert answer.err.endswith("playing 1 topic\nsent 3 requests\n")
+        words = ("bag", "play", str(folder), "--publish-service-requests")
+        renamed = launcher(domain, *words, "--remap", "/bag/switch:=/other", "--spin-time", "1")
+        assert renamed.code == 1, renamed
+        assert "warning: no request was sent: /other is not there\n" in renamed.err
+        whose = launcher(domain, *words, "--service-requests-source", "client_introspection")
+        assert whose.code == 1, whose
+        assert "sent 0 requests\nwarning: no request was sent: the events are of" in whose.err
 
 
 def test_mistakes(domain, tmp_path: Path):
@@ -219,6 +227,7 @@ def test_mistakes(domain, tmp_path: Path):
     assert errors(f"{bag}x") == (1, f"error: there is no bag at {bag}x\n")
     assert errors(bag, "--topics", "/none") == (
         1,
+        "warning: /none is not in what is read\n"
         "no topic of the bag is played\nhint: it has /chatter\n",
     )
     assert errors(bag, "--start-offset", "5") == (
@@ -335,10 +344,11 @@ def test_damaged_events_of_a_service_are_no_calls(domain, tmp_path: Path):
     bag = bag_of(tmp_path / "bag", [events, string_topic("/chatter")])
     words = ("bag", "play", bag, "--publish-service-requests", "--spin-time", "1")
     answer = launcher(domain, *words)
-    assert answer.code == 0, answer
+    assert answer.code == 1, answer
     note = "an event of /bag/switch/_service_event is not played: failed to deserialize"
     assert answer.err.count(note) == 1
-    assert answer.err.endswith("played 5 messages\n")
+    end = "played 5 messages, sent 0 requests\nwarning: no request was sent: "
+    assert f"{end}no request was played\n" in answer.err
 
 
 @pytest.mark.thorough

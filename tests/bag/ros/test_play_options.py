@@ -66,6 +66,20 @@ def test_the_order_of_messages(domain, tmp_path: Path, words: list[str], expecte
 
 
 @pytest.mark.thorough
+def test_the_offset_is_within_the_times_of_the_order(domain, tmp_path: Path):
+    messages = [
+        one._replace(publish_ns=START_NS + n * 10**9)  # they take longer than those of receiving
+        for n, one in enumerate(counting("/chatter", 4))
+    ]
+    words = ("bag", "play", str(write_bag(tmp_path / "bag", messages)), "--message-order", "sent")
+    answer = launcher(domain, *words, "--start-offset", "2.5")
+    assert (answer.code, answer.err) == (0, "playing 1 topic\nplayed 1 message\n")
+    answer = launcher(domain, *words, "--start-offset", "3.5")
+    assert answer.code == 2
+    assert answer.err.startswith("error: --start-offset is behind the end: the bag has 3.000 s")
+
+
+@pytest.mark.thorough
 def test_a_clock_in_the_bag_gives_way_to_the_clock_of_the_player(domain, tmp_path: Path):
     writer = BagWriter(str(tmp_path / "bag"))
     writer.add_topic(Topic(name="/clock", type="rosgraph_msgs/msg/Clock"))

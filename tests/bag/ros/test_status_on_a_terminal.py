@@ -61,6 +61,8 @@ def test_the_status_of_a_playing_is_one_line_that_goes_away(domain, tmp_path: Pa
     with in_a_shell(domain, f"play {bag}") as terminal:
         terminal.wait_for("playing [")
         first, last = ended(terminal)
+        assert terminal.raw.index(b"waiting [  ") < terminal.raw.index(b"playing [")
+        assert b"waiting [=" not in terminal.raw
     assert first.startswith("playing 1 topic (space pauses")
     assert last == "played 12 messages"
 

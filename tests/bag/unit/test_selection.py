@@ -6,8 +6,11 @@ import re
 
 import pytest
 
-from launcher.bag.bag_actions import action_of
+from launcher.bag.bag_actions import action_of, renamed
+from launcher.bag.bag_model import Topic
 from launcher.bag.topic_selection import Selection, expression
+from launcher.bag.verbs.play import COMMAND
+from launcher.bag.verbs.topics import warn_of_unknown
 from launcher.base.errors import UsageError
 
 STRING = "std_msgs/msg/String"
@@ -94,6 +97,34 @@ OTHERS = {"/f": STRING, "/srv/_service_event": "std_srvs/srv/SetBool_Event"}
 def test_the_five_topics_of_an_action(selection: Selection, expected: set[str]):
     types = {**FOLD, **OTHERS}
     assert {name for name, kind in types.items() if selection.has(name, kind)} == expected
+
+
+@pytest.mark.parametrize(
+    ("topic", "names", "expected"),
+    [
+        ("/f", {"/f": "/g"}, "/g"),
+        ("/f/_action/status", {"/f": "/g"}, "/g/_action/status"),
+        (
+            "/f/_action/send_goal/_service_event",
+            {"/f": "/g"},
+            "/g/_action/send_goal/_service_event",
+        ),
+        ("/f/_action/status", {"/f": "/g", "/f/_action/status": "/s"}, "/s"),
+        ("/srv/_service_event", {"/srv": "/other"}, "/other/_service_event"),
+        ("/srv/_service_event", {"/s": "/other"}, "/srv/_service_event"),
+    ],
+)
+def test_a_new_name_of_an_action_or_a_service_is_one_of_its_topics(topic, names, expected):
+    kind = {**FOLD, **OTHERS}[topic]
+    assert renamed(Topic(name=topic, type=kind), names) == expected
+
+
+def test_names_that_are_not_in_a_bag(capsys):
+    topics = [Topic(name=name, type=kind) for name, kind in {**FOLD, **OTHERS}.items()]
+    words = "a --topics /f /ff --exclude-topics /g --services /srv --actions /h -m /f:=/x /i:=/y"
+    warn_of_unknown(COMMAND.parse(words.split()), topics)
+    said = [line.split()[1] for line in capsys.readouterr().err.splitlines()]
+    assert said == ["/ff", "/g", "/h", "/i"]
 
 
 def test_an_action_is_enough_to_select():
