@@ -45,4 +45,4 @@ def _quoted(name: str, expression: Any, context: LaunchContext) -> str:
 
 
 def _is_markup(origin: Any) -> bool:
-    return origin is not None and not origin.path.endswith(".py")
+    return origin is not None and not origin.is_python

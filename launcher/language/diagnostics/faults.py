@@ -62,7 +62,7 @@ def _fault(
     message, word = known.message or _message(error), known.word
     sentence = None if known.message else wrong_types.sentence(error, place)
     if sentence is None:
-        hint = hints.declared_below(message, place) or hints.hint(error, message, context)
+        hint = hints.declared_below(message, place) or hints.hint(error, message, context, place)
         hint = hint or doubt(error)
         message = hints.without_hint(message)
     else:

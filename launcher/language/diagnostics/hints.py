@@ -23,7 +23,9 @@ _EXPANDED = re.compile(r"(^invalid condition expression, .*), expanded from '.*'
 _NOT_PROVIDED = re.compile(r" \((did you mean \w+\?)? ?provided: (.*)\)$")
 
 
-def hint(error: BaseException, message: str, context: LaunchContext | None) -> str | None:
+def hint(
+    error: BaseException, message: str, context: LaunchContext | None, place: FileLine | None
+) -> str | None:
     if (known := details(error).hint) is not None:
         return known
     if isinstance(error, LauncherError):
@@ -33,7 +35,7 @@ def hint(error: BaseException, message: str, context: LaunchContext | None) -> s
     for pattern, suggest in _SUGGESTIONS:
         found = pattern.search(message)
         if found:
-            return suggest(found[1], context)
+            return suggest(found[1], context, place is None or place.is_python)
     elsewhere = import_hints.hint(error, message)
     if elsewhere is not None:
         return elsewhere
@@ -74,28 +76,32 @@ def without_hint(message: str) -> str:
     return _EXPANDED.sub(r"\1", _NOT_PROVIDED.sub("", message))
 
 
-def _near_keyword(name: str, context: LaunchContext | None) -> str | None:
+def _near_keyword(name: str, context: LaunchContext | None, in_python: bool) -> str | None:
     meant = OF_MARKUP.get(name)
     return f"did you mean '{meant}'?" if meant else did_you_mean(name, _keywords())
 
 
-def _near_configuration(name: str, context: LaunchContext | None) -> str | None:
+def _near_configuration(name: str, context: LaunchContext | None, in_python: bool) -> str | None:
     if context is None:
         return None
+    declaration = "DeclareLaunchArgument" if in_python else "<arg>"
     return did_you_mean(name, list(context.launch_configurations)) or (
-        f"declare it with DeclareLaunchArgument, or give {name}:=VALUE"
+        f"declare it with {declaration}, or give {name}:=VALUE"
     )
 
 
-def _near_variable(name: str, context: LaunchContext | None) -> str | None:
+def _near_variable(name: str, context: LaunchContext | None, in_python: bool) -> str | None:
     if context is None:
         return None
+    default = f"write $(env {name} DEFAULT)"
+    if in_python:
+        default = "give EnvironmentVariable a default_value"
     return did_you_mean(name, list(context.environment)) or (
-        f"set it (export {name}=VALUE), or give EnvironmentVariable a default_value"
+        f"set it (export {name}=VALUE), or {default}"
     )
 
 
-def _no_function(name: str, context: LaunchContext | None) -> str:
+def _no_function(name: str, context: LaunchContext | None, in_python: bool) -> str:
     return f"define {name}() that returns a LaunchDescription"
 
 

@@ -70,15 +70,15 @@ def _near_file(path: str, origin: FileLine | None) -> str | None:
         if os.path.isfile(os.path.join(folder, below, name)):
             return f"did you mean '{os.path.join(below, name)}'?"
     if origin is not None and os.path.isfile(os.path.join(os.path.dirname(origin.path), name)):
-        return f"relative paths are those below {folder}; write {_beside(name, origin.path)}"
+        return f"relative paths are those below {folder}; write {_beside(name, origin)}"
     launch_files = sorted(filter(_SUFFIX.search, files))
     listed = ", ".join(launch_files[:_MAX_LISTED]) or "none"
     return f"launch files in {folder}: {listed}"
 
 
-def _beside(name: str, includer: str) -> str:
+def _beside(name: str, includer: FileLine) -> str:
     """How a launch file names a file in its own folder."""
-    if includer.endswith(".py"):
+    if includer.is_python:
         return f"PathJoinSubstitution([ThisLaunchFileDir(), '{name}'])"
     return f"$(dirname)/{name}"
 
@@ -102,7 +102,7 @@ def cycle(context: LaunchContext | None) -> tuple[str, FileLine] | None:
     for start in includers:
         chain, file = [start], start
         while (origin := includers.get(file)) is not None:
-            file = os.path.abspath(origin.path)  # as the key; a relative include has a relative one
+            file = origin.file
             if file == start:
                 return _cycle([*reversed(chain), start], includers)
             if file in chain:
@@ -182,7 +182,7 @@ def _line_with(origin: FileLine, name: str) -> FileLine:
 
     from launcher.language.diagnostics import source_code
 
-    if not origin.path.endswith(".py"):
+    if not origin.is_python:
         written = re.compile(rf"name\s*[=:]\s*['\"]?{re.escape(name)}(?!\w)")
         lines = linecache.getlines(origin.path)
         for number, line in enumerate(lines[origin.line - 1 :], start=origin.line):

@@ -23,6 +23,16 @@ class FileLine(Record):
     def __str__(self) -> str:
         return f"{shown_path(self.path)}:{self.line}"
 
+    @property
+    def file(self) -> str:
+        """The absolute path, by which a context has its files; `path` is as an include wrote it."""
+        return os.path.abspath(self.path)
+
+    @property
+    def is_python(self) -> bool:
+        """Whether it is to be spoken of in Python, and not with tags and `$(...)`."""
+        return not self.path.endswith((".xml", ".yaml", ".yml"))
+
 
 def caller_origin() -> FileLine | None:
     """The innermost frame outside of the launcher's code; None if it is not a file or too far."""

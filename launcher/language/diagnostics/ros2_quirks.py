@@ -12,6 +12,19 @@ if TYPE_CHECKING:
     from launcher.language.diagnostics.origin import FileLine
 
 _SIM_TIME = "_is_on_sim_time"  # attribute of the context
+_MARKUP = {
+    "ThisLaunchFile()": "$(filename)",
+    "ThisLaunchFileDir()": "$(dirname)",
+    "SetParameter": "<set_parameter>",
+    "SetParametersFromFile": "<set_parameters_from_file>",
+    "SetRemap": "<set_remap>",
+    "SetUseSimTime": "<set_use_sim_time>",
+}
+
+
+def _written(name: str, origin: FileLine | None) -> str:
+    """What the launch file calls it, in Python or in XML and YAML."""
+    return name if origin is None or origin.is_python else _MARKUP.get(name, name)
 
 
 def scope_is_lost(context: LaunchContext, origin: FileLine | None) -> None:
@@ -26,16 +39,16 @@ def value_of_another_include(context: LaunchContext, name: str, origin: FileLine
     """An argument gets a value that an unrelated, earlier include left behind."""
     setter = context.launch_configurations.origin_of(name)
     known = context._includers
-    if setter is None or origin is None or setter.path not in known:
+    if setter is None or origin is None or setter.file not in known:
         return
-    file: str | None = origin.path
+    file: str | None = origin.file
     passed: set[str] = set()
     while file is not None and file not in passed:
-        if file == setter.path:
+        if file == setter.file:
             return
         passed.add(file)
         include = known.get(file)
-        file = None if include is None else include.path
+        file = None if include is None else include.file
     value = context.launch_configurations.peek(name)
     text = f"argument '{name}' keeps the value '{value}' of {setter}: an include is not a scope"
     context._host.warn_quirk(text, origin)
@@ -47,15 +60,17 @@ def this_file_is_another(context: LaunchContext, what: str, origin: FileLine | N
     if (
         origin is None
         or path is None
-        or origin.path not in context._includers
-        or origin.path == path
+        or origin.file not in context._includers
+        or origin.file == path
     ):
         return
+    what = _written(what, origin)
     context._host.warn_quirk(f"{what} is that of {path}, which was included before", origin)
 
 
 def setting_leaks(context: LaunchContext, what: str, origin: FileLine | None) -> None:
     """SetParameter and SetRemap leave a scoped group if there was one outside before."""
+    what = _written(what, origin)
     text = f"{what} also applies after its group, because of an earlier one outside"
     context._host.warn_quirk(text, origin)
 
@@ -95,11 +110,17 @@ def note_sim_time(context: LaunchContext, value: bool) -> None:
     setattr(context, _SIM_TIME, value)
 
 
+def sim_time_is_off(context: LaunchContext, origin: FileLine | None) -> None:
+    """ROS 2 switches it off, takes the answer for a failure, and gives up."""
+    text = f"{_written('SetUseSimTime', origin)} with false always ends the launch in ROS 2"
+    context._host.warn_quirk(f"{text}, with exit code 1", origin)
+
+
 def timer_is_on_wall_time(context: LaunchContext, origin: FileLine | None) -> None:
     """Nodes of this scope use simulated time, a RosTimer does not."""
     if not getattr(context, _SIM_TIME, False):
-        text = (
-            "this timer follows wall time: SetParameter('use_sim_time', True) is for nodes, "
-            "SetUseSimTime(True) for timers"
-        )
+        ours = ("SetParameter('use_sim_time', True)", "SetUseSimTime(True)")
+        if origin is not None and not origin.is_python:
+            ours = ('<set_parameter name="use_sim_time">', '<set_use_sim_time value="true">')
+        text = f"this timer follows wall time: {ours[0]} is for nodes, {ours[1]} for timers"
         context._host.warn_quirk(text, origin)

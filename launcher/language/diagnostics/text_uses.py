@@ -59,12 +59,19 @@ def warn_of_one_word(words: list[str], context: LaunchContext, action: Any) -> N
         return
     text = f"'{word}' is one word, and there is no program of this name"
     first, *rest = word.split()
+    in_python = action._origin is None or action._origin.is_python
+    shell = "add shell=True" if in_python else 'add shell="true"'
     if hasattr(action, "node_executable"):
         hint = f"write executable='{first}', and the rest in arguments={rest}"
+        if not in_python:
+            hint = f'write exec="{first}", and the rest in args="{" ".join(rest)}"'
     elif set(word) & set("|&;<>$*`"):
-        hint = "add shell=True"
+        hint = shell
     else:
-        hint = f"write cmd={[first, *rest, *words[1:]]}, or add shell=True"
+        split = [first, *rest, *words[1:]]
+        hint = f"write cmd={split}, or {shell}"
+        if not in_python:
+            hint = f'write cmd="{" ".join(split)}", or {shell}'
     context._host.warn_quirk(f"{text}; hint: {hint}", action._origin)
 
 

@@ -160,7 +160,7 @@ class SetROSLogDir(Action):
 class SetUseSimTime(Action):
     """Makes timers of the launch file (RosTimer), not the nodes, follow simulated time.
 
-    False makes them follow wall time again; in ROS 2 it raises an error.
+    False makes them follow wall time again, with a warning: in ROS 2 it raises an error.
     """
 
     value: Any = read_only("True, false, or substitutions.")
@@ -176,6 +176,8 @@ class SetUseSimTime(Action):
         host = getattr(context, "_host", None)  # none: a context of somebody's test
         if host is not None:
             host.request(UseSimTime(value=value))
+            if not value:
+                ros2_quirks.sim_time_is_off(context, self._origin)
 
 
 @public("launch_ros.substitutions.parameter")

@@ -42,6 +42,15 @@ def test_a_ros_timer_beside_nodes_with_simulated_time_may_be_on_wall_time():
     assert warnings_of(RosTimer(period=1.0, actions=[])) == []
 
 
+@pytest.mark.parametrize("value", [False, LaunchConfiguration("sim")])
+def test_simulated_time_that_is_switched_off_gives_a_warning(value: Any):
+    given = SetLaunchConfiguration("sim", "false")
+
+    assert warnings_of(given, SetUseSimTime(value)) == [
+        "SetUseSimTime with false always ends the launch in ROS 2, with exit code 1"
+    ]
+
+
 def test_a_timer_in_a_group_keeps_what_the_group_has_set():
     settings = [PushROSNamespace("ns"), SetEnvironmentVariable("LAUNCHER_TEST", "1")]
 
@@ -220,3 +229,122 @@ def test_tracing_is_left_out_with_a_warning(tmp_path: Path):
     assert plan.error is None
     assert [str(warning.origin) for warning in plan.warnings] == [f"{xml}:1", f"{python}:4"]
     assert all("Trace is left out: " in warning.text for warning in plan.warnings)
+
+
+INCLUDERS = {
+    "xml": '<launch><include file="FILE"><TAG name="q" value="7"/></include></launch>',
+    "yaml": "launch:\n- include:\n    file: FILE\n    TAG: [{name: q, value: '7'}]\n",
+    "py": (
+        "from launch import LaunchDescription\n"
+        "from launch.actions import IncludeLaunchDescription\n"
+        "def generate_launch_description():\n"
+        "    given = {'q': '7'}.items()\n"
+        "    return LaunchDescription([IncludeLaunchDescription('FILE', launch_arguments=given)])\n"
+    ),
+}
+INCLUDED = {
+    "xml": '<launch><arg name="q" default="1"/><log message="$(dirname)"/></launch>',
+    "py": (
+        "from launch import LaunchDescription\n"
+        "from launch.actions import DeclareLaunchArgument\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([DeclareLaunchArgument('q', default_value='1')])\n"
+    ),
+}
+
+
+@pytest.mark.parametrize("tag", ["arg", "let"])
+@pytest.mark.parametrize("written", ["sub/b.launch", "sub/../sub/b.launch"])
+@pytest.mark.parametrize("included", INCLUDED)
+@pytest.mark.parametrize("includer", INCLUDERS)
+def test_an_argument_of_an_include_with_a_relative_path_gives_no_warning(
+    includer: str,
+    included: str,
+    written: str,
+    tag: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    (tmp_path / f"sub/b.launch.{included}").write_text(INCLUDED[included])
+    file = tmp_path / f"a.launch.{includer}"
+    text = INCLUDERS[includer].replace("FILE", f"{written}.{included}").replace("TAG", tag)
+    file.write_text(text)
+
+    plan = make_plan(str(file), [])
+
+    assert plan.error is None
+    assert [warning.text for warning in plan.warnings] == []
+    assert plan.declared == {"q": "7"}
+
+
+def test_what_relative_includes_leave_behind_gives_the_same_warnings_as_with_absolute_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "b.launch.xml").write_text(INCLUDED["xml"])
+    (tmp_path / "c.launch.xml").write_text(
+        '<launch><include file="b.launch.xml"/><log message="$(filename)"/></launch>'
+    )
+    file = tmp_path / "a.launch.xml"
+    found = []
+    for folder in ("", f"{tmp_path}/"):
+        file.write_text(
+            f'<launch><include file="{folder}c.launch.xml"/>\n'
+            f'<include file="{folder}b.launch.xml"/><log message="$(dirname)"/></launch>'
+        )
+        found.append([warning.text for warning in make_plan(str(file), []).warnings])
+
+    assert found[0] == found[1]
+    assert f"$(filename) is that of {tmp_path}/b.launch.xml, which was included before" in found[0]
+
+
+MARKUP = """<launch>
+  <set_parameter name="use_sim_time" value="true"/>
+  <ros_timer period="1.0"><log message="x"/></ros_timer>
+  <set_use_sim_time value="false"/>
+  <group><set_parameter name="z" value="1"/><set_remap from="a" to="b"/></group>
+  <include file="FOLDER/b.launch.xml"/>
+  <log message="$(dirname) $(filename)"/>
+  <executable cmd="'no_such_program -x'"/>
+</launch>
+"""
+
+
+def test_warnings_about_xml_use_its_words(tmp_path: Path):
+    (tmp_path / "b.launch.xml").write_text(INCLUDED["xml"])
+    file = tmp_path / "a.launch.xml"
+    file.write_text(MARKUP.replace("FOLDER", str(tmp_path)))
+
+    plan = make_plan(str(file), [])
+
+    text = "\n".join(warning.text for warning in plan.warnings)
+    assert text.count("\n") == 5
+    for word in (
+        '<set_use_sim_time value="true"> for timers',
+        "<set_use_sim_time> with false",
+        "<set_parameter> also applies after its group",
+        "$(dirname) is that of",
+        "$(filename) is that of",
+        'write cmd="no_such_program -x", or add shell="true"',
+    ):
+        assert word in text
+    assert not any(word in text for word in ("SetParameter", "ThisLaunchFile", "shell=True"))
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("$(var nope)", "declare it with <arg>, or give nope:=VALUE"),
+        ("$(env NOPE_)", "set it (export NOPE_=VALUE), or write $(env NOPE_ DEFAULT)"),
+    ],
+)
+def test_hints_about_xml_use_its_words(tmp_path: Path, word: str, hint: str):
+    file = tmp_path / "a.launch.xml"
+    file.write_text(f'<launch><log message="{word}"/></launch>')
+
+    error = make_plan(str(file), []).error
+
+    assert error is not None
+    assert error.fault.hint == hint
