@@ -120,7 +120,7 @@ class TimerAction(Action):
             context.register_event_handler(
                 EventHandler(
                     matcher=lambda event: is_a_subclass(event, Shutdown),
-                    entities=OpaqueFunction(function=lambda context: self.cancel()),
+                    entities=[OpaqueFunction(function=lambda context: self.cancel())],
                 )
             )
 
@@ -195,9 +195,11 @@ def _install_timer_event_handler(context: LaunchContext) -> None:
     context.register_event_handler(
         EventHandler(
             matcher=lambda event: is_a_subclass(event, TimerEvent),
-            entities=OpaqueFunction(
-                function=lambda context: context.locals.event.timer_action.handle(context)
-            ),
+            entities=[
+                OpaqueFunction(
+                    function=lambda context: context.locals.event.timer_action.handle(context)
+                )
+            ],
         )
     )
     setattr(context, _INSTALLED, True)

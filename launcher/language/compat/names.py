@@ -86,8 +86,8 @@ class PublicModule(ModuleType):
             value = getattr(importlib.import_module(source), original)
             if name not in current().watched:
                 self.__dict__[name] = value
-            elif _is_written(sys._getframe(1)):
-                current().note_use(name, caller_origin())
+            else:
+                _note_use(name, sys._getframe(1))
             return value
         if not name.startswith("__"):
             submodule = self._submodule(f"{module}.{name}")
@@ -120,9 +120,16 @@ def _is_from_import(frame: FrameType) -> bool:
     return _operation(frame) == "IMPORT_FROM"
 
 
-def _is_written(frame: FrameType) -> bool:
-    """Whether the code names it itself: not by `import *` or `hasattr`."""
-    return _operation(frame) in ("IMPORT_FROM", "LOAD_ATTR", "LOAD_METHOD")
+def _note_use(name: str, frame: FrameType) -> None:
+    """Note that the code names it: here, or below its `import *`; not in `hasattr`."""
+    operation = _operation(frame)
+    if operation in ("IMPORT_FROM", "LOAD_ATTR", "LOAD_METHOD"):
+        current().note_use(name, caller_origin())
+    elif operation in ("IMPORT_STAR", "CALL_INTRINSIC_1"):
+        # Imported only for a plan.
+        from launcher.language.diagnostics import source_code
+
+        current().note_use(name, source_code.first_read(frame.f_code.co_filename, name))
 
 
 def _operation(frame: FrameType) -> str:

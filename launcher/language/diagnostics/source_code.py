@@ -53,6 +53,14 @@ def call_at(place: FileLine, name: str) -> ast.Call | None:
     return found[0] if len(found) == 1 else None
 
 
+def first_read(path: str, name: str) -> FileLine | None:
+    """Where a file first reads a name, unless it gives the name a value of its own."""
+    found = [node for node in nodes(path) if isinstance(node, ast.Name) and node.id == name]
+    if not found or not all(isinstance(node.ctx, ast.Load) for node in found):
+        return None
+    return FileLine(path, min(node.lineno for node in found))
+
+
 def keyword_place(place: FileLine, call: str, keyword: str) -> FileLine | None:
     """The line of a keyword argument of the call that begins in the line of `place`."""
     node = call_at(place, call)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from launcher.language import launch_session
+from launcher.language.diagnostics.origin import caller_origin
 from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
@@ -78,6 +79,8 @@ class EventHandler(BaseEventHandler):
     ) -> None:
         super().__init__(matcher=matcher, handle_once=handle_once)
         self.__entities = entities
+        if not isinstance(entities, Iterable | None):
+            launch_session.current().note_use("EventHandler(entities=ENTITY)", caller_origin())
 
     def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
         text, _ = super().describe()
@@ -88,7 +91,4 @@ class EventHandler(BaseEventHandler):
 
     def handle(self, event: Event, context: LaunchContext) -> Any:
         super().handle(event, context)
-        if not isinstance(self.entities, Iterable | None):
-            place = getattr(self, "_origin", None)
-            launch_session.current().note_use("EventHandler(entities=ENTITY)", place)
         return self.entities

@@ -79,6 +79,44 @@ def test_plan_warns_of_what_is_newer_than_the_installed_one(
     assert " needs " not in streams.out
 
 
+STAR = """from launch import Event, EventHandler, LaunchDescription
+from launch.actions import *
+import launch.actions
+
+def generate_launch_description():
+    return LaunchDescription([
+        LogInfo(msg="x"), *(Log(msg=level, level=level) for level in ()),
+        RegisterEventHandler(
+            EventHandler(matcher=lambda event: False, entities=LogInfo(msg="x"))),
+        RegisterEventHandler(EventHandler(matcher=lambda event: False, entities=[LogInfo(msg="x")])),
+        launch.actions.ForLoop("0"),
+        helper(),
+    ])
+
+def helper():
+    return ForEach("", function=lambda: [ForEach("")])
+
+LogDebug = LogInfo
+LogDebug(msg="its own")
+"""
+
+
+def test_names_behind_import_star_and_single_entities_count_where_they_are_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = tmp_path / "c.launch.py"
+    file.write_text(STAR)
+
+    assert plan.main([str(file), "--target", "jazzy"]) == 0
+
+    assert said(capsys.readouterr().out, tmp_path, "; the target is Jazzy") == [
+        "c.launch.py:11: ForLoop",
+        "c.launch.py:16: ForEach",
+        "c.launch.py:7: Log",
+        "c.launch.py:9: EventHandler(entities=ENTITY)",
+    ]
+
+
 @pytest.mark.parametrize("distribution", [None, "noetic"])
 def test_nothing_is_said_of_an_unknown_distribution(distribution: str | None):
     uses = [("<rep_env>", FileLine("/a.xml", 1))]
