@@ -48,17 +48,33 @@ class ForEach(Action):
         return f"ForEach(input_values={values}, function={self._function})"
 
     def execute(self, context: LaunchContext) -> list[Any] | None:
-        """Yield what the function returns for each set."""
-        from launcher.base import yaml_bounds
-
+        """Yield what the function returns for each set; TypeError for what is no set."""
         text = perform_substitutions(context, self._input_values)
-        field_sets = [yaml_bounds.load(part) for part in text.split(self.SEPARATOR) if part.strip()]
+        parts = [part for part in text.split(self.SEPARATOR) if part.strip()]
+        field_sets = [self._fields(part) for part in parts]
         if not field_sets:
             context._host.warn_quirk("no input values: will not iterate", self._origin)
         if self._function is None:
             return None
         wanted = [fields for fields in field_sets if fields is not None]
         return [entity for fields in wanted for entity in self._entities(fields)]
+
+    def _fields(self, part: str) -> dict[str, Any] | None:
+        from launcher.base import yaml_bounds
+
+        try:
+            fields: dict[str, Any] | None = yaml_bounds.load(part)
+        except Exception as error:
+            from launcher.language.diagnostics.bad_entries import explain_field_set
+
+            explain_field_set(error, part, self._origin)
+            raise
+        if fields is None or (isinstance(fields, dict) and all(isinstance(k, str) for k in fields)):
+            return fields
+        # Imported only for an error.
+        from launcher.language.diagnostics.bad_entries import no_field_set
+
+        raise no_field_set(fields, part, self._origin)
 
     def _entities(self, fields: dict[str, Any]) -> Any:
         assert self._function is not None
@@ -104,7 +120,14 @@ class ForLoop(Action):
         if self._function is None:
             return None
         function = self._function
-        count = int(perform_substitutions(context, self._length))
+        text = perform_substitutions(context, self._length)
+        try:
+            count = int(text)
+        except ValueError as error:
+            from launcher.language.diagnostics.bad_entries import explain_length
+
+            explain_length(error, text, self._origin)
+            raise
         indices = ForEach.SEPARATOR.join([f"{{i: {index}}}" for index in range(count)])
 
         @functools.wraps(function)

@@ -55,6 +55,12 @@ class NotAHandlerError(_BadEntryError, AttributeError):
     ros_type = "AttributeError"
 
 
+class NotFieldsError(_BadEntryError, TypeError):
+    """What is between two semicolons in the values of a loop names no fields."""
+
+    ros_type = "TypeError"
+
+
 class NoCommandError(IndexError):
     """A process has no words in its command."""
 
@@ -131,6 +137,38 @@ def not_a_list(result: object, holder: Any) -> TypeError | AttributeError:
         hint = f"return [{type(result).__name__}(...)]"
     kind = WrongEntryError if isinstance(result, str) else NotAListError
     return kind(f"{source}() did not return a list of actions: {shown(result)}", hint, place)
+
+
+def no_field_set(found: object, part: str, origin: FileLine | None) -> NotFieldsError:
+    """The error about one of the values of a loop, `part` as it is written."""
+    part = " ".join(part.split())
+    name = _in_markup(origin, "values", "input_values")
+    if isinstance(found, dict):
+        wrong = next(key for key in found if not isinstance(key, str))
+        message = f"the name {wrong!r} in '{part}' of {name} is not a text"
+        return NotFieldsError(message, f"write {{'{wrong}': ...}}", origin)
+    return NotFieldsError(f"'{part}' of {name} is no mapping", f"write {{name: {part}}}", origin)
+
+
+def explain_field_set(error: BaseException, part: str, origin: FileLine | None) -> None:
+    """Attach what is wrong to the error of reading one of the values of a loop as YAML."""
+    from launcher.base.yaml_bounds import message_of
+
+    known, name = details(error), _in_markup(origin, "values", "input_values")
+    part = " ".join(part.split())
+    known.message = f"'{part}' of {name} is not valid YAML: {message_of(error)}"  # type: ignore[arg-type]
+    known.hint = f"{name} are written {{name: value, other: value}}; {{name: value}}"
+
+
+def explain_length(error: BaseException, text: str, origin: FileLine | None) -> None:
+    """Attach what is wrong to the error about the length of a loop."""
+    name = _in_markup(origin, "len", "length")
+    details(error).message = f"{name} is '{text}', which is not a whole number"
+    details(error).word = name
+
+
+def _in_markup(origin: FileLine | None, markup: str, python: str) -> str:
+    return python if origin is None or origin.is_python else markup
 
 
 def return_place(function: object) -> FileLine | None:

@@ -88,7 +88,7 @@ def generate_launch_description():
         LogInfo(msg="x"), *(Log(msg=level, level=level) for level in ()),
         RegisterEventHandler(
             EventHandler(matcher=lambda event: False, entities=LogInfo(msg="x"))),
-        RegisterEventHandler(EventHandler(matcher=lambda event: False, entities=[LogInfo(msg="x")])),
+        RegisterEventHandler(EventHandler(matcher=list, entities=[LogInfo(msg="x")])),
         launch.actions.ForLoop("0"),
         helper(),
     ])
