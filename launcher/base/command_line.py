@@ -278,6 +278,8 @@ class _WordReader:
 
         flag = word.partition("=")[0]
         hint = meant_option(flag, self._spellings, command.elsewhere) or self._usage()
+        if first is not None and first.metavar and len(word) > 2 and not command.abbreviations:
+            hint = f"write {word[:2]} {word[2:]}; {hint}"
         if not word.startswith("--") and len(word) > 2 and command.arguments:
             hint += "; an argument that begins with '-' goes behind --"
         raise UnknownOptionError(word, hint)

@@ -108,6 +108,8 @@ def normalize_to_list_of_substitutions(subs: Any) -> list[Substitution]:
         return [subs]
     if is_path(subs):
         return [TextSubstitution(text=str(subs))]
+    if isinstance(subs, bytes) or hasattr(type(subs), "__fspath__"):
+        subs = [subs]  # refused below, and not for what iterating it gives
     return [_as_substitution(item) for item in subs]
 
 

@@ -23,7 +23,7 @@ _NOT_ITERABLE = re.compile(
     r"^(?:'(?=\w+' object is not iterable$)|Value after \* must be an iterable, not )(\w+)"
 )
 _REMAP_LENGTH = re.compile(r"^remap_rule must be a tuple of length 2")
-_NOT_NORMAL = re.compile(r"^Failed to normalize given item of type '<class '(?:\w+\.)*(\w+)'>'")
+_NOT_NORMAL = re.compile(r"^Failed to normalize given item of type '<class '(?:[\w<>]+\.)*(\w+)'>'")
 _POSITIONAL = re.compile(r"^(?:\w+\.)*?(\w+)\.__init__\(\) takes .*positional arguments? but ")
 # How to write a value of these types as a text.
 _TEXT_OF = {
@@ -74,7 +74,7 @@ def sentence(error: BaseException, place: FileLine | None) -> Sentence | None:
     found = found or _NOT_ITERABLE.match(text)
     if found is None:
         return None
-    if found[1] in _TEXT_OF:
+    if found[1] in _TEXT_OF or _is_path_like(found[1], error):
         return _no_text(found[1], place, error) if _is_in_launcher(error) else None
     return _single(found[1], place)
 
@@ -185,29 +185,39 @@ def _no_text(kind: str, place: FileLine | None, error: BaseException) -> Sentenc
     message = f"{_with_article(kind)} where a text or a substitution is expected"
     values = [] if place is None else list(_values_of(kind, place))
     if len(values) != 1 or place is None:
-        hint = f"write it as a text, as in {_given_text(kind, error) or _TEXT_OF[kind]}"
+        text = _given_text(kind, error) or _TEXT_OF.get(kind, "os.fspath(...)")
+        hint = f"write it as a text, as in {text}"
         return Sentence(message=message, hint=hint)
     (node,) = values
     code = ast.unparse(node)
     text = repr(code.lower() if kind == "bool" else code)
     if kind == "PurePosixPath":
         text = f"str({code})"
+    elif kind not in _TEXT_OF:
+        text = f"os.fspath({code})"
     elif isinstance(node, ast.Constant) and isinstance(node.value, bytes):
         text = repr(node.value.decode(errors="replace"))
     at = FileLine(place.path, node.lineno)
     return Sentence(message=message, hint=f"write {text}", word=code, place=at)
 
 
+def _is_path_like(kind: str, error: BaseException) -> bool:
+    return any(hasattr(type(one), "__fspath__") for one in _refused(kind, error))
+
+
 def _given_text(kind: str, error: BaseException) -> str | None:
     """The value of this type that the launcher refused, as a text."""
+    found = _refused(kind, error)
+    return repr(str(found[0])) if kind in ("float", "int") and len(found) == 1 else None
+
+
+def _refused(kind: str, error: BaseException) -> list[object]:
+    """The values of this type where the error was raised."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     values = () if trace is None else trace.tb_frame.f_locals.values()
-    found = [one for one in values if type(one).__name__ == kind]
-    if kind not in ("float", "int") or len(found) != 1:
-        return None
-    return repr(str(found[0]))
+    return [one for one in values if type(one).__name__ == kind]
 
 
 def _values_of(kind: str, place: FileLine) -> Iterator[ast.expr]:
@@ -219,9 +229,10 @@ def _values_of(kind: str, place: FileLine) -> Iterator[ast.expr]:
         node = waiting.pop()
         if isinstance(node, ast.Dict):
             continue
-        is_path = isinstance(node, ast.Call) and ast.unparse(node.func).endswith("Path")
+        made = ast.unparse(node.func).rpartition(".")[2] if isinstance(node, ast.Call) else ""
+        is_path = made.endswith("Path") and kind == "PurePosixPath"
         is_value = isinstance(node, ast.Constant) and type(node.value).__name__ == kind
-        if isinstance(node, ast.expr) and (is_value or (is_path and kind == "PurePosixPath")):
+        if isinstance(node, ast.expr) and (is_value or is_path or made == kind):
             yield node
         else:
             waiting += ast.iter_child_nodes(node)

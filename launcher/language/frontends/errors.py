@@ -127,6 +127,7 @@ def as_lark_error(error: FrontendError) -> FrontendError:
 # Attributes of ROS 1 or of similar tags, and what to use instead.
 _OTHER_NAMES = {
     ("arg", "value"): "'default' suggests a value, <let> sets one",
+    ("for_each", "iter"): "use 'values'",
     ("arg", "choices"): "'choice' takes a list of mappings with the key 'value'",
     ("include", "ns"): "put it into a <group> with a <push_ros_namespace namespace=.../>",
     ("node", "executable"): "use 'exec'",

@@ -31,8 +31,11 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-# Substitutions of ROS 1, and what to use instead.
-_ROS_1_WORDS = {
+# Substitutions of ROS 1 and of other languages, and what to use instead.
+_OTHER_WORDS = {
+    "eq": "did you mean 'equals'?",
+    "ne": "did you mean 'not-equals'?",
+    "neq": "did you mean 'not-equals'?",
     "find": "in ROS 2, write $(find-pkg-share PACKAGE)",
     "arg": "in ROS 2, write $(var NAME)",
     "optenv": "in ROS 2, write $(env NAME DEFAULT)",
@@ -100,7 +103,7 @@ def _call(
     if method is None:
         from launcher.language.diagnostics import proposed_names  # only for an error
 
-        hint = _ROS_1_WORDS.get(call.name) or proposed_names.of_word(call.name)
+        hint = _OTHER_WORDS.get(call.name) or proposed_names.of_word(call.name)
         hint = hint or did_you_mean(call.name, expose.substitution_names())
         hint = hint or expose.failed_extensions()
         message = f"unknown substitution $({call.name} ...)"

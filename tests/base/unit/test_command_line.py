@@ -63,6 +63,7 @@ def test_what_words_mean(command, line, values):
         (PLAIN, "a --flga", "unknown option '--flga'", "did you mean '--flag'?"),
         (PLAIN, "a --bogus", "unknown option '--bogus'", "usage: python -m launcher plain"),
         (PLAIN, "a -fn5", "unknown option '-fn5'", "an argument that begins with '-' goes behind"),
+        (PLAIN, "a -n5", "unknown option '-n5'", "write -n 5; usage: "),
         (PLAIN, "a --fla", "unknown option '--fla'", "did you mean '--flag'?"),
         (PLAIN, "a --flag=1", "--flag takes no value", ""),
         (PLAIN, "a -n", "-n needs a value: N", ""),

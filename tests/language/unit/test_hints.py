@@ -218,6 +218,33 @@ def test_a_misspelt_class_and_a_keyword_of_xml_are_suggested(tmp_path: Path):
     assert fault(tmp_path, description(node), "y.launch.py").hint == "did you mean 'package'?"
 
 
+MY_PATH = """    class MyPath:
+        def __fspath__(self):
+            return "/x"
+"""
+
+
+@pytest.mark.parametrize(
+    ("entry", "message", "hint"),
+    [
+        ("LogInfo(msg=MyPath())", "a MyPath", "write os.fspath(MyPath())"),
+        ("LogInfo(msg=['a', MyPath()])", "a MyPath", "write os.fspath(MyPath())"),
+        ("LogInfo(msg=x)", "a MyPath", "write it as a text, as in os.fspath(...)"),
+        ("PathJoinSubstitution([x, 'b'])", "a MyPath", "write it as a text, as in os.fspath(...)"),
+        ("LogInfo(msg=b'xy')", "bytes", "write 'xy'"),
+        ("Node(executable=b'xy')", "bytes", "write 'xy'"),
+    ],
+)
+def test_paths_of_other_classes_and_bytes_are_no_texts(
+    tmp_path: Path, entry: str, message: str, hint: str
+):
+    imports = "    from launch.substitutions import PathJoinSubstitution\n"
+    error = fault(tmp_path, imports + MY_PATH + "    x = MyPath()\n" + description(entry))
+
+    assert error.message == f"{message} where a text or a substitution is expected"
+    assert error.hint == hint
+
+
 # ---- keyword arguments
 
 

@@ -289,6 +289,8 @@ def test_mistake_is_reported_with_its_line(text: str) -> None:
     [
         ("launch: [arg: {name: a, choices: [b, c]}]", "'choice' takes a list"),
         ("launch: [include: f.launch.yaml]", "write 'include: {file: f.launch.yaml}'"),
+        ('<launch><log message="$(eq a b)"/></launch>', "did you mean 'equals'?"),
+        ('<launch><for_each iter="x"/></launch>', "ROS 2 uses 'values' instead of 'iter'"),
         ("launch: [log: text]", "write 'log: {message: text}'"),
         (
             '<launch><node pkg="p" exec="e"><param name="n" value="1" if="0"/></node></launch>',
