@@ -63,6 +63,9 @@ if TYPE_CHECKING:
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical", "rolling")
 
 
+LEVEL_NAMES = {"WARN": "WARNING", "FATAL": "CRITICAL"}  # as lines have those with two names
+
+
 class LaunchSession:
     """The log folder, and where messages of loggers go: (logger, level, text).
 

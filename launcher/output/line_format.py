@@ -136,7 +136,7 @@ class LineFormat:
         self.interrupt()
         name = logger.encode(errors="surrogateescape")
         source = self._named(name)
-        severity = b"WARN" if level == "WARNING" else level.encode()
+        severity = {"WARNING": b"WARN", "CRITICAL": b"FATAL"}.get(level) or level.encode()
         first, newline, rest = text.partition(b"\n")
         return (
             self._line(source, OutputMessage(severity, time.time_ns(), b"", first)) + newline + rest

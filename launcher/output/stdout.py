@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 # Colours that read on dark and on light terminals, neighbours far apart (256-colour palette).
 _PALETTE = (39, 208, 77, 170, 220, 44, 203, 141, 113, 214, 75, 205, 150, 180, 117, 99)
-_LEVELS = {"WARNING": b"\x1b[33m", "ERROR": b"\x1b[31m", "FATAL": b"\x1b[31m", "INFO": b"\x1b[2m"}
+_RED = b"\x1b[31m"
+_LEVELS = {"WARNING": b"\x1b[33m", "ERROR": _RED, "CRITICAL": _RED, "INFO": b"\x1b[2m"}
 _RESET = b"\x1b[0m"
 _OVERWRITE = b"\r\x1b[K"  # for progress bars, whose lines begin or end with \r
 PINNED_BYTES = 1000  # longest unfinished line that is repeated below lines of other processes

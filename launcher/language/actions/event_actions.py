@@ -104,6 +104,7 @@ class Log(Action):
         _check_level(level)
         text = perform_substitutions(context, self.msg)
         if _LEVELS[level] >= min(launch_session.current().level, _LEVELS["INFO"]):
+            level = launch_session.LEVEL_NAMES.get(level, level)
             context._host.log("launch.user", level, text)
 
 

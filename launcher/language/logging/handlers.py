@@ -46,9 +46,6 @@ def __getattr__(name: str) -> Any:
     return made
 
 
-_LEVELS = {"WARN": "WARNING", "FATAL": "CRITICAL"}
-
-
 class SessionHandler(PerLogger, logging.Handler):
     """Hands records to the run, or prints them if none is there, as in a script before `run`.
 
@@ -70,6 +67,6 @@ class SessionHandler(PerLogger, logging.Handler):
             except Exception:
                 self.handleError(record)
             return
-        level = _LEVELS.get(record.levelname, record.levelname)
+        level = launch_session.LEVEL_NAMES.get(record.levelname, record.levelname)
         line = self.format(record) if self.formatted or record.name in self._formatters() else None
         current.log(record.name, level, record.getMessage(), sink=self._sink, line=line)

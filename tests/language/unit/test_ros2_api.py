@@ -140,6 +140,24 @@ def test_debug_messages_are_shown_on_request(debug: bool, level: str | None, sho
         interpreter.close()
 
 
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [("warn", "WARNING"), ("Warning", "WARNING"), ("FATAL", "CRITICAL"), ("error", "ERROR")],
+)
+def test_a_level_with_two_names_is_printed_as_in_ros_2(given: str, name: str):
+    from launch import LaunchDescription
+    from launch.actions import Log
+
+    from launcher.language.interpreter import Interpreter
+
+    interpreter = Interpreter(LaunchDescription([Log(msg="x", level=given)]))
+    try:
+        effects = interpreter.start()
+        assert [one.level for one in effects if getattr(one, "text", "") == "x"] == [name]
+    finally:
+        interpreter.close()
+
+
 def test_a_log_tag_without_a_level_is_a_log_action_that_newer_releases_deprecate():
     from launch.actions import Log, LogInfo
     from launch.frontend import Parser

@@ -101,6 +101,7 @@ def test_the_launchers_lines_have_the_same_columns():
         b"I robot_1    process started\n"
     )
     assert compact.own("WARNING", "launch", b"a\n    b\n")[13:] == b"W launch     a\n    b\n"
+    assert compact.own("CRITICAL", "launch", b"a\n")[13:] == b"F launch     a\n"
 
 
 @pytest.mark.parametrize(
