@@ -226,8 +226,10 @@ class Spawner:
 
     def settings_of(self, process: Process, spec: ProcessSpec) -> StartSettings:
         """How a process is started that runs `spec`."""
+        session = self._run.launched.session
         env = child_environment(
             spec,
+            self._run.env if session is None else session.environment,
             run_id_entry=(RUN_ID_VARIABLE, self._run.id),
             log_dir=self._run.log_dir,
             colour=self._run.screen.colour,

@@ -33,7 +33,7 @@ import tempfile
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument, ExecuteProcess, LogDebug, LogInfo, OpaqueFunction, RegisterEventHandler,
-    Shutdown, TimerAction)
+    ReplaceEnvironmentVariables, Shutdown, TimerAction)
 from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.substitutions import LaunchLogDir
 

@@ -234,3 +234,11 @@ class Limits(Record):
             cpus=other.cpus if self.cpus is None else self.cpus,
             rlimits=tuple(named.values()),
         )
+
+
+def replaces(env: Mapping[str, str], before: Mapping[str, str]) -> bool:
+    """Whether the launch file gives the whole environment: most of that of before is not in it.
+
+    So it is with `env={}` and ReplaceEnvironmentVariables, unless they copy what was there.
+    """
+    return sum(name in env for name in before) * 2 < len(before)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from launcher.base.model.parameter_text import file_text
-from launcher.base.model.spec import ProcessSpec
+from launcher.base.model.spec import ProcessSpec, replaces
 from launcher.launch.plan.plan_json import changed_variables
 
 _PRIVATE = 0o700
@@ -40,6 +40,8 @@ def command_line(
 
 
 def _environment_words(env: Mapping[str, str], before: Mapping[str, str]) -> list[str]:
+    if replaces(env, before):
+        return ["-i", *(f"{name}={value}" for name, value in sorted(env.items()))]
     words: list[str] = []
     for name in sorted(before):
         if name not in env:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from launcher.base.model.record import replace
-from launcher.base.model.spec import ProcessSpec, Sink
+from launcher.base.model.spec import ProcessSpec, Sink, replaces
 from launcher.base.text import escape
 from launcher.output.lines import Block, LogRing, for_terminal, texts_of
 from launcher.posix import proc
@@ -15,7 +15,7 @@ from launcher.run.processes.machine import ProcessMachine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from typing import Protocol
 
     from launcher.base.model.events import Outcome
@@ -228,13 +228,21 @@ def with_printable_name(spec: ProcessSpec) -> ProcessSpec:
 
 
 def child_environment(
-    spec: ProcessSpec, *, run_id_entry: tuple[str, str], log_dir: str | None, colour: bool
+    spec: ProcessSpec,
+    before: Mapping[str, str],
+    *,
+    run_id_entry: tuple[str, str],
+    log_dir: str | None,
+    colour: bool,
 ) -> dict[str, str]:
     """The environment of a process: defaults, overridden by its spec, and the run id.
 
     By default Python flushes each line also to a pipe, rcutils colours its output if ours is
-    coloured, and the node's own logs go to the folder of the run.
+    coloured, and the node's own logs go to the folder of the run. There are no defaults if the
+    launch file replaces the whole environment, which was that of `before`.
     """
+    if replaces(spec.env, before):
+        return {**spec.env, run_id_entry[0]: run_id_entry[1]}
     env = {
         "PYTHONUNBUFFERED": "1",
         "RCUTILS_COLORIZED_OUTPUT": "1" if colour else "0",

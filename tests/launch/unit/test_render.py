@@ -324,6 +324,15 @@ def test_a_pasted_command_line_runs_with_words_folder_and_environment(tmp_path, 
         assert set(names) >= {"NEW"} and "GONE" not in done.stdout
 
 
+@pytest.mark.parametrize("env", [{}, {"PATH": "/bin", "NEW": "1"}])
+def test_a_replaced_environment_is_written_as_a_whole(env: dict[str, str]):
+    before = {"PATH": "/bin", "HOME": "/root", "SHELL": "/bin/sh", "LANG": "C"}
+
+    line = command_line(spec(argv=("a",), env=env), before, {})
+
+    assert line == " ".join(["env -i", *(f"{n}={v}" for n, v in sorted(env.items())), "a"])
+
+
 def test_a_command_line_without_changes_is_the_words_alone():
     assert command_line(spec(argv=("a", "b c"), env={"X": "1"}), {"X": "1"}, {}) == "a 'b c'"
 

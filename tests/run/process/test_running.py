@@ -113,6 +113,24 @@ def test_colour_is_off_in_a_pipe_and_on_by_force(bench: Bench):
     assert b"\x1b" not in bench.run(actions).stdout
 
 
+def test_a_process_with_an_environment_of_its_own_gets_only_that_and_the_run_id(bench: Bench):
+    actions = """
+        ExecuteProcess(cmd=["/usr/bin/env"], name="given", env={"A": "1"}, output="screen"),
+        ReplaceEnvironmentVariables({"A": "1", "PATH": "/usr/bin"}),
+        ExecuteProcess(cmd=["env"], name="replaced", output="screen"),
+    """
+    out = bench.run(actions).stdout
+
+    names = {
+        label: {m[1] for m in re.finditer(rb"\[%s-\d\] (\w+)=" % label, out)}
+        for label in (b"given", b"replaced")
+    }
+    assert names == {
+        b"given": {b"A", b"LAUNCHER_RUN_ID"},
+        b"replaced": {b"A", b"PATH", b"LAUNCHER_RUN_ID"},
+    }
+
+
 def test_a_respawned_process_runs_again_as_often_as_it_may(bench: Bench):
     done = bench.run('sh("echo run; exit 1", respawn=True, respawn_max_retries=2)')
     assert done.stdout.count(b"[sh-1] run\n") == 3
