@@ -141,6 +141,13 @@ class FrameTree:
             if not course.last.is_static:
                 course.forget(before_ns)
 
+    def clock_ns(self, now_ns: int) -> int:
+        """The time of the stamps if all are of another clock, as in a bag of a simulation."""
+        moving = [one.last for one in self.courses.values() if not one.last.is_static]
+        if moving and all(one.is_far(now_ns) for one in moving):
+            return max(one.newest_ns for one in moving)
+        return now_ns
+
     def roots(self) -> list[str]:
         """Frames without a parent, and one of each loop."""
         parents = {parent for course in self.courses.values() for parent in course.parents}

@@ -194,11 +194,14 @@ def _tree(options: Parsed) -> int:
         for sample in _of_bag(options):
             tree.take(sample)
             now_ns = sample.received_ns
+        now_ns = tree.clock_ns(now_ns)
     else:
         clock = _clock(options)
         for sample in _received(options, clock, _limit(options.wait_time)):
             tree.take(sample)
-        now_ns = clock.now_ns() or 0
+        if (time_ns := clock.now_ns()) is None:
+            return _no_clock(options.wait_time)
+        now_ns = time_ns
     if options.output:
         _draw(options.output, tree.dot(now_ns))
     elif options.dot:
@@ -214,6 +217,11 @@ def _tree(options: Parsed) -> int:
         return ExitCode.PROCESS_FAILED if has_problem else ExitCode.OK
     where = options.bag or f"{options.wait_time:g} s"
     warn(f"no transforms on {' and '.join(_topics(options))} within {where}")
+    return ExitCode.PROCESS_FAILED
+
+
+def _no_clock(limit_s: float) -> int:
+    warn(f"no time on /clock within {limit_s:g} s")
     return ExitCode.PROCESS_FAILED
 
 
@@ -254,12 +262,25 @@ def _monitor_graph(options: Parsed) -> int:
     monitor = TfMonitor(options.frames, json=options.json, for_s=options.for_s)
     is_going_on = _limit(options.for_s)
 
+    early: list[TfSample] = []  # before the first time on /clock; static ones do not come again
+
+    def taken_ns() -> int | None:
+        if (now_ns := clock.now_ns()) is not None:
+            for one in early:
+                monitor.take(one, now_ns)
+            early.clear()
+        return now_ns
+
     def tick() -> bool:
-        monitor.step(clock.now_ns() or 0, time.monotonic())
+        if (now_ns := taken_ns()) is not None:
+            monitor.step(now_ns, time.monotonic())
         return is_going_on()
 
     for sample in _received(options, clock, tick):
-        monitor.take(sample, clock.now_ns() or 0)
+        early.append(sample)
+        taken_ns()
+    if clock.now_ns() is None:
+        return _no_clock(options.for_s)
     if not monitor.has_data:
         warn(f"no transforms on {' and '.join(_topics(options))} within {options.for_s:g} s")
         return ExitCode.PROCESS_FAILED

@@ -239,3 +239,12 @@ def test_a_quaternion_that_kilted_ignores_is_a_problem():
         "b: 1 ignored, TF_DENORMALIZED_QUATERNION from Kilted on: the length of its quaternion is "
         "not 1 (by /r)"
     )
+
+
+def test_a_recording_of_a_simulation_has_the_time_of_its_stamps():
+    tree = tree_of(sample("map>odom", at_s=5), sample("odom>base", at_s=7))
+    assert tree.clock_ns(1_796_004_112 * S) == 7 * S
+
+    tree.take(sample("base>arm", at_s=1_796_004_112))
+    assert tree.clock_ns(1_796_004_112 * S) == 1_796_004_112 * S
+    assert tree_of(*ROBOT).clock_ns(NOW) == NOW

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 
 import pytest
 
+from launcher.base.command_line import Parsed
 from launcher.ros.tf.arithmetic import Transform
 from launcher.ros.tf.frame_buffer import StampedTransform
 from launcher.ros.tf.frame_tree import TfSample
+from launcher.ros.topics.clock import WallClock
 from launcher.ros.verbs import tf
 from tests.support.verbs import in_process
 
@@ -55,3 +58,29 @@ def test_names_that_no_frame_can_have(verb: str, frames: list[str], error: str):
     answer = in_process("tf", verb, *frames)
 
     assert (answer.code, answer.out, answer.err) == (2, "", error)
+
+
+@pytest.mark.parametrize("words", ["tree -t 2", "monitor --for 2"])
+def test_without_a_clock_nothing_has_an_age(monkeypatch: pytest.MonkeyPatch, words: str):
+    def received(options: Parsed, clock: WallClock, tick: Callable[[], bool]):
+        tick()
+        yield sample("map", "odom")
+
+    monkeypatch.setattr(tf, "_received", received)
+
+    answer = in_process("tf", *words.split(), "--use-sim-time")
+
+    assert (answer.code, answer.out, answer.err) == (1, "", "no time on /clock within 2 s\n")
+
+
+def test_what_comes_before_the_first_time_on_the_clock_is_kept(monkeypatch: pytest.MonkeyPatch):
+    def received(options: Parsed, clock: WallClock, tick: Callable[[], bool]):
+        yield sample("map", "odom")
+        monkeypatch.setattr(clock, "now_ns", lambda: 6 * S)
+        tick()
+
+    monkeypatch.setattr(tf, "_received", received)
+
+    answer = in_process("tf", "monitor", "map", "odom", "--for", "2", "-s", "--json")
+
+    assert (answer.code, json.loads(answer.out)["chain"]) == (0, ["map", "odom"])
