@@ -14,6 +14,7 @@ from launcher.base.errors import ExitCode, PackageNotFoundError
 from launcher.base.option import DEBUG, option
 from launcher.base.ros_errors import VerbError
 from launcher.packages import finder
+from launcher.packages.source_packages import reading_once
 from launcher.packages.workspace import current
 
 PACKAGE = option("PACKAGE")
@@ -34,6 +35,7 @@ def _prefix(options: Parsed) -> int:
     return ExitCode.OK
 
 
+@reading_once
 def _executables(options: Parsed) -> int:
     _enter_workspace()
     if options.package is None:
