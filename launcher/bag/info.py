@@ -169,7 +169,7 @@ def _action_lines(info: Info, action: str, topics: Sequence[Topic]) -> Iterator[
     found = {bag_actions.part_of(topic): topic for topic in topics}
     parts = [
         f"  Action: {action}",
-        f"Type: {_action_type(topics)}",
+        f"Type: {_action_type(topics) or 'unknown'}",
         f"Topics: {len(bag_actions.TOPICS)}",
         f"Service: {len(bag_actions.SERVICES)}",
         f"Serialization Format: {topics[0].serialization}",
@@ -186,7 +186,7 @@ def _action_lines(info: Info, action: str, topics: Sequence[Topic]) -> Iterator[
 
 def _action_type(topics: Iterable[Topic]) -> str:
     """Status and cancellations are of one type for all actions."""
-    return next(filter(None, map(bag_actions.type_of, topics)), "unknown")
+    return next(filter(None, map(bag_actions.type_of, topics)), "")
 
 
 def qos_words(profile: Qos) -> str:

@@ -67,6 +67,8 @@ def test_what_words_mean(command, line, values):
         (PLAIN, "a --fla", "unknown option '--fla'", "did you mean '--flag'?"),
         (PLAIN, "a --flag=1", "--flag takes no value", ""),
         (PLAIN, "a -n", "-n needs a value: N", ""),
+        (PLAIN, "a --clock 2.5", "--clock: '2.5' is not a whole number of at least 0", ""),
+        (SHORT, "a --clock -1", "--clock: '-1' is not a whole number of at least 0", ""),
         (PLAIN, "a -n --flag", "-n needs a value: N", ""),
         (PLAIN, "a -n -- 3", "-n needs a value: N", ""),
         (PLAIN, "a -n x", "-n: 'x' is not a whole number of at least 0", ""),
