@@ -15,7 +15,7 @@ pytestmark = pytest.mark.thorough
 
 CASES = REPOSITORY / "tests/launch_cases"
 ROUNDS = 4
-GROWTH_KIB = 4096  # of resident memory from the second round to the last; a round is 386 plans
+GROWTH_KIB = 4096  # of resident memory from the second round to the last; a round is 433 plans
 TIMEOUT_S = 300
 
 # Runs in a process of its own: the test runner's caches and threads are none of its business.
@@ -43,11 +43,14 @@ def state():
     }
 
 states = []
-runs = json.loads((cases / "cases.json").read_text())
+recorded, newer = (json.loads((cases / f"{name}.json").read_text()) for name in ("cases", "newer"))
+runs = [(cases / run["file"], run["args"]) for run in recorded]
+for run in newer:
+    runs.append((cases / "newer" / run["id"].partition("+")[0], run.get("args", [])))
 for _ in range(rounds):
-    for run in runs:
-        arguments = [tuple(word.split(":=", 1)) for word in run["args"]]
-        plan_json.document(make_plan(str(cases / run["file"]), arguments))
+    for file, words in runs:
+        arguments = [tuple(word.split(":=", 1)) for word in words]
+        plan_json.document(make_plan(str(file), arguments))
     states.append(state())
 json.dump(states, sys.__stdout__)
 """
