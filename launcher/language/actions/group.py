@@ -58,7 +58,10 @@ class GroupAction(Action):
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
         """The actions, with those around them that make the scope."""
         if self.__actions_to_return is None:
-            self.__actions_to_return = [*self._opening(), *self.__actions, *self._closing()]
+            opening = self._opening()
+            for one in opening:
+                one._origin = self._origin
+            self.__actions_to_return = [*opening, *self.__actions, *self._closing()]
         return self.__actions_to_return
 
     def _opening(self) -> list[LaunchDescriptionEntity]:

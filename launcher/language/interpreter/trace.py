@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from launcher.language.actions.event_actions import EmitEvent
@@ -25,8 +25,9 @@ class Visit:
 
     `depth` counts from 1; `stamp`: the time; `event`: the cause of a visit without parent;
     `skipped`: the condition was false; `read`: values of the launch configurations that the
-    condition reads; `settings`, `logs`, `processes`: launch configurations set, messages printed
-    and numbers of processes started by this visit itself.
+    condition reads, `known`: of those that the entity itself holds; `settings`, `logs`,
+    `processes`: launch configurations set, messages printed and numbers of processes started by
+    this visit itself.
     """
 
     def __init__(self, entity: Any, parent: Visit | None, stamp: Any, event: Any) -> None:
@@ -37,6 +38,7 @@ class Visit:
         self.event = event
         self.children: list[Visit] = []
         self.read: dict[str, Any] = {}
+        self.known: dict[str, Any] = {}
         self.settings: list[ConfigurationSetting] = []
         self.logs: list[str] = []
         self.processes: list[int] = []
@@ -81,6 +83,7 @@ class Trace:
         condition = getattr(entity, "condition", None)
         if isinstance(condition, Condition):
             visit.read = self._values(condition)
+        visit.known = self._values([*_flat(vars(entity).values())])
         if hasattr(entity, "default_value"):
             self._note_argument(visit)
 
@@ -121,6 +124,16 @@ class Trace:
         if value is not None:
             visit.settings.append(ConfigurationSetting(name, value, configurations.origin_of(name)))
 
-    def _values(self, condition: Condition) -> dict[str, Any]:
-        names = dict.fromkeys(configurations_in(condition))
+    def _values(self, reader: object) -> dict[str, Any]:
+        names = dict.fromkeys(configurations_in(reader))
         return {name: self._context.launch_configurations.peek(name) for name in names}
+
+
+def _flat(values: Iterable[Any]) -> Iterator[Any]:
+    """The values, and the keys and values of dictionaries among them."""
+    for value in values:
+        if isinstance(value, dict):
+            yield from value
+            yield from value.values()
+        else:
+            yield value

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from launcher.base.text import shown_path
@@ -24,15 +26,21 @@ from launcher.language.actions.timer import TimerAction
 from launcher.language.conditions import IfCondition, LaunchConfigurationEquals, UnlessCondition
 from launcher.language.conditions import LaunchConfigurationNotEquals as NotEquals
 from launcher.language.events import process as process_events
+from launcher.language.ros import scope
+from launcher.language.ros.parameter_descriptions import ParameterValue
 from launcher.language.substitution import (
     Substitution,
+    TextSubstitution,
     describe_substitutions,
     description_of,
     normalize_to_list_of_substitutions,
     plain_text,
 )
+from launcher.language.substitutions.configuration import LaunchConfiguration
+from launcher.language.type_utils import is_substitution
 from launcher.launch.plan.shell_command import shell_word
 
+Words = Callable[[object], str]  # how substitutions are written
 _HAPPENINGS = {
     "ProcessExited": "exits",
     "ProcessStarted": "starts",
@@ -60,17 +68,26 @@ def short_path(path: str) -> str:
     return short if short.isprintable() else shell_word(short)
 
 
-def described(parts: object) -> str:
-    """Substitutions as text; plain texts without quotes."""
+def described(parts: object, values: Mapping[str, object] | None = None) -> str:
+    """Substitutions as text, with these values of launch configurations; texts without quotes."""
     subs = normalize_to_list_of_substitutions(parts)
-    text = plain_text(subs)
-    return describe_substitutions(subs) if text is None else text
+    known = [_known(one, values or {}) for one in subs]
+    text = plain_text(known)
+    return describe_substitutions(known) if text is None else text
 
 
-def headline(entity: Any) -> str:
+def _known(part: Substitution, values: Mapping[str, object]) -> Substitution:
+    """The value of a launch configuration instead of it, if there is one."""
+    name = plain_text(part.variable_name) if isinstance(part, LaunchConfiguration) else None
+    value = None if name is None else values.get(name)
+    return part if value is None else TextSubstitution(text=str(value))
+
+
+def headline(entity: Any, values: Mapping[str, object] | None = None) -> str:
+    """What an entity is, in a few words; `values` are those of launch configurations."""
     for kind, text in _HEADLINES:
         if isinstance(entity, kind):
-            return str(text(entity))
+            return str(text(entity, functools.partial(described, values=values)))
     return type(entity).__name__
 
 
@@ -119,54 +136,77 @@ def handler_entities(handler: Any) -> list[Any]:
     return entities
 
 
-def _function_name(action: OpaqueFunction) -> str:
+def _function_name(action: OpaqueFunction, of: Words) -> str:
     function = vars(action).get("_OpaqueFunction__function")
     return f"function {getattr(function, '__name__', 'of the launch file')}"
 
 
-def _program(action: object) -> str:
+def _program(action: object, of: Words) -> str:
     package = getattr(action, "node_package", None)
     executable = getattr(action, "node_executable", None)
     if executable is not None:
-        program = described(executable)
-        return f"{type(action).__name__} {described(package) + '/' if package else ''}{program}"
+        program = of(executable)
+        return f"{type(action).__name__} {of(package) + '/' if package else ''}{program}"
     if isinstance(action, ExecuteProcess):
-        return "process " + " ".join(described(word) for word in action.cmd)
+        return "process " + " ".join(of(word) for word in action.cmd)
     return type(action).__name__
 
 
-def _timer(action: TimerAction) -> str:
+def _timer(action: TimerAction, of: Words) -> str:
     period = action.period
-    return f"after {period} s" if isinstance(period, float) else f"after {described(period)} s"
+    return f"after {period} s" if isinstance(period, float) else f"after {of(period)} s"
 
 
-def _reason(reason: object) -> str:
-    return described(reason) if isinstance(reason, (Substitution, list)) else str(reason)
+def _reason(reason: object, of: Words) -> str:
+    return of(reason) if isinstance(reason, (Substitution, list)) else str(reason)
 
 
-def _variable(action: Any) -> str:
-    return f"environment {described(action.name)} = {described(action.value)}"
+def _variable(action: Any, of: Words) -> str:
+    return f"environment {of(action.name)} = {of(action.value)}"
+
+
+def _replaced(action: settings.ReplaceEnvironmentVariables, of: Words) -> str:
+    pairs = [f"{of(n)}={of(v)}" for n, v in action.environment.items()]
+    return f"the environment is {' '.join(pairs) or 'empty'}"
+
+
+def _parameter(action: scope.SetParameter, of: Words) -> str:
+    value = action.value
+    if isinstance(value, ParameterValue):
+        value = value.value
+    if isinstance(value, (list, tuple)):
+        value = of(value) if is_substitution(value) else list(value)
+    return f"parameter {of(action.name)} = {value}"
+
+
+def _sim_time(action: scope.SetUseSimTime, of: Words) -> str:
+    value = action.value if isinstance(action.value, bool) else of(action.value)
+    return f"timers use simulated time: {value}"
 
 
 _HEADLINES: tuple[tuple[type, Any], ...] = (
     (
         IncludeLaunchDescription,
-        lambda a: f"include {short_path(a.launch_description_source.location)}",
+        lambda a, of: f"include {short_path(a.launch_description_source.location)}",
     ),
-    (DeclareLaunchArgument, lambda a: f"argument {a.name}"),
-    (settings.SetLaunchConfiguration, lambda a: f"set {described(a.name)}"),
-    (settings.UnsetLaunchConfiguration, lambda a: f"unset {described(a.name)}"),
+    (DeclareLaunchArgument, lambda a, of: f"argument {a.name}"),
+    (settings.SetLaunchConfiguration, lambda a, of: f"set {of(a.name)}"),
+    (settings.UnsetLaunchConfiguration, lambda a, of: f"unset {of(a.name)}"),
     (settings.SetEnvironmentVariable, _variable),
     (settings.AppendEnvironmentVariable, _variable),
-    (settings.UnsetEnvironmentVariable, lambda a: f"unset environment {described(a.name)}"),
-    (GroupAction, lambda a: "group"),
-    (ForEach, lambda a: f"for each of {described(a.input_values) or 'nothing'}"),
-    (ForLoop, lambda a: f"for {a.name or 'i'} from 0, {described(a.length)} times"),
+    (settings.ReplaceEnvironmentVariables, _replaced),
+    (scope.SetParameter, _parameter),
+    (scope.SetRemap, lambda a, of: f"remap {of(a.src)} to {of(a.dst)}"),
+    (scope.SetUseSimTime, _sim_time),
+    (settings.UnsetEnvironmentVariable, lambda a, of: f"unset environment {of(a.name)}"),
+    (GroupAction, lambda a, of: "group"),
+    (ForEach, lambda a, of: f"for each of {of(a.input_values) or 'nothing'}"),
+    (ForLoop, lambda a, of: f"for {a.name or 'i'} from 0, {of(a.length)} times"),
     (TimerAction, _timer),
     (OpaqueFunction, _function_name),
-    (Log, lambda a: f"log {described(a.msg)}"),
-    (Shutdown, lambda a: f"shutdown: {_reason(a.event.reason)}"),
-    (EmitEvent, lambda a: f"emit {type(a.event).__name__}"),
-    (RegisterEventHandler, lambda a: "event handler"),
+    (Log, lambda a, of: f"log {of(a.msg)}"),
+    (Shutdown, lambda a, of: f"shutdown: {_reason(a.event.reason, of)}"),
+    (EmitEvent, lambda a, of: f"emit {type(a.event).__name__}"),
+    (RegisterEventHandler, lambda a, of: "event handler"),
     (ExecuteLocal, _program),
 )

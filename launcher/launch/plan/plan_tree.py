@@ -320,7 +320,7 @@ def _head(visit: Visit) -> tuple[str, str]:
     if isinstance(entity, GroupAction):
         scoped = any(isinstance(child.entity, PushLaunchConfigurations) for child in visit.children)
         return "group" if scoped else "group without a scope", where
-    return headline(entity), where
+    return headline(entity, visit.known), where
 
 
 def _source(visit: Visit, setting: ConfigurationSetting) -> str:

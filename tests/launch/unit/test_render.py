@@ -427,3 +427,47 @@ def test_a_transition_follows_one_of_the_same_node(tree):
         "/b: activate  when cat-2 goes from configuring to inactive",
         "/c: activate  when component /c goes from configuring to inactive",
     }
+
+
+def test_settings_of_a_scope_are_shown_with_name_and_value(tree):
+    lines = tree("""
+        SetLaunchConfiguration("v", "3"),
+        SetParameter("rate", 5),
+        SetParameter("name", [LaunchConfiguration("v"), "x"]),
+        SetParameter("list", [1, 2]),
+        SetRemap("a", "b"),
+        SetUseSimTime(True),
+        TimerAction(period=LaunchConfiguration("v"), actions=[]),
+        ForLoop(LaunchConfiguration("v"), function=lambda i: []),
+        ForEach([LaunchConfiguration("w", default="{a: 1}")], function=lambda a: []),
+        GroupAction([ReplaceEnvironmentVariables({"A": "1", "B": LaunchConfiguration("v")})]),
+        GroupAction([ReplaceEnvironmentVariables({})]),
+    """)
+
+    texts = [text for _, text in entries(lines)]
+    assert texts == [
+        "set v = '3'",
+        "parameter rate = 5",
+        "parameter name = 3x",
+        "parameter list = [1, 2]",
+        "remap a to b",
+        "timers use simulated time: True",
+        "after 3 s",
+        "for i from 0, 3 times",
+        "for each of LaunchConfig('w')",
+        "group",
+        "the environment is A=1 B=3",
+        "group",
+        "the environment is empty",
+    ]
+
+
+@pytest.mark.parametrize("forwarding", [True, False])
+def test_values_that_a_group_sets_are_not_from_the_command_line(tree, forwarding: bool):
+    lines = tree(f"""
+        GroupAction([LogInfo(msg=LaunchConfiguration("v"))], forwarding={forwarding},
+                    launch_configurations={{"v": "1"}}),
+    """)
+
+    assert "command line" not in "\n".join(lines)
+    assert not forwarding or any("set v = '1'  set at a.launch.py:" in line for line in lines)
