@@ -226,10 +226,23 @@ def perform_typed_substitution(context: LaunchContext, value: object, data_type:
             raise TypeError(f"value=`{value}` is a scalar and not an instance of `{data_type}`")
         return value
     if is_normalized_substitution(value):
-        return coerce_to_type(perform_substitutions(context, value), data_type)
+        return _perform_scalar(context, value, data_type)
     if isinstance(value, list):
         return _perform_items(context, value, data_type)
     raise TypeError(f"Input value is not an acceptable 'NormalizedValueType'.Got value='{value}'")
+
+
+def _perform_scalar(context: LaunchContext, value: Any, data_type: object) -> Any:
+    text = perform_substitutions(context, value)
+    try:
+        return coerce_to_type(text, data_type)
+    except ValueError as error:
+        if data_type is bool:
+            # Imported only for an error.
+            from launcher.language.diagnostics.truth_values import add_source
+
+            add_source(error, context, value, text)
+        raise
 
 
 def _perform_items(context: LaunchContext, items: list[Any], data_type: object) -> Any:

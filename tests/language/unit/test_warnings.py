@@ -334,6 +334,25 @@ def test_warnings_about_xml_use_its_words(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
+    "tag",
+    [
+        '<set_use_sim_time value="$(var sim)"/>',
+        '<timer period="1" cancel_on_shutdown="$(var sim)"/>',
+    ],
+)
+def test_a_truth_value_from_an_argument_names_it(tmp_path: Path, tag: str):
+    file = tmp_path / "a.launch.xml"
+    file.write_text(f'<launch><arg name="sim" default="true"/>\n{tag}</launch>')
+
+    error = make_plan(str(file), [("sim", "maybe")]).error
+
+    assert error is not None
+    assert error.fault.hint == "sim is 'maybe', on the command line"
+    assert error.fault.source_line is not None
+    assert error.fault.source_line[(error.fault.column or 0) - 1 :].startswith("sim)")
+
+
+@pytest.mark.parametrize(
     ("word", "hint"),
     [
         ("$(var nope)", "declare it with <arg>, or give nope:=VALUE"),
