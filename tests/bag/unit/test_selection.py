@@ -136,3 +136,10 @@ def test_topics_with_such_names_and_other_types_belong_to_no_action():
     assert action_of("/f/_action/feedback", STRING) is None
     assert action_of("/_action/status", FOLD["/f/_action/status"]) is None
     assert action_of("/ns/f/_action/status", FOLD["/f/_action/status"]) == "/ns/f"
+
+
+@pytest.mark.parametrize("word", ["x", "-x", "-0", "1.5"])
+def test_a_rate_of_the_status_may_be_below_0(word: str):
+    assert COMMAND.parse(["a", "--progress-bar-update-rate=-1"]).progress_bar_update_rate == -1
+    with pytest.raises(UsageError, match=f"'{word}' is not a whole number of at least -1"):
+        COMMAND.parse(["a", f"--progress-bar-update-rate={word}"])
