@@ -299,12 +299,13 @@ def test_each_warning_is_printed_once_at_launch(workspace: Workspace):
     file = workspace.write(
         """
         GroupAction([SetLaunchConfiguration("x", "1"),
-                     TimerAction(period=0.0, actions=[LogInfo(msg="later")])]),
+                     RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg="later")]))]),
         """
     )
+    file.write_text(f"from launch.event_handlers import OnShutdown\n{file.read_text()}")
     done = workspace.call(file)
     assert done.returncode == 0
-    assert done.stdout.count(f"[WARNING] [launch]: {file}:13: ") == 1
+    assert done.stdout.count(f"[WARNING] [launch]: {file}:14: ") == 1
 
 
 # ---- misspelt verbs, and names outside of a project
