@@ -64,7 +64,8 @@ def launcher(
         text=True,
         timeout=TIMEOUT_S,
     )
-    return Answer(out=without_complaints(done.stdout), err=done.stderr, code=done.returncode)
+    out, err = map(without_complaints, (done.stdout, done.stderr))
+    return Answer(out=out, err=err, code=done.returncode)
 
 
 def eventually(ask: Callable[[], Answer], fits: Callable[[Answer], object]) -> Answer:

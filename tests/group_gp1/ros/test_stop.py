@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import pytest
@@ -119,17 +120,21 @@ def test_a_second_signal_does_not_disturb_the_end(domain, name):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("hang", "signum"),
-    [("sum(range(10**15))", signal.SIGPROF), ("time.sleep(600)", signal.SIGALRM)],
+    ("hang", "signums"),
+    [
+        # On a busy machine the alarm comes before the loop has used its time of the processor.
+        ("sum(range(10**15))", (signal.SIGPROF, signal.SIGALRM)),
+        ("time.sleep(600)", (signal.SIGALRM,)),
+    ],
     ids=["loops", "waits"],
 )
-def test_a_node_whose_destruction_hangs_dies(hang: str, signum: int):
+def test_a_node_whose_destruction_hangs_dies(hang: str, signums: Collection[int]):
     command = [sys.executable, "-c", HANGING.format(hang=hang)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY) as process:
         try:
             assert process.stdout is not None
             process.stdout.readline()
             process.send_signal(signal.SIGINT)
-            assert process.wait(60) == -signum
+            assert -process.wait(60) in signums
         finally:
             process.kill()

@@ -71,17 +71,17 @@ def test_a_process_that_does_not_start_in_time_is_named(bench: Bench, path: Path
     """A launch file that starts less than it seems to at its start."""
     absent = PATIENT.replace('patient"', 'absent"').replace("),", ", condition=IfCondition(GO)),")
     bench.write(
-        'SetLaunchConfiguration("go", "1"),',
-        'TimerAction(period=0.1, actions=[SetLaunchConfiguration("go", "0")]),',
+        'SetEnvironmentVariable("GO", "1"),',
+        'TimerAction(period=0.1, actions=[SetEnvironmentVariable("GO", "0")]),',
         f"TimerAction(period=0.5, actions=[{absent}]),",
         PATIENT,
     )
     head = """
-from launch.actions import SetLaunchConfiguration
+from launch.actions import SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import EnvironmentVariable
 
-GO = LaunchConfiguration("go")
+GO = EnvironmentVariable("GO")
 """
     bench.launch_file.write_text(head + bench.launch_file.read_text())
     done = bench.smoke(f"--record={path}", *ONCE, "--ready-within=5")
