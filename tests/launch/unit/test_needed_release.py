@@ -87,14 +87,17 @@ def generate_launch_description():
     return LaunchDescription([
         LogInfo(msg="x"), *(Log(msg=level, level=level) for level in ()),
         RegisterEventHandler(
-            EventHandler(matcher=lambda event: False, entities=LogInfo(msg="x"))),
-        RegisterEventHandler(EventHandler(matcher=list, entities=[LogInfo(msg="x")])),
+            EventHandler(matcher=never, entities=LogInfo(msg="x"))),
+        RegisterEventHandler(EventHandler(matcher=never, entities=[LogInfo(msg="x")])),
         launch.actions.ForLoop("0"),
         helper(),
     ])
 
 def helper():
     return ForEach("", function=lambda: [ForEach("")])
+
+def never(event):
+    return False
 
 LogDebug = LogInfo
 LogDebug(msg="its own")
