@@ -1,4 +1,8 @@
-"""The package rosbag2_interfaces as Jazzy and as Lyrical have it; types of one name differ."""
+"""The package rosbag2_interfaces as Jazzy and as Lyrical have it; types of one name differ.
+
+Each type takes seconds to compile. So there are those that the tests use, and of Jazzy only those
+that differ, with one that does not. The files of C++ are compiled together, without optimization.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,12 @@ from pathlib import Path
 
 _CODES = "int32 return_code\nstring error_string\n"
 _SUCCESS = "bool success\n"
-_OF_BOTH = {
+_IS_PAUSED = {"srv/IsPaused": "---\nbool paused\n"}
+_OF_ALL = {
+    **_IS_PAUSED,
     "srv/Burst": "uint64 num_messages\n---\nuint64 actually_burst\n",
     "srv/GetRate": "---\nfloat64 rate\n",
     "srv/IsDiscoveryRunning": "---\nbool running\n",
-    "srv/IsPaused": "---\nbool paused\n",
     "srv/Pause": "---\n",
     "srv/Play": "builtin_interfaces/Time start_offset\n"
     "builtin_interfaces/Duration playback_duration\n"
@@ -23,7 +28,6 @@ _OF_BOTH = {
     "srv/StartDiscovery": f"---\n{_CODES}",
     "srv/StopDiscovery": f"---\n{_CODES}",
     "srv/TogglePaused": "---\n",
-    "msg/ReadSplitEvent": "string closed_file\nstring opened_file\nstring node_name\n",
     "msg/WriteSplitEvent": "string closed_file\nstring opened_file\nstring node_name\n",
 }
 
@@ -37,14 +41,14 @@ def _at(verb: str) -> str:
 
 TYPES: Mapping[str, Mapping[str, str]] = {
     "jazzy": {
-        **_OF_BOTH,
+        **_IS_PAUSED,
         "srv/Record": f"string uri\n---\n{_CODES}",
         "srv/Resume": "---\n",
         "srv/SplitBagfile": "---\n",
         "srv/Stop": "---\n",
     },
     "lyrical": {
-        **_OF_BOTH,
+        **_OF_ALL,
         "srv/Record": f"string uri\nbuiltin_interfaces/Time start_time\n---\n{_CODES}",
         "srv/Resume": _at("resume"),
         "srv/SplitBagfile": _at("split"),
@@ -74,6 +78,8 @@ _PACKAGE = """\
 _CMAKE = """\
 cmake_minimum_required(VERSION 3.10)
 project(rosbag2_interfaces)
+set(CMAKE_C_FLAGS_RELEASE "-O0")
+set(CMAKE_CXX_FLAGS_RELEASE "-O0")
 find_package(ament_cmake REQUIRED)
 find_package(builtin_interfaces REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
@@ -81,6 +87,9 @@ rosidl_generate_interfaces(${{PROJECT_NAME}}
   {files}
   DEPENDENCIES builtin_interfaces
 )
+foreach(support rosidl_typesupport_c rosidl_typesupport_fastrtps_c)
+  set_target_properties(${{PROJECT_NAME}}__${{support}} PROPERTIES UNITY_BUILD ON)
+endforeach()
 ament_export_dependencies(rosidl_default_runtime)
 ament_package()
 """
