@@ -18,7 +18,7 @@ from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.compat import vocabulary
 from launcher.language.conditions import LaunchConfigurationEquals
-from launcher.language.configurations import ALL_NAMES
+from launcher.language.configurations import ALL_NAMES, Configurations
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import is_library, is_own_file
 from launcher.language.entity import LaunchDescriptionEntity
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
     from launcher.launch.plan.plan import Plan
 
+# A timer has the values of the moment at which it began, which uses none of them.
+_WITHOUT_NAMES = (str, bytes, int, float, LaunchContext, Configurations, type(None))
 _MAX_OBJECTS = 200_000  # the search ends there
 _VOCABULARY = ("launch", "launch_ros", "launch_xml", "launch_yaml", "launcher")
 _LEAST_PART = 2  # characters of a text that may be a part of a name
@@ -116,7 +118,7 @@ class _NameSearch:
         waiting = [(part, False) for part in (description, *self._context._event_handlers)]
         while waiting:
             part, is_called = waiting.pop()
-            if isinstance(part, (str, bytes, int, float, LaunchContext, type(None))):
+            if isinstance(part, _WITHOUT_NAMES):
                 continue
             if isinstance(part, (LaunchDescriptionEntity, BaseEventHandler)):
                 is_called = getattr(part, "_was_executed", False)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from launcher.language.actions.event_actions import EmitEvent
 from launcher.language.conditions import Condition
+from launcher.language.configurations import Configurations
 from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import FileLine
 from launcher.language.diagnostics.truth_values import configurations_in
@@ -130,8 +131,13 @@ class Trace:
 
 
 def _flat(values: Iterable[Any]) -> Iterator[Any]:
-    """The values, and the keys and values of dictionaries among them."""
+    """The values, and the keys and values of dictionaries among them.
+
+    Without the configurations that a timer keeps, of which it uses none.
+    """
     for value in values:
+        if isinstance(value, Configurations):
+            continue
         if isinstance(value, dict):
             yield from value
             yield from value.values()

@@ -14,7 +14,7 @@ from launcher.base.errors import (
     UsageError,
 )
 from launcher.launch import mistakes
-from launcher.launch.known_names import KnownNames
+from launcher.launch.known_names import KnownNames, known_names
 from launcher.launch.plan.planner import make_plan
 
 HEAD = """
@@ -69,6 +69,17 @@ def test_each_unknown_argument_is_an_error_and_known_ones_are_not():
 
 def test_a_launch_file_that_looks_at_all_names_knows_them_all():
     assert unknown("anything", known=["*"]) == []
+
+
+@pytest.mark.parametrize("target", ["jazzy", "lyrical"])
+def test_what_a_timer_keeps_is_no_use_of_a_name(tmp_path: Path, target: str):
+    file = tmp_path / "a.launch.py"
+    later = "TimerAction(period=1.0, actions=[ExecuteProcess(cmd=['true'])])"
+    file.write_text(f"{HEAD}{later}\n    ])\n")
+    plan = make_plan(str(file), [("speed", "1")], target=target)
+    errors, warnings = mistakes.unknown_names([("speed", "1")], known_names(plan), ())
+    assert [error.message for error in errors] == ["unknown launch argument 'speed'"]
+    assert warnings == []
 
 
 def test_all_missing_required_arguments_are_reported_with_their_places(tmp_path):

@@ -189,6 +189,6 @@ def test_without_the_setup_file_it_is_named(ros_host: RosHost):
         timeout=TIMEOUT_S,
     )
 
-    assert done.returncode == 1
+    assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert "source the setup file of ROS 2" in done.stderr
