@@ -34,7 +34,7 @@ _PREFIXES = {
 Entries = list[tuple[str, str]]
 
 
-class Section(Record):
+class ReportSection(Record):
     """A title, and (name, value) below it."""
 
     title: str
@@ -46,7 +46,7 @@ class Section(Record):
 
 
 @reading_once
-def report(env: Mapping[str, str], graph: GraphSnapshot) -> list[Section]:
+def report(env: Mapping[str, str], graph: GraphSnapshot) -> list[ReportSection]:
     """All sections; `env` is the environment of a run."""
     found = {
         "PLATFORM INFORMATION": _platform(),
@@ -60,10 +60,10 @@ def report(env: Mapping[str, str], graph: GraphSnapshot) -> list[Section]:
         "SERVICE LIST": list(_services(graph)),
         "ACTION LIST": list(_actions(graph)),
     }
-    return [Section(title, tuple(entries)) for title, entries in found.items()]
+    return [ReportSection(title, tuple(entries)) for title, entries in found.items()]
 
 
-def as_text(sections: Iterable[Section]) -> str:
+def as_text(sections: Iterable[ReportSection]) -> str:
     lines = [WARNING]
     for section in sections:
         width = max((len(name) for name, _ in section.entries), default=0)

@@ -20,7 +20,7 @@ LOOK_S = 0.1  # from one search for a run, of which nothing announces the begin,
 _OVER = ("STOPPED", "EXITED", "FATAL")
 
 
-class Condition:
+class Awaited:
     """One thing that is waited for: `wanted` of `name`; `text` is what is seen instead."""
 
     def __init__(self, name: str, wanted: str, text: str) -> None:
@@ -80,7 +80,7 @@ def _described(row: dict[str, Any]) -> str:
     return f"{row['name']} is {row['state'].lower()}" + (f": {missing}" if missing else "")
 
 
-class Waiting:
+class ConditionWait:
     """Waits in `reactor` for all conditions. Close it, or use `with`.
 
     A process is looked at whenever its run reports an event. A fact of the graph that was seen
@@ -100,24 +100,24 @@ class Waiting:
         self._facts = facts
         whose = f"no run {run}" if run else "no run"
         self._of_run = [
-            Condition(name, state, f"{whose} has a process '{name}' yet") for name in names
+            Awaited(name, state, f"{whose} has a process '{name}' yet") for name in names
         ]
         unseen = f"the domain is that of the run: {whose} yet" if names else "none yet"
         self._of_graph = [
-            Condition(one.subject, one.kind, f"{one.kind} {one.subject}: {unseen}") for one in facts
+            Awaited(one.subject, one.kind, f"{one.kind} {one.subject}: {unseen}") for one in facts
         ]
         self._graph = GraphFacts(reactor, lambda text: None)
         self._events: Connection | None = None
         self._rows: Connection | None = None
         self.changed: Callable[[], object] = lambda: None  # called after each look
         # Called for a name that looks like a misspelt one, which may never come.
-        self.suspect: Callable[[Condition], object] = lambda condition: None
+        self.suspect: Callable[[Awaited], object] = lambda condition: None
 
     @property
-    def conditions(self) -> list[Condition]:
+    def conditions(self) -> list[Awaited]:
         return [*self._of_run, *self._of_graph]
 
-    def __enter__(self) -> Waiting:
+    def __enter__(self) -> ConditionWait:
         return self
 
     def __exit__(self, *exc: object) -> None:
@@ -148,7 +148,7 @@ class Waiting:
             condition.text = f"no {fact.kind} {fact.subject} yet"
             self._graph.watch(fact, env, 0.0, self._reporter(condition))
 
-    def _reporter(self, condition: Condition) -> Callable[[bool, str], None]:
+    def _reporter(self, condition: Awaited) -> Callable[[bool, str], None]:
         def report(holds: bool, text: str) -> None:
             condition.holds = holds
             is_there = f"{condition.wanted} {condition.name} is there"

@@ -171,17 +171,17 @@ class _BagOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
+class InputPart:
     """A bag to read, or a part of it."""
 
     path: str
     span: Span
 
 
-def read_inputs(path: str) -> list[Input]:
+def read_inputs(path: str) -> list[InputPart]:
     """UsageError for a mistake in the file. The files of a bag show their storage."""
     entries = _entries(path, _INPUTS, "read", _OF_READING)
-    return [Input(values["uri"], _span(values)) for _, values in entries]
+    return [InputPart(values["uri"], _span(values)) for _, values in entries]
 
 
 def read(path: str) -> list[Output]:

@@ -115,7 +115,7 @@ def _write(stream: TextIO, text: str) -> None:
         stream.flush()
 
 
-class Rates:
+class StatusRates:
     """Messages and bytes per second, over the last second."""
 
     def __init__(self) -> None:

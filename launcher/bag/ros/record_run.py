@@ -14,7 +14,7 @@ from launcher.bag.bag_model import BagError
 from launcher.bag.quantity_texts import clock, size
 from launcher.bag.ros.control_services import PACKAGE, are_installed
 from launcher.bag.ros.ending import ending
-from launcher.bag.ros.keys_and_status import Keys, Rates, StatusLine
+from launcher.bag.ros.keys_and_status import Keys, StatusLine, StatusRates
 from launcher.bag.ros.named_sources import NamedSources
 from launcher.bag.ros.record_services import (
     IN_RECORDING,
@@ -158,7 +158,7 @@ class _RecordRun:
             self._recorder.watch = self.times.note
         self._reports_missing = bool(self._named)
         self._started_s = time.monotonic()
-        self._rates = Rates()
+        self._rates = StatusRates()
         self.is_recording = True
 
     def end(self) -> None:

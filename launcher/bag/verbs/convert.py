@@ -19,7 +19,7 @@ from launcher.ros.verb import warn
 if TYPE_CHECKING:
     from launcher.bag.bag_model import Topic
     from launcher.bag.converting.convert import Output
-    from launcher.bag.converting.output_options import Input
+    from launcher.bag.converting.output_options import InputPart
 
 _KINDS = ("csv", "jsonl", "mcap")
 _NO_LANGUAGE = ("", "unknown")  # of definitions, as rosbag2 writes what it does not find
@@ -53,7 +53,7 @@ def _convert(options: Parsed) -> int:
     return ExitCode.OK
 
 
-def _parts(options: Parsed) -> list[Input]:
+def _parts(options: Parsed) -> list[InputPart]:
     from launcher.bag.bag_model import Span
     from launcher.bag.converting import output_options
 
@@ -61,7 +61,7 @@ def _parts(options: Parsed) -> list[Input]:
     if options.input_options is None:
         if not paths:
             raise UsageError("no bag to read was named", hint=f"usage: {options.command.usage}")
-        return [output_options.Input(path, Span()) for path in paths]
+        return [output_options.InputPart(path, Span()) for path in paths]
     if paths:
         raise UsageError(f"bags are in {options.input_options}, or named; not both")
     return output_options.read_inputs(options.input_options)

@@ -57,10 +57,10 @@ MODULES = {
     },
     "launch_testing.markers": {"launcher.language.testing": "keep_alive retry_on_failure"},
     "launch_testing.parse_arguments": {
-        "launcher.smoke.launch_tests.arguments": "parse_launch_arguments",
+        "launcher.language.ros.cli_api": "parse_launch_arguments",
     },
     "launch_testing.print_arguments": {
-        "launcher.smoke.launch_tests.arguments": "print_arguments_of_launch_description",
+        "launcher.language.ros.cli_api": "print_arguments_of_launch_description",
     },
     "launch_testing.pytest": {},
     "launch_testing.pytest.hooks": {

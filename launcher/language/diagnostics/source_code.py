@@ -54,7 +54,7 @@ def call_at(place: FileLine, name: str) -> ast.Call | None:
 
 
 def first_read(path: str, name: str) -> FileLine | None:
-    """Where a file first reads a name, unless it gives the name a value of its own."""
+    """Where a file first reads a name, unless it gives the name another value first."""
     found = [node for node in nodes(path) if isinstance(node, ast.Name) and node.id == name]
     if not found or not all(isinstance(node.ctx, ast.Load) for node in found):
         return None

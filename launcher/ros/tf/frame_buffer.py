@@ -143,7 +143,7 @@ class _Climb(NamedTuple):
     way: tuple[str, ...]
 
 
-class FrameBuffer:
+class TransformBuffer:
     """Transforms by their child; `keep_ns` None keeps all."""
 
     def __init__(self, keep_ns: int | None = CACHE_NS) -> None:

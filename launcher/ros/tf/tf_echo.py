@@ -9,7 +9,7 @@ from typing import Any
 
 from launcher.posix.json_output import print_line
 from launcher.ros.tf.arithmetic import matrix, roll_pitch_yaw
-from launcher.ros.tf.frame_buffer import FrameBuffer, StampedTransform, TfError
+from launcher.ros.tf.frame_buffer import StampedTransform, TfError, TransformBuffer
 
 WAITING_S = 1.0  # between two lines about what is not there
 
@@ -32,7 +32,7 @@ class TfEchoOptions:
 class TfEcho:
     """Prints when it is due; `printed` counts transforms."""
 
-    def __init__(self, buffer: FrameBuffer, options: TfEchoOptions) -> None:
+    def __init__(self, buffer: TransformBuffer, options: TfEchoOptions) -> None:
         self.printed = 0
         self._buffer = buffer
         self._options = options

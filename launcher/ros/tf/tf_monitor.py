@@ -11,7 +11,7 @@ from statistics import fmean
 from typing import Any
 
 from launcher.posix.json_output import print_line
-from launcher.ros.tf.frame_buffer import FrameBuffer, TfError
+from launcher.ros.tf.frame_buffer import TfError, TransformBuffer
 from launcher.ros.tf.frame_tree import TfSample
 from launcher.ros.tf.tf_echo import WAITING_S, waiting
 
@@ -130,7 +130,7 @@ class TfMonitor:
         self._frames = tuple(frames)
         self._json = json
         self._first_s = _REPORT_S if for_s is None else min(for_s, _REPORT_S)
-        self._buffer = FrameBuffer()
+        self._buffer = TransformBuffer()
         self._statistics = DelayStatistics()
         self._chain: tuple[str, ...] = ()
         self._waiting_s = -math.inf

@@ -19,7 +19,7 @@ from launcher.language.naming import public
 
 @public("launch_testing_ros.wait_for_topics")
 class WaitForTopics:
-    """Subscribes to topics with a node in a context of its own.
+    """Subscribes to topics with a node in a separate context.
 
     `trigger(node, ...)` is called once there is a publisher, with the arguments of `wait`. As a
     context manager it waits at the beginning, with a RuntimeError after `timeout` seconds.

@@ -26,7 +26,7 @@ from launcher.ros.verb import (
 )
 
 if TYPE_CHECKING:
-    from launcher.ros.tf.frame_buffer import FrameBuffer
+    from launcher.ros.tf.frame_buffer import TransformBuffer
     from launcher.ros.tf.frame_tree import TfSample
     from launcher.ros.tf.tf_echo import TfEchoOptions
     from launcher.ros.topics.clock import WallClock
@@ -140,10 +140,10 @@ def _echo(options: Parsed) -> int:
 
 
 def _echo_graph(options: Parsed, chosen: TfEchoOptions) -> int:
-    from launcher.ros.tf.frame_buffer import FrameBuffer
+    from launcher.ros.tf.frame_buffer import TransformBuffer
     from launcher.ros.tf.tf_echo import TfEcho
 
-    buffer, clock = FrameBuffer(), _clock(options)
+    buffer, clock = TransformBuffer(), _clock(options)
     echo = TfEcho(buffer, chosen)
     is_going_on = _limit(options.timeout)
 
@@ -159,10 +159,10 @@ def _echo_graph(options: Parsed, chosen: TfEchoOptions) -> int:
 
 def _echo_bag(options: Parsed, chosen: TfEchoOptions) -> int:
     """What would have been printed while the bag was recorded, or at one time."""
-    from launcher.ros.tf.frame_buffer import CACHE_NS, FrameBuffer
+    from launcher.ros.tf.frame_buffer import CACHE_NS, TransformBuffer
     from launcher.ros.tf.tf_echo import TfEcho
 
-    buffer = FrameBuffer(keep_ns=None if chosen.time_ns else CACHE_NS)
+    buffer = TransformBuffer(keep_ns=None if chosen.time_ns else CACHE_NS)
     echo, now_ns = TfEcho(buffer, chosen), 0
     for sample in _of_bag(options):
         if not chosen.time_ns and sample.received_ns != now_ns:
@@ -177,7 +177,7 @@ def _echo_bag(options: Parsed, chosen: TfEchoOptions) -> int:
     return ExitCode.OK if echo.printed else _no_transform(buffer, chosen)
 
 
-def _no_transform(buffer: FrameBuffer, chosen: TfEchoOptions) -> int:
+def _no_transform(buffer: TransformBuffer, chosen: TfEchoOptions) -> int:
     why = buffer.why_not(chosen.frame, chosen.other, chosen.time_ns)
     warn(f"no transform {chosen.frame} -> {chosen.other}: {why}")
     return ExitCode.PROCESS_FAILED

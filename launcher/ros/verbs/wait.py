@@ -17,7 +17,7 @@ from launcher.base.verb_table import VERBS
 from launcher.posix.json_output import print_document
 from launcher.posix.reactor import Reactor
 from launcher.ros.verb import dispatch, domain_option
-from launcher.ros.waiting import STATES, Condition, Waiting
+from launcher.ros.waiting import STATES, Awaited, ConditionWait
 
 _DOMAIN = option(
     "-d, --domain ID", "ROS domain (default: that of the run with NAME, else ROS_DOMAIN_ID)"
@@ -71,12 +71,12 @@ def _wait(options: Parsed) -> int:
     state = options.state or STATES[0]
     with (
         Reactor() as reactor,
-        Waiting(reactor, options.names, state, facts, options.run) as waiting,
+        ConditionWait(reactor, options.names, state, facts, options.run) as waiting,
     ):
         return _until(options, reactor, waiting)
 
 
-def _until(options: Parsed, reactor: Reactor, waiting: Waiting) -> int:
+def _until(options: Parsed, reactor: Reactor, waiting: ConditionWait) -> int:
     begun_s = reactor.now()
     reported: set[int] = set()
 
@@ -91,7 +91,7 @@ def _until(options: Parsed, reactor: Reactor, waiting: Waiting) -> int:
 
     suspected: set[str] = set()
 
-    def suspect(condition: Condition) -> None:
+    def suspect(condition: Awaited) -> None:
         if condition.name not in suspected:
             suspected.add(condition.name)
             print(f"note: {condition.text}", file=sys.stderr, flush=True)
@@ -104,7 +104,7 @@ def _until(options: Parsed, reactor: Reactor, waiting: Waiting) -> int:
     return _concluded(options, waiting, reactor.now() - begun_s)
 
 
-def _concluded(options: Parsed, waiting: Waiting, waited_s: float) -> int:
+def _concluded(options: Parsed, waiting: ConditionWait, waited_s: float) -> int:
     missing = [one for one in waiting.conditions if not one.holds]
     if options.json:
         found = [one.document() for one in waiting.conditions]

@@ -55,7 +55,8 @@ def _check_arguments(config: pytest.Config) -> None:
     given = [one for some in config.getoption("--launch-args") for one in some]
     if not given:
         return
-    from launcher.smoke.launch_tests.arguments import hint_of, parse_launch_arguments
+    from launcher.language.ros.cli_api import parse_launch_arguments
+    from launcher.smoke.launch_tests.arguments import hint_of
 
     for argument in given:
         try:

@@ -14,9 +14,9 @@ from launcher.language.actions.include import IncludeLaunchDescription
 from launcher.language.actions.process import OnProcessExit, OnProcessIO, OnProcessStart
 from launcher.language.description import LaunchDescription
 from launcher.language.naming import public
+from launcher.language.ros.cli_api import parse_launch_arguments
 from launcher.language.service import LaunchService
 from launcher.language.sources import LaunchDescriptionSource
-from launcher.smoke.launch_tests.arguments import parse_launch_arguments
 from launcher.smoke.launch_tests.asserts import written
 from launcher.smoke.launch_tests.file_faults import skips
 from launcher.smoke.launch_tests.loading import TestRun

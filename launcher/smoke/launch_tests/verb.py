@@ -21,12 +21,12 @@ from launcher.base.option import DEBUG, option
 from launcher.base.text import shown_path
 from launcher.base.verb_table import VERBS
 from launcher.language.compat import is_installed
-from launcher.launch.launch_service_run import load_libraries, script_vocabulary
-from launcher.smoke.launch_tests.arguments import (
-    hint_of,
+from launcher.language.ros.cli_api import (
     parse_launch_arguments,
     print_arguments_of_launch_description,
 )
+from launcher.launch.launch_service_run import load_libraries, script_vocabulary
+from launcher.smoke.launch_tests.arguments import hint_of
 from launcher.smoke.launch_tests.file_faults import fault_line, fault_text, skips
 from launcher.smoke.launch_tests.test_calls import LaunchTerminated
 

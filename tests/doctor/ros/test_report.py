@@ -44,7 +44,9 @@ def test_the_report_names_what_is_there(verb: Verb, monkeypatch: pytest.MonkeyPa
 
 
 def test_the_text_warns_first_and_says_what_is_empty():
-    text = report.as_text([report.Section("ACTION LIST", ()), report.Section("A", (("b", "c"),))])
+    text = report.as_text(
+        [report.ReportSection("ACTION LIST", ()), report.ReportSection("A", (("b", "c"),))]
+    )
     assert text.splitlines()[0] == report.WARNING
     assert "   ACTION LIST\nnone" in text
     assert text.endswith("   A\nb : c")

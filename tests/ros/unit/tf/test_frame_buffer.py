@@ -7,7 +7,7 @@ import math
 import pytest
 
 from launcher.ros.tf.arithmetic import Transform, quaternion, roll_pitch_yaw
-from launcher.ros.tf.frame_buffer import FrameBuffer, StampedTransform, TfError
+from launcher.ros.tf.frame_buffer import StampedTransform, TfError, TransformBuffer
 
 S = 1_000_000_000
 LEFT = quaternion(0.0, 0.0, math.pi / 2)
@@ -19,7 +19,7 @@ def at(parent: str, child: str, time_s: float, x: float = 0.0, yaw: float = 0.0)
 
 
 def buffer_of(*moving: StampedTransform, static: tuple[StampedTransform, ...] = (), **more):
-    buffer = FrameBuffer(**more)
+    buffer = TransformBuffer(**more)
     for one in static:
         assert buffer.add(one, is_static=True) is None
     for one in moving:
@@ -89,8 +89,8 @@ def test_between_two_parents_the_older_transform_holds():
 
 
 def test_a_frame_to_itself_need_not_exist():
-    assert FrameBuffer().lookup("nowhere", "nowhere").transform == Transform()
-    assert FrameBuffer().why_not("nowhere", "nowhere") is None
+    assert TransformBuffer().lookup("nowhere", "nowhere").transform == Transform()
+    assert TransformBuffer().why_not("nowhere", "nowhere") is None
     assert buffer_of(at("a", "b", 4.0)).lookup("b", "b").stamp_ns == 4 * S
 
 
@@ -235,7 +235,7 @@ def test_a_static_transform_becomes_a_moving_one_and_back():
     ],
 )
 def test_what_listeners_ignore_is_ignored(stamped, name):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
 
     assert str(buffer.add(stamped, is_static=False)).startswith(f"{name}: ")
     assert buffer.frames_text() == ""

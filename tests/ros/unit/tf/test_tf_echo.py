@@ -6,24 +6,24 @@ import json
 import math
 
 from launcher.ros.tf.arithmetic import Transform, quaternion
-from launcher.ros.tf.frame_buffer import FrameBuffer, StampedTransform
+from launcher.ros.tf.frame_buffer import StampedTransform, TransformBuffer
 from launcher.ros.tf.tf_echo import TfEcho, TfEchoOptions
 
 S = 1_000_000_000
 OPTIONS = {"frame": "map", "other": "base", "period_s": 0.5, "time_ns": 0, "digits": 3}
 
 
-def echo_of(buffer: FrameBuffer, *, is_json: bool = False, **options: object) -> TfEcho:
+def echo_of(buffer: TransformBuffer, *, is_json: bool = False, **options: object) -> TfEcho:
     return TfEcho(buffer, TfEchoOptions(**{**OPTIONS, **options}, json=is_json))
 
 
-def fill(buffer: FrameBuffer, stamp_ns: int, x: float = 1.0, child: str = "base") -> None:
+def fill(buffer: TransformBuffer, stamp_ns: int, x: float = 1.0, child: str = "base") -> None:
     turned = Transform((x, 2.0, -3.0), quaternion(0.0, 0.0, math.pi / 2))
     buffer.add(StampedTransform("map", child, stamp_ns, turned), is_static=False)
 
 
 def test_the_text_is_that_of_tf2_echo(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     fill(buffer, 12 * S + 45)
 
     echo_of(buffer).step(0, 0.0)
@@ -46,7 +46,7 @@ At time 12.000000045
 
 
 def test_digits(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     fill(buffer, S)
 
     echo_of(buffer, digits=0).step(0, 0.0)
@@ -57,7 +57,7 @@ def test_digits(capsys):
 
 
 def test_it_waits_and_says_why_once_a_second(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     echo = echo_of(buffer)
     for number in range(25):
         echo.step(7 * S, number / 10)
@@ -69,7 +69,7 @@ def test_it_waits_and_says_why_once_a_second(capsys):
 
 
 def test_it_prints_once_a_period(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     echo = echo_of(buffer)
     for number in range(22):
         fill(buffer, number * S // 10 + 1)
@@ -83,7 +83,7 @@ def test_it_prints_once_a_period(capsys):
 
 
 def test_a_transform_that_is_lost_is_a_failure(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     fill(buffer, S)
     fill(buffer, 2 * S)
     echo = echo_of(buffer, time_ns=3 * S // 2)
@@ -106,7 +106,7 @@ def test_a_transform_that_is_lost_is_a_failure(capsys):
 
 
 def test_json(capsys):
-    buffer = FrameBuffer()
+    buffer = TransformBuffer()
     fill(buffer, S)
 
     echo_of(buffer, is_json=True).step(0, 0.0)
