@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.children import children, children_with, is_alive
+from tests.support.children import children_with, is_alive
 from tests.support.hosts import Host, Lab
-from tests.support.hosts.run import Run, agents, is_clean, rest
+from tests.support.hosts.run import COUNT, Run, agents, is_clean, rest
 from tests.support.waiting import wait_until
 
 KEEP = {"on_link_loss": "keep"}
@@ -43,6 +43,12 @@ def assert_complete(run: Run, name: str = "count") -> None:
     times = [at_s for _, at_s in run.counted(name)]
     assert numbers == list(range(len(numbers)))
     assert times == sorted(times)
+
+
+def counting(agent: int) -> int:
+    """The pid of what the agent runs. By its whole program: its watchdog has a random word."""
+    (process,) = children_with(agent, COUNT)
+    return process.pid
 
 
 def kill(*pids: int) -> None:
@@ -100,7 +106,8 @@ def test_the_agent_is_killed(lab: Lab, bot: Host, tmp_path: Path):
 def test_the_launcher_is_killed(lab: Lab, bot: Host, tmp_path: Path, policy: str):
     with Run(lab, tmp_path, {bot: {"on_link_loss": policy}}, PLACE) as run:
         is_counting(run)
-        agent, (process,) = agents(bot)[0], children(agents(bot)[0])[-1:]
+        (agent,) = agents(bot)
+        process = counting(agent)
         run.process.send_signal(signal.SIGKILL)
         run.process.wait()
         if policy == "keep":
@@ -159,7 +166,7 @@ def test_the_link_is_down_for_longer_than_the_policy(lab: Lab, bot: Host, tmp_pa
     with Run(lab, tmp_path, {bot: {"on_link_loss": "stop-after=2"}}, PLACE) as run:
         is_counting(run)
         (agent,) = agents(bot)
-        process = children_with(agent, "-c")[0].pid
+        process = counting(agent)
         bot.link_down()
         wait_until(lambda: not is_alive(process), "it is stopped on the host itself")
         run.wait_for("bot is unreachable")

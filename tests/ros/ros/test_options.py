@@ -149,7 +149,9 @@ def test_hz_of_several_topics_is_a_table(verb):
 def test_bw_looks_at_its_window_and_has_json(verb):
     words = ("topic", "bw", "/chatter", "--for", "2.2", "-w", "5", "--json")
     answer = eventually(lambda: verb(*words), lambda answer: '"messages": 5' in answer.out)
-    assert messages_of(answer) == 5
+    *rates, total = map(json.loads, answer.lines)
+    assert {one["event"] for one in rates} == {"rate"} and rates[-1]["messages"] == 5
+    assert total["event"] == "total" and total["messages"] > 5  # not only those of the window
 
 
 def test_delay_looks_at_its_window(verb):
