@@ -28,7 +28,7 @@ from launcher.packages.distribution import ROS_VARIABLES
 from launcher.packages.workspace import is_install
 from launcher.posix.domain_lease import leased_domain
 from tests.support.waiting import wait_until
-from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once
+from tests.support.workspaces import BuiltWorkspace, example
 
 # Fixtures that tests of several folders use.
 pytest_plugins = (
@@ -224,4 +224,4 @@ def _entry_points_are_read_once() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def fleet_workspace(tmp_path_factory: pytest.TempPathFactory) -> BuiltWorkspace:
     """`examples/fleet_workspace`, built once for all workers; tests only read it."""
-    return built_once(tmp_path_factory.getbasetemp(), "fleet", EXAMPLE / "src")
+    return example(tmp_path_factory.getbasetemp())

@@ -65,6 +65,11 @@ def built_once(base: Path, name: str, packages: Path, *words: str) -> BuiltWorks
     return BuiltWorkspace(root=root)
 
 
+def example(base: Path, compiler: str = "system") -> BuiltWorkspace:
+    """`EXAMPLE`, built once by this compiler; tests only read it."""
+    return built_once(base, f"fleet_{compiler}", EXAMPLE / "src", "--compiler", compiler)
+
+
 def build(root: Path, *words: str, env: Mapping[str, str] | None = None) -> str:
     """`launcher build WORDS` in a workspace; what it printed."""
     return run([sys.executable, "-m", "launcher", "build", *words], cwd=root, env=env)

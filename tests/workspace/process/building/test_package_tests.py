@@ -386,37 +386,29 @@ def test_a_test_that_hangs_is_ended_with_its_place(workspace, ignores):
 @pytest.mark.thorough
 def test_new_packages_of_nodes_and_interfaces_work_together(tmp_path):
     """By pytest, by ctest as built with BUILD_TESTING, and for colcon."""
-    make(tmp_path, ("demo", "--node", "alpha", "--node", "beta", "--interfaces"))
+    make(
+        tmp_path,
+        ("demo", "--node", "alpha", "--node", "beta", "--interfaces"),
+        ("more_msgs", "--interfaces", "--dependencies", "demo_interfaces"),
+    )
+    message = tmp_path / "src/more_msgs/msg/Count.msg"
+    message.write_text(f"{message.read_text()}demo_interfaces/Count other\n")
     build(tmp_path)
 
-    answer = launcher(tmp_path, "test")
+    shown = launcher(tmp_path, "interface", "show", "more_msgs/msg/Count")
+    assert "demo_interfaces/Count other" in shown.out, shown
+    answer = launcher(tmp_path, "test", "demo", "demo_interfaces")
     assert (answer.code, answer.lines[-1]) == (0, "2 packages: 12 passed"), answer
 
     seen = colcon_results(tmp_path)
     assert "build/demo/pytest.xml: 5 tests, 0 errors, 0 failures, 0 skipped" in seen
     assert "build/demo_interfaces/pytest.xml: 7 tests, 0 errors, 0 failures, 0 skipped" in seen
 
-    build(tmp_path, "--", "--cmake-args", "-DBUILD_TESTING=ON")
+    build(tmp_path, "src/demo_interfaces", "--", "--cmake-args", "-DBUILD_TESTING=ON")
     answer = launcher(tmp_path, "test", "demo_interfaces")
     assert (answer.code, answer.lines[-1]) == (0, "1 package: 7 passed"), answer
     assert "100% tests passed" in answer.out
     assert "test_demo_interfaces.xunit.xml: 7 tests" in colcon_results(tmp_path)
-
-
-@pytest.mark.thorough
-def test_new_interfaces_may_use_those_of_another_new_package(tmp_path):
-    make(
-        tmp_path,
-        ("base_msgs", "--interfaces"),
-        ("more_msgs", "--interfaces", "--dependencies", "base_msgs"),
-    )
-    message = tmp_path / "src/more_msgs/msg/Count.msg"
-    message.write_text(f"{message.read_text()}base_msgs/Count other\n")
-
-    build(tmp_path)
-
-    shown = launcher(tmp_path, "interface", "show", "more_msgs/msg/Count")
-    assert "base_msgs/Count other" in shown.out, shown
 
 
 def colcon_results(workspace: Path) -> str:
