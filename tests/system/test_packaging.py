@@ -72,13 +72,8 @@ def test_the_launcher_names_no_package_of_the_fleet():
     assert [str(path) for path in texts if "group_gp1" in path.read_text(encoding="utf-8")] == []
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        pytest.param((), id="plain"),
-        pytest.param(("--symlink-install",), id="symlink", marks=pytest.mark.thorough),
-    ],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("options", [(), ("--symlink-install",)], ids=["plain", "symlink"])
 def test_colcon_builds_the_workspace_and_its_nodes_run(sources: Path, world: World, options):
     workspace = sources.parent.parent
     colcon = Path(sys.executable).with_name("colcon")

@@ -24,6 +24,7 @@ def site_with_venv(tmp_path: Path) -> Site:
     return Site(tmp_path / "bot", python=PLAIN_PYTHON)
 
 
+@pytest.mark.thorough
 def test_an_environment_is_made_from_wheels_and_shared_by_releases(site_with_venv: Site, tmp_path):
     site, house = site_with_venv, tmp_path / "house"
     tiny_wheel(house, "tiny", "1.0")

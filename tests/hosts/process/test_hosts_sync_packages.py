@@ -37,6 +37,7 @@ def paths(brought: Brought) -> set[str]:
     return {*brought.tree.entries}
 
 
+@pytest.mark.thorough
 def test_a_package_runs_that_is_used_from_its_source_folder(own: Path, site: Site):
     (own / ".env").write_text("TOKEN=1")
     (own / "own/__pycache__").mkdir(exist_ok=True)

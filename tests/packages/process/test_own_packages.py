@@ -85,10 +85,8 @@ def check(home: Home, name: str, folder: Path, **env: str) -> None:
 SAME, OTHER = "same-places", "other-places"  # of files in the source and in share
 
 
-@pytest.mark.parametrize(
-    "moved",
-    [pytest.param(False, id=SAME), pytest.param(True, id=OTHER, marks=pytest.mark.thorough)],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("moved", [False, True], ids=[SAME, OTHER])
 def test_an_editable_package_is_used_from_its_source(home: Home, tmp_path: Path, moved: bool):
     name = f"editable_{moved}".lower()
     source = write_package(tmp_path / "src", name, moved=moved)
@@ -141,13 +139,11 @@ def test_packages_that_name_a_script_alike_run_their_own(home: Home, tmp_path: P
             assert home._run([program], tmp_path, {}) == f"from {name}.talker\n"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "options",
-    [
-        pytest.param((), id="isolated"),
-        pytest.param(("--merge-install",), id="merged", marks=pytest.mark.thorough),
-        pytest.param(("--symlink-install",), id="symlink", marks=pytest.mark.thorough),
-    ],
+    [(), ("--merge-install",), ("--symlink-install",)],
+    ids=["isolated", "merged", "symlink"],
 )
 def test_a_package_of_a_sourced_workspace_is_found(home: Home, tmp_path: Path, options):
     name = "built_pkg"

@@ -23,6 +23,7 @@ def path(bench: Bench) -> Path:
     return bench.folder / "recorded.yaml"
 
 
+@pytest.mark.thorough
 def test_a_recorded_file_is_met_by_the_next_run_and_never_replaced(bench: Bench, path: Path):
     bench.write(SETUP, PATIENT)
     # Long enough that `setup` exits early in it, on a busy machine as well.

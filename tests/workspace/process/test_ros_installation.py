@@ -82,6 +82,7 @@ def monitor(ros_host: RosHost) -> Iterator[None]:
             node.terminate()
 
 
+@pytest.mark.thorough
 def test_nothing_of_pip_is_used(ros_host: RosHost):
     code = (
         "import sys, rclpy, launcher\n"

@@ -144,6 +144,7 @@ def test_loud():
 """
 
 
+@pytest.mark.thorough
 def test_failures_are_told_with_their_places_and_outputs_do_not_mix(workspace):
     for name in ("first", "second"):
         give(workspace, name, FAILING.replace("{name}", name))
