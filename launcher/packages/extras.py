@@ -8,6 +8,7 @@ import os
 import shlex
 import sys
 from importlib import metadata
+from importlib.machinery import PathFinder
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -15,13 +16,16 @@ from launcher.base import strict_json
 from launcher.base.errors import UsageError
 
 DISTRIBUTION = "ros2-launcher"
+# To be looked for in folders only. A finder of setuptools that is asked for pip takes this process
+# for pip's: before Python 3.12 setuptools can then not be imported (pypa/pip#8761).
+PATH_ONLY = frozenset({"pip"})
 _FOLDER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 @functools.cache
 def install_command(extra: str) -> str:
     """The command that installs an extra the way this distribution is installed."""
-    if importlib.util.find_spec("pip") is not None:
+    if is_installed("pip"):
         install = [sys.executable, "-m", "pip", "install"]
     else:
         install = ["uv", "pip", "install", "--python", sys.executable]
@@ -31,7 +35,8 @@ def install_command(extra: str) -> str:
 def is_installed(name: str) -> bool:
     """Whether Python finds a module."""
     try:
-        return importlib.util.find_spec(name) is not None
+        find_spec = PathFinder.find_spec if name in PATH_ONLY else importlib.util.find_spec
+        return find_spec(name) is not None
     except (ImportError, ValueError):
         return False
 

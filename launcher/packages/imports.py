@@ -16,6 +16,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 
+from launcher.packages.extras import PATH_ONLY
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -167,7 +169,8 @@ class _ImportSearch:
             above = self._find(parent)
             folders = above.submodule_search_locations if above is not None else None
             return None if folders is None else PathFinder.find_spec(name, list(folders))
-        for finder in sys.meta_path:  # an editable installation adds a finder
+        finders = [PathFinder] if name in PATH_ONLY else sys.meta_path
+        for finder in finders:  # an editable installation adds one
             path = self._path if finder is PathFinder else None
             find_spec = getattr(finder, "find_spec", None)
             spec: ModuleSpec | None = None if find_spec is None else find_spec(name, path)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 import os
 import re
 from collections.abc import Iterator
 from configparser import RawConfigParser
 
 from launcher.base.text import did_you_mean, suggest
+from launcher.packages.extras import is_installed
 from launcher.packages.source_packages import MARKERS
 from launcher.workspace.building.sources import Package
 from launcher.workspace.building.sources.setup_file import (
@@ -219,12 +219,7 @@ def _is_elsewhere(package: Package, setup: SetupFile, name: str) -> bool:
         return True
     if name == package.name:  # it may be installed, from before its folder was renamed
         return False
-    if name in {one.name for one in package.dependencies}:
-        return True
-    try:
-        return importlib.util.find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
+    return name in {one.name for one in package.dependencies} or is_installed(name)
 
 
 def _python_packages(package: Package) -> list[str]:
