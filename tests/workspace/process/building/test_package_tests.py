@@ -398,8 +398,8 @@ def test_new_packages_of_nodes_and_interfaces_work_together(tmp_path):
 
     shown = launcher(tmp_path, "interface", "show", "more_msgs/msg/Count")
     assert "demo_interfaces/Count other" in shown.out, shown
-    answer = launcher(tmp_path, "test", "demo", "demo_interfaces")
-    assert (answer.code, answer.lines[-1]) == (0, "2 packages: 12 passed"), answer
+    answer = launcher(tmp_path, "test")
+    assert (answer.code, answer.lines[-1]) == (0, "3 packages: 19 passed"), answer
 
     seen = colcon_results(tmp_path)
     assert "build/demo/pytest.xml: 5 tests, 0 errors, 0 failures, 0 skipped" in seen
