@@ -224,6 +224,20 @@ ROWS = (
     ),
     PartRow("launcher.run.requests.process_control:ProcessControl", When.ASKED),
     PartRow(
+        "launcher.ros.discovery.introductions:Introductions",
+        wanted=lambda run: run.options.introduce and run.has_nodes,
+        imports=("launcher.posix.ports", "launcher.ros.discovery.rtps"),
+        group=STARTS,
+        options=(
+            option(
+                "--no-introductions",
+                "do not help new nodes to discover those that run already",
+                name="introduce",
+                value=False,
+            ),
+        ),
+    ),
+    PartRow(
         "launcher.run.helpers.parameter_checks:ParameterChecks",
         wanted=lambda run: run.options.check_parameters,
         group=DEVELOPMENT,

@@ -128,6 +128,12 @@ class Run:
         return {**self.env, RUN_ID_VARIABLE: self.id, **where}
 
     @property
+    def has_nodes(self) -> bool:
+        """Whether the launch file has made any, started or not; True if that is not known."""
+        session = self.launched.session
+        return session is None or session.nodes_made > 0
+
+    @property
     def processes(self) -> list[Process]:
         """All of the launch file, in order of first start."""
         return [one for one in self.all_processes.values() if not one.is_gone]

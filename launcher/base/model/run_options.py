@@ -39,7 +39,8 @@ class RunOptions(Record):
     regular expression `record_topics`. `web`: serve the page in the browser, with the `web_`
     settings (docs/guides/browser.md). `warm`: start Python programs warm (docs/inside/warm.md), or
     none; None: nodes, where that is faster. What matches one of `compose` runs in one process.
-    `private`: in a ROS domain that no other run has, `domain_id`.
+    `private`: in a ROS domain that no other run has, `domain_id`. `introduce`: help new nodes to
+    discover those that run already.
     """
 
     restart: tuple[tuple[str, RestartPolicy], ...] = ()
@@ -82,6 +83,7 @@ class RunOptions(Record):
     private: bool = False
     domain_id: int | None = None
     check_domain: bool = True
+    introduce: bool = True
     warm: bool | None = None
 
     @property

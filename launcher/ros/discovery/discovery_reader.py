@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import select
 import socket
 import struct
@@ -27,7 +26,7 @@ from typing import TYPE_CHECKING
 from launcher.posix.domains import REMOTE_S
 from launcher.posix.ports import multicast_port, occupied_ports
 from launcher.ros.discovery import rtps
-from launcher.ros.discovery.endpoints import NODES_TOPIC, NODES_TYPE, NODES_TYPE_HASH, locator
+from launcher.ros.discovery.endpoints import NODES_TOPIC, NODES_TYPE, NODES_TYPE_HASH
 from launcher.ros.discovery.participant import OWN_READER, Participant, SampleStream, snapshot_of
 from launcher.ros.snapshot.ros_graph import GraphSnapshot
 
@@ -40,7 +39,6 @@ _ANNOUNCE_S = 0.1
 _DISPOSE_S = 0.3  # dispose there: a participant that has discovered us does not answer again
 _REPEAT_S = 0.25  # Fast DDS answers 0.1 s after a request
 _LEASE_S = 10
-_VENDOR = bytes([0, 0])  # unknown
 _GROUP = "239.255.0.1"
 _BUFFER_BYTES = 4 << 20
 # writes participants and subscriptions; reads participants, publications, subscriptions
@@ -75,7 +73,7 @@ class DiscoveryReader:
     def __init__(self, domain_id: int, *, remote: bool) -> None:
         self._domain_id = domain_id
         self._remote = remote
-        self._prefix = _VENDOR + os.urandom(rtps.PREFIX_BYTES - 2)
+        self._prefix = rtps.new_prefix()
         self._peers: dict[bytes, Participant] = {}
         self.discovered: list[Participant] = []  # another thread may read it
         self._number = self._count = 0
@@ -163,30 +161,18 @@ class DiscoveryReader:
 
     def _announce(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
-        announcement = rtps.sample(
-            rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, self._announced()
+        locators = [rtps.locator(host, self._port) for host in self._hosts()]
+        announcement = rtps.announcement(
+            self._prefix, self._number, locators, endpoints=_ENDPOINT_SET, lease_s=_LEASE_S
         )
         for address in sorted(addresses):
             self._send(address, announcement)
 
     def _dispose(self, addresses: set[tuple[str, int]]) -> None:
         self._number += 1
-        guid = self._prefix + rtps.PARTICIPANT
-        gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, self._number, guid)
+        gone = rtps.end_of_participant(self._prefix, self._number)
         for address in sorted(addresses):
             self._send(address, gone)
-
-    def _announced(self) -> list[tuple[int, bytes]]:
-        locators = [locator(host, self._port) for host in self._hosts()]
-        return [
-            (0x15, bytes([2, 3])),
-            (0x16, _VENDOR),
-            (0x50, self._prefix + rtps.PARTICIPANT),
-            *((0x32, locator) for locator in locators),
-            *((0x31, locator) for locator in locators),
-            (0x02, struct.pack("<iI", _LEASE_S, 0)),
-            (0x58, struct.pack("<I", _ENDPOINT_SET)),
-        ]
 
     @property
     def _port(self) -> int:
@@ -207,7 +193,7 @@ class DiscoveryReader:
         """Subscribe to the topic on which a participant publishes its nodes."""
         listed = [
             (0x5A, self._prefix + OWN_READER),
-            *((0x2F, locator(host, self._port)) for host in self._hosts()),
+            *((0x2F, rtps.locator(host, self._port)) for host in self._hosts()),
             (0x50, self._prefix + rtps.PARTICIPANT),
             (0x05, rtps.text(NODES_TOPIC)),
             (0x07, rtps.text(NODES_TYPE)),
@@ -243,7 +229,9 @@ class DiscoveryReader:
 
     def _send(self, address: tuple[str, int], *submessages: bytes) -> None:
         with contextlib.suppress(OSError):  # no such port any more, no route
-            self._socket.sendto(rtps.message(self._prefix, _VENDOR, *submessages), address)
+            self._socket.sendto(
+                rtps.message(self._prefix, rtps.UNKNOWN_VENDOR, *submessages), address
+            )
 
     # receiving
 

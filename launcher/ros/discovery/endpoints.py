@@ -20,7 +20,6 @@ _TOPIC, _TYPE, _GUID, _USER_DATA = 0x05, 0x07, 0x5A, 0x2C
 _RELIABILITY, _DURABILITY, _LIVELINESS, _DEADLINE, _LIFESPAN = 0x1A, 0x1D, 0x1B, 0x23, 0x2B
 _HISTORY = 0x40  # of Cyclone DDS, unless it is KEEP_LAST (1); not of Fast DDS 2.14 and 3.2
 _METATRAFFIC, _DEFAULT, _ENDPOINT_SET = 0x32, 0x31, 0x58
-_UDP_V4 = 1
 
 _RELIABILITIES = {1: "BEST_EFFORT", 2: "RELIABLE"}
 _DURABILITIES = {0: "VOLATILE", 1: "TRANSIENT_LOCAL"}
@@ -113,14 +112,9 @@ def _udp_port(listed: list[tuple[int, bytes]], wanted: int, order: str) -> int |
     for number, value in listed:
         if number == wanted:
             kind, port = struct.unpack_from(f"{order}iI", value)
-            if kind == _UDP_V4:
+            if kind == rtps.UDP_V4:
                 return int(port)
     return None
-
-
-def locator(host: str, port: int) -> bytes:
-    address = bytes(12) + bytes(map(int, host.split(".")))
-    return struct.pack("<iI", _UDP_V4, port) + address
 
 
 # the topic on which each participant of ROS publishes its nodes

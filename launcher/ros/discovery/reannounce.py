@@ -86,6 +86,4 @@ def dispose(participant: bytes, ports: set[int]) -> None:
 
 def disposal(participant: bytes) -> bytes:
     """The RTPS message by which a participant (its 12 bytes) disposes of itself."""
-    guid = participant + rtps.PARTICIPANT
-    gone = rtps.end_of(rtps.SPDP_READER, rtps.SPDP_WRITER, 2, guid)
-    return rtps.message(participant, participant[:2], gone)
+    return rtps.message(participant, participant[:2], rtps.end_of_participant(participant, 2))

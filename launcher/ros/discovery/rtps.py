@@ -6,10 +6,17 @@ participants, SEDP their endpoints. Byte order is a flag of each submessage.
 
 from __future__ import annotations
 
+import os
 import struct
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
+from launcher.base.model.record import Record
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+UNKNOWN_VENDOR = bytes(2)
+UDP_V4 = 1  # the kind of a locator
 PREFIX_BYTES = 12  # of a GUID: the participant; the last four bytes are the entity
 
 PARTICIPANT = bytes.fromhex("000001c1")
@@ -29,8 +36,7 @@ _PL_CDR_LITTLE = bytes([0, 3, 0, 0])
 WINDOW = 256  # sequence numbers that one ACKNACK can ask for
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Data:
+class Data(Record):
     """A sample; one that disposes of something may have a `key` instead of a payload."""
 
     writer: bytes
@@ -40,8 +46,7 @@ class Data:
     key: bytes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Heartbeat:
+class Heartbeat(Record):
     """A writer holds the samples `first` to `last`."""
 
     writer: bytes
@@ -49,24 +54,21 @@ class Heartbeat:
     last: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gap:
+class Gap(Record):
     """A writer no longer holds these samples."""
 
     writer: bytes
     numbers: frozenset[int]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AckNack:
+class AckNack(Record):
     """A reader requests samples from one of our writers."""
 
     reader: bytes
     writer_entity: bytes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fragment:
+class Fragment(Record):
     """A part of a sample that is too large for one datagram."""
 
     writer: bytes
@@ -201,6 +203,35 @@ def sample(reader: bytes, writer: bytes, number: int, listed: list[tuple[int, by
     return _submessage(_DATA, _PAYLOAD, body + _PL_CDR_LITTLE + _listed(listed))
 
 
+def new_prefix() -> bytes:
+    """For a participant of ours."""
+    return UNKNOWN_VENDOR + os.urandom(PREFIX_BYTES - len(UNKNOWN_VENDOR))
+
+
+def announcement(
+    prefix: bytes, number: int, locators: list[bytes], *, endpoints: int, lease_s: int
+) -> bytes:
+    """The sample that announces a participant of ours; `endpoints` is the set of its built-in ones.
+
+    Others forget it `lease_s` after the last one.
+    """
+    listed = [
+        (0x15, bytes([2, 3])),
+        (0x16, UNKNOWN_VENDOR),
+        (0x50, prefix + PARTICIPANT),
+        *((0x32, locator) for locator in locators),
+        *((0x31, locator) for locator in locators),
+        (0x02, struct.pack("<iI", lease_s, 0)),
+        (0x58, struct.pack("<I", endpoints)),
+    ]
+    return sample(SPDP_READER, SPDP_WRITER, number, listed)
+
+
+def end_of_participant(prefix: bytes, number: int) -> bytes:
+    """The sample that disposes of a participant (RTPS 2.x, 8.5.3)."""
+    return end_of(SPDP_READER, SPDP_WRITER, number, prefix + PARTICIPANT)
+
+
 def repeated(reader: bytes, sample: Data) -> bytes:
     """The submessage with which a participant sent this sample."""
     entity = sample.writer[PREFIX_BYTES:]
@@ -247,6 +278,12 @@ def parameter(number: int, value: bytes) -> bytes:
 
 def _submessage(kind: int, flags: int, body: bytes) -> bytes:
     return struct.pack("<BBH", kind, flags | _LITTLE, len(body)) + body
+
+
+def locator(host: str, port: int) -> bytes:
+    """An address of UDP over IPv4."""
+    address = bytes(12) + bytes(map(int, host.split(".")))
+    return struct.pack("<iI", UDP_V4, port) + address
 
 
 def text(value: str) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import socket
 import struct
@@ -12,10 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from launcher.base.model.record import replace
 from launcher.posix.domains import is_plain
 from launcher.posix.ports import multicast_port, occupied_ports
 from launcher.ros.discovery import rtps
-from launcher.ros.discovery.endpoints import contact_in, endpoint_in, locator, nodes_in
+from launcher.ros.discovery.endpoints import contact_in, endpoint_in, nodes_in
 from launcher.ros.discovery.gids import widen_sockets
 from launcher.ros.discovery.participant import Participant, SampleStream, snapshot_of
 from launcher.ros.snapshot.ros_graph import (
@@ -45,8 +45,8 @@ def publication(topic: str, gid: bytes = TALKER_GID, kind: str = "std_msgs::msg:
 
 def announcement(endpoint_set: int = 0b010100) -> bytes:
     listed = [
-        (0x32, locator("127.0.0.1", 7410)),
-        (0x31, locator("127.0.0.1", 7411)),
+        (0x32, rtps.locator("127.0.0.1", 7410)),
+        (0x31, rtps.locator("127.0.0.1", 7411)),
         (0x58, struct.pack("<I", endpoint_set)),
     ]
     return rtps.sample(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, listed)
@@ -257,7 +257,7 @@ def test_unusual_discovery_settings_are_left_to_the_middleware(
 
 @pytest.mark.parametrize("number", [1, 2**32 + 5])
 def test_a_relayed_message_reads_like_the_original(number: int):
-    said = dataclasses.replace(data_in(publication("rt/chatter")), number=number)
+    said = replace(data_in(publication("rt/chatter")), number=number)
     assert received(rtps.repeated(rtps.PUBLICATIONS_READER, said)) == [said]
 
 
