@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import bags, hosts, hundred, saving, warm, web
+from benchmarks import bags, discovery, hosts, hundred, saving, warm, web
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -53,6 +53,8 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "topic-stream": topic_stream,
     "first-answers": first_answers,
     "own-types": own_types,
+    "discovery-late": discovery.late,
+    "discovery-graph": discovery.graph,
     "warm-fleet": warm.fleet,
     "warm-restart": warm.restart,
     "warm-save": saving.save,

@@ -96,7 +96,9 @@ def _lost(run: Run) -> int:
     account = re.findall(r"Dispatched (\d+) tasks: .* (\d+) given back", run.screen)
     assigned, given_back = map(int, account[-1])
     time.sleep(ARRIVAL_S)
-    received = sum(log.read_text().count("Received task") for log in run.logs("robot-*-stderr"))
+    received = sum(
+        log.read_text().count("Received task") for log in run.files("robot-*-stderr.log")
+    )
     return max(0, assigned - given_back - received)
 
 

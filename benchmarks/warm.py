@@ -121,9 +121,9 @@ class Run:
     def screen(self) -> str:
         return (self._folder / "screen").read_text(errors="replace")
 
-    def logs(self, pattern: str) -> list[Path]:
-        """The log files of processes whose names are like this."""
-        return list(self._folder.rglob(f"{pattern}.log"))
+    def files(self, pattern: str) -> list[Path]:
+        """Those of the run whose names are like this."""
+        return list(self._folder.rglob(pattern))
 
     def ask(self, verb: str, *names: str) -> Mapping[str, object]:
         socket = next(iter(self._folder.rglob(f"{self.process.pid}-*.sock")))
@@ -329,7 +329,7 @@ def _wait_for(run: Run, word: str, count: int) -> list[float]:
 
 def _last_end(run: Run) -> float:
     """When the last process ended, on the monotonic clock."""
-    events = next(iter(run._folder.rglob("events.jsonl"))).read_text().splitlines()
+    events = run.files("events.jsonl")[0].read_text().splitlines()
     ends = [one for one in map(json.loads, events) if one["event"] == "ended"]
     return float(ends[-1]["monotonic_s"])
 
