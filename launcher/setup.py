@@ -65,6 +65,7 @@ setup(
         "sdist": SdistWithDemo,
     },
     options={"build": {"build_base": BUILD.name}},
+    scripts=["cli/script/launcher"],
     packages=["launcher", *(f"launcher.{name}" for name in find_packages())],
     package_dir={"launcher": "."},
     package_data={

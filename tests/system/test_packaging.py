@@ -51,11 +51,13 @@ def test_only_the_launcher_is_on_path():
         for name in ("ros2-launcher", "group_gp1")
     }
     assert names["ros2-launcher"] == {
-        ("console_scripts", "launcher"),
         ("console_scripts", "launch_test"),  # which leaves the test to an installed launch_testing
         ("pytest11", "launcher"),
         ("pytest11", "launcher_launch_tests"),
     }
+    # No console script, but a script beside that of `launch_test`, in which it looks for Python.
+    files = metadata.distribution("ros2-launcher").files or ()
+    assert {path.name for path in files if path.parent.name == "bin"} >= {"launcher", "launch_test"}
     assert {group for group, _ in names["group_gp1"]} == {"launcher.programs"}
     assert "all" in metadata.metadata("ros2-launcher").get_all("Provides-Extra", ())
     assert metadata.requires("group_gp1") == ["ros2-launcher"]
