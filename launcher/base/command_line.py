@@ -236,7 +236,7 @@ class _WordReader:
         elif option.is_flag:
             if has_value:
                 raise UsageError(f"{flag} takes no value", hint=self._usage())
-            self._set(option, [word], option.value)
+            self._set(option, [word], option.value() if callable(option.value) else option.value)
         elif option.count == "?":
             self._take_optional(option, flag, value if has_value else None)
         elif option.count == "+":

@@ -21,8 +21,8 @@ class Option(Record):
     An argument whose `metavar` is `PARAMETER VALUE` takes two words at a time.
 
     The parsed value becomes the attribute `name`. An option without a `metavar` is a flag, which
-    sets `value`. `read` turns a word into the value; it raises LauncherError, or ValueError with a
-    message for the user.
+    sets `value`, or what that returns if it is a function. `read` turns a word into the value; it
+    raises LauncherError, or ValueError with a message for the user.
 
     `count` is the number of words of its value: `1`, `?` (one or none), `*`, `+`; `=` for an
     option whose value may be left out, and must follow a `=`; for the last argument of a command

@@ -18,11 +18,11 @@ from launcher.language.frontends.locate import (
     launch_names,
     shown_word,
 )
+from launcher.packages import reading_once
 from launcher.packages.finder import files_in_share, share_directory
-from launcher.packages.source_packages import reading_once
 
 
-@reading_once
+@reading_once()
 def refuse(words: Sequence[str]) -> None:
     """UnknownVerbError unless a launch file or a package has the name of this verb."""
     verb = words[0]
@@ -47,7 +47,7 @@ def _share(package: str) -> str | None:
         return None
 
 
-@reading_once
+@reading_once()
 def explained(words: Sequence[str], error: LauncherError | None = None) -> LauncherError | None:
     """The error about these words, which begin with no verb; that given if it is about others.
 

@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
 
 from launcher.base.command_help import sentence
 from launcher.base.command_line import Command, Parsed
@@ -27,6 +26,10 @@ from launcher.control.answer_lines import event_line, log_line, without_colour
 from launcher.control.client import Connection
 from launcher.language.frontends.locate import launch_names
 from launcher.posix.json_output import print_document, print_line
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 WIDE = 1000  # columns of a table that goes into a pipe
 NAMES = """\

@@ -14,9 +14,8 @@ import launcher
 from launcher.base.errors import PackageNotFoundError
 from launcher.base.model.record import Record
 from launcher.doctor.network_facts import collect_network
-from launcher.packages import distribution, finder
+from launcher.packages import distribution, finder, reading_once
 from launcher.packages.extras import DISTRIBUTION
-from launcher.packages.source_packages import reading_once
 from launcher.ros.snapshot.qos_matching import mismatches
 from launcher.ros.snapshot.ros_graph import Direction, GraphSnapshot, is_hidden
 from launcher.ros.topics.listing import listed
@@ -45,7 +44,7 @@ class ReportSection(Record):
         return {"title": self.title.lower(), "entries": found}
 
 
-@reading_once
+@reading_once()
 def report(env: Mapping[str, str], graph: GraphSnapshot) -> list[ReportSection]:
     """All sections; `env` is the environment of a run."""
     found = {

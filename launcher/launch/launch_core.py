@@ -17,6 +17,7 @@ from launcher.base.model.events import (
     StartProcess,
 )
 from launcher.launch.time_limit import limited
+from launcher.packages import reading_once
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class LaunchCore:
     def evaluate(self) -> None:
         """Visit the static part, before any file or process is created; LauncherError."""
         try:
-            with limited(self._request.time_limit, self._request.path):
+            with limited(self._request.time_limit, self._request.path), reading_once():
                 self.effects = self.interpreter.start()
         except LaunchFileError as fault:
             from launcher.launch import mistakes

@@ -21,3 +21,42 @@ Doors:
   package that is not found; `unbuilt`: interfaces that are not built; `extras`: how to install an
   extra of this distribution.
 """
+
+from __future__ import annotations
+
+import contextlib
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Any, TypeVar
+
+    T = TypeVar("T")
+
+_kept: dict[str, Any] | None = None  # what was read since the outermost `reading_once` began
+
+
+@contextlib.contextmanager
+def reading_once() -> Iterator[None]:
+    """For what looks at many packages: what is installed and around is read once meanwhile."""
+    global _kept
+    outer = _kept
+    _kept = {} if outer is None else outer
+    try:
+        yield
+    finally:
+        _kept = outer
+
+
+def is_reading_once() -> bool:
+    return _kept is not None
+
+
+def once(key: str, read: Callable[[], T]) -> T:
+    """What `read` returns; within `reading_once` what it has returned for the key before."""
+    if _kept is None:
+        return read()
+    if key not in _kept:
+        _kept[key] = read()
+    found: T = _kept[key]
+    return found

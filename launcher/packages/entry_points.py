@@ -19,17 +19,19 @@ PROGRAMS = "launcher.programs"
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from importlib.metadata import Distribution, EntryPoint
+    from importlib.metadata import Distribution
+
+    from launcher.packages.dist_info import Point
 
 
 def programs(package: str) -> Iterator[tuple[str, Path]]:
     """(name, path) of the programs of distributions with this name."""
     for distribution in source_packages.distributions(package):
-        found = distribution.entry_points
+        found = distribution.points
         if source_packages.folder_of(distribution) is None:  # else the overlay has them
             yield from ((e.name, _script_of_ours(package, e)) for e in found if e.group == PROGRAMS)
         points = {e.name: e for e in found if e.group == "console_scripts"}
-        for path in _installed(distribution) if points else ():
+        for path in _installed(distribution.whole) if points else ():
             if path.name in points:
                 yield path.name, _own_script(package, points[path.name], path)
 
@@ -44,18 +46,18 @@ def _installed(distribution: Distribution) -> Iterator[Path]:
             yield path
 
 
-def _own_script(package: str, point: EntryPoint, path: Path) -> Path:
+def _own_script(package: str, point: Point, path: Path) -> Path:
     """The installed script if it calls this entry point, else one that does."""
     return path if _calls(path, point) else _script_of_ours(package, point)
 
 
-def _script_of_ours(package: str, point: EntryPoint) -> Path:
+def _script_of_ours(package: str, point: Point) -> Path:
     from launcher.packages import overlay
 
     return Path(overlay.script(package, point.name, f"{point.module}:{point.attr}"))
 
 
-def _calls(path: Path, point: EntryPoint) -> bool:
+def _calls(path: Path, point: Point) -> bool:
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:

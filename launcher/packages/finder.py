@@ -14,14 +14,13 @@ from pathlib import Path
 
 from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError
 from launcher.base.text import did_you_mean
-from launcher.packages import source_packages
+from launcher.packages import once, source_packages
 from launcher.packages.entry_points import programs
 from launcher.packages.source_packages import MARKERS, OVERLAY_FOLDER
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from importlib.metadata import Distribution
-
+    from launcher.packages.dist_info import DistInfo
     from launcher.packages.overlay import Overlay
 
 
@@ -171,6 +170,10 @@ def _is_overlay(path: Path) -> bool:
 
 
 def _own(name: str) -> Overlay | None:
+    return once(f"own {name}", lambda: _new_own(name))
+
+
+def _new_own(name: str) -> Overlay | None:
     source = source_packages.find(name)
     if source is None:
         return None
@@ -186,16 +189,16 @@ def _distribution_prefix(name: str) -> Path | None:
     """The prefix of an installed distribution that has no entry in the index."""
     found = [each for each in source_packages.distributions(name) if not _is_in_build(each)]
     for distribution in found:
-        for file in distribution.files or ():
+        for file in distribution.whole.files or ():
             before, share, _ = file.as_posix().partition(f"share/{name}/")
             if share and not before.strip("./"):
-                return Path(os.path.normpath(str(distribution.locate_file(before or "."))))
+                return Path(os.path.normpath(str(distribution.whole.locate_file(before or "."))))
     return Path(sys.prefix) if found else None
 
 
-def _is_in_build(distribution: Distribution) -> bool:
+def _is_in_build(distribution: DistInfo) -> bool:
     """Whether it is in the build folder of a package whose source, or installation, is gone."""
-    return source_packages.is_built_in(os.path.normpath(str(distribution.locate_file(""))))
+    return source_packages.is_built_in(distribution.folder)
 
 
 def _split(value: str | None) -> list[str]:

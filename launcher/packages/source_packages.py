@@ -7,20 +7,16 @@ below, and beside the package that the working directory is in.
 
 from __future__ import annotations
 
-import functools
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from launcher.base import text_file
+from launcher.packages import is_reading_once, once
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from importlib.metadata import Distribution
-    from typing import Any, ParamSpec, TypeVar
-
-    P = ParamSpec("P")
-    T = TypeVar("T")
+    from launcher.packages.dist_info import DistInfo
 
 MARKERS = "share/ament_index/resource_index/packages"
 OVERLAY_FOLDER = "launcher-packages-"  # with the user's id, in the temporary directory
@@ -38,32 +34,6 @@ _LAUNCHER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 _OURS = os.path.dirname(_LAUNCHER)
 _chosen: dict[str, str] = {}  # package -> source folder
 _IN_WHEEL = os.path.join(_LAUNCHER, "demo_package")  # by setup.py of the launcher
-_kept: dict[str, Any] | None = None  # what was read since a function that reads once began
-
-
-def reading_once(function: Callable[P, T]) -> Callable[P, T]:
-    """A function that looks at many packages: what is installed and around is read once for it."""
-
-    @functools.wraps(function)
-    def wrapped(*words: P.args, **more: P.kwargs) -> T:
-        global _kept
-        outer = _kept
-        _kept = {} if outer is None else outer
-        try:
-            return function(*words, **more)
-        finally:
-            _kept = outer
-
-    return wrapped
-
-
-def _once(key: str, read: Callable[[], T]) -> T:
-    if _kept is None:
-        return read()
-    if key not in _kept:
-        _kept[key] = read()
-    found: T = _kept[key]
-    return found
 
 
 def find(name: str) -> str | None:
@@ -90,22 +60,19 @@ def choose_demo() -> str | None:
     return None
 
 
-def distributions(name: str | None = None) -> list[Distribution]:
+def distributions(name: str | None = None) -> list[DistInfo]:
     """Installed distributions, of this name or all.
 
     There may be two: an egg-info without files in the source tree, and what is installed from it.
     """
-    # Takes 20 ms to import, and is needed only for packages outside of the index.
-    from importlib import metadata
+    from launcher.packages.dist_info import installed  # only for packages outside of the index
 
-    if name == "":  # for importlib, that is any
-        return []
-    return list(metadata.distributions() if name is None else metadata.distributions(name=name))
+    return installed(name)
 
 
 def editable() -> dict[str, str]:
     """Package -> source folder of all editable installations that have a package.xml."""
-    return _once("editable", _editable)
+    return once("editable", _editable)
 
 
 def _editable() -> dict[str, str]:
@@ -118,7 +85,7 @@ def _editable() -> dict[str, str]:
     return found
 
 
-def folder_of(distribution: Distribution) -> str | None:
+def folder_of(distribution: DistInfo) -> str | None:
     """The source folder of an editable distribution; None for others."""
     text = distribution.read_text("direct_url.json")
     if text is None:
@@ -138,12 +105,12 @@ def folder_of(distribution: Distribution) -> str | None:
     return folder if is_here else None
 
 
-def _folder_of_egg(distribution: Distribution) -> str | None:
+def _folder_of_egg(distribution: DistInfo) -> str | None:
     """The source folder with the egg-info that `setup.py develop` leaves: older pips call it.
 
     colcon calls it in a build folder, with links to the sources.
     """
-    beside = os.path.normpath(str(distribution.locate_file("")))
+    beside = distribution.folder
     if is_built_in(beside):
         return None
     return next((f for f in (beside, os.path.dirname(beside)) if name_in(f)), None)
@@ -160,7 +127,9 @@ def around() -> Iterator[tuple[str, str]]:
     In the working directory, above, and the launcher's own; then below the working directory, or
     beside the package that it is in; then in the `src/` of a workspace above.
     """
-    folders = _folders_around() if _kept is None else _once("around", lambda: [*_folders_around()])
+    folders = (
+        once("around", lambda: [*_folders_around()]) if is_reading_once() else _folders_around()
+    )
     return ((name, folder) for name, folder in folders if name)
 
 

@@ -25,9 +25,10 @@ Folders, in the order of a run:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from launcher.smoke.run.system import System
     from launcher.smoke.run.waits import NotSeenError
 

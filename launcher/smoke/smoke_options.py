@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 
 from launcher.base.option import Option, option
-from launcher.smoke.expect.expectation import Expectation
-from launcher.smoke.preflight.loader import parse_entry
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from launcher.smoke.expect.expectation import Expectation
 
 Entry = dict[str, object]
 
@@ -65,9 +68,11 @@ def _expectation(spelling: str, help_text: str, entry: Callable[[str], Entry]) -
     def read(text: str) -> Expectation:
         if "=" in metavar and not text.partition("=")[2].strip():
             raise ValueError(f"'{text}' is not {metavar}")
+        from launcher.smoke.preflight.loader import parse_entry
+
         return parse_entry(entry(text), f"{flag} {text}".strip())
 
-    value = read("") if spelling == flag else None
+    value = partial(read, "") if spelling == flag else None
     return option(spelling, help_text, read, (), name="expectations", repeat="all", value=value)
 
 

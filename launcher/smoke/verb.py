@@ -6,16 +6,12 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Command, Parsed
-from launcher.base.document.document_reader import together
-from launcher.base.document.quantities import DURATION
 from launcher.base.errors import ExitCode, LauncherError, UsageError
 from launcher.base.github import GITHUB_EXCLUSIVE, GITHUB_OPTIONS, add_summary, wants_github
-from launcher.base.option import Option, count, option
+from launcher.base.option import Option, count, lazy, option
 from launcher.base.verb_table import VERBS
 from launcher.launch.launch_options import RUN_GROUPS, RUN_OPTIONS, run_options
 from launcher.launch.target import (
@@ -28,16 +24,17 @@ from launcher.launch.target import (
 )
 from launcher.output.logs.run_directory import provide_log_root
 from launcher.output.stdout import wants_colour
-from launcher.packages import absent_ros, extras
 from launcher.run.parts import PRIVATE, RECORDING
-from launcher.smoke.expect.script import Script
-from launcher.smoke.expect.steps import Chaos, chaos_type
-from launcher.smoke.preflight import loader, script_checks
 from launcher.smoke.smoke_options import EXPECTATIONS
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from launcher.smoke.expect.script import Script
+    from launcher.smoke.expect.steps import Chaos
     from launcher.smoke.record.recording_session import RecordSession
     from launcher.smoke.run.smoke_session import Session
+
+_duration = lazy("launcher.base.document.quantities:parse_duration")
 
 
 def _path(text: str) -> Path:
@@ -50,7 +47,7 @@ OPTIONS = (
     option(
         "--for S",
         "watch for S seconds once the system is ready (default: as the expectations need)",
-        DURATION.parse,
+        _duration,
         name="for_s",
     ),
     option(
@@ -62,7 +59,7 @@ OPTIONS = (
     option(
         "--ready-within S",
         "exit with 124 if the system is not ready after S seconds",
-        DURATION.parse,
+        _duration,
         name="ready_within_s",
     ),
     option("--artifacts DIR", "keep logs, events, plan, graph and report in DIR", _path),
@@ -90,7 +87,7 @@ OPTIONS = (
     option(
         "--chaos TEXT",
         "cause failures, as in 'kill one of robot_* every 5 s'",
-        chaos_type().parse,
+        lazy("launcher.smoke.expect.steps:parse_chaos"),
         repeat="once",
     ),
     option("--seed N", "with --chaos: repeat its choices", count),
@@ -164,6 +161,8 @@ def _session(parsed: Parsed) -> Session:
     if parsed.force:
         raise UsageError("--force needs --record")
     if parsed.html is not None:
+        from launcher.packages import extras
+
         extras.require("web", "nicegui", "--html")
     run_options(parsed)
     request = LaunchRequest.of(parsed)
@@ -192,6 +191,8 @@ def _session(parsed: Parsed) -> Session:
     _check(script)
     options.refuse_unwritable()
     if script.needs_ros():
+        from launcher.packages import absent_ros
+
         absent_ros.require("an expectation or step about ROS", {})
     return Session(script, options, colour=wants_colour(1, os.environ))
 
@@ -202,6 +203,8 @@ def _recording(parsed: Parsed) -> RecordSession:
         if one is not None and (one in EXPECTATIONS or one.spelling in _NOT_RECORDED):
             hint = "a recording has no expectations but that its runs are healthy"
             raise UsageError(f"--record excludes {words[0].partition('=')[0]}", hint=hint)
+    from launcher.packages import absent_ros
+
     absent_ros.require("smoke --record", {})
     run_options(parsed)
     request = LaunchRequest.of(parsed)
@@ -254,6 +257,9 @@ def _report_refusal(parsed: Parsed, error: LauncherError) -> None:
 
 def _check(script: Script) -> None:
     """LauncherError for mistakes that can be found before the launch; prints warnings."""
+    from launcher.base.document.document_reader import together
+    from launcher.smoke.preflight import script_checks
+
     found = script_checks.of_script(script)
     for warning in found.warnings:
         print(f"smoke: warning: {warning}", file=sys.stderr)
@@ -271,6 +277,11 @@ def _print_schema() -> int:
 
 def _script(parsed: Parsed, launch_file: str) -> Script:
     """The script from the file and the options, which take precedence."""
+    from dataclasses import replace
+
+    from launcher.smoke.expect.script import Script
+    from launcher.smoke.preflight import loader
+
     script = Script()
     path, absent = parsed.expect, ""
     if path is None and not parsed.no_file:
@@ -297,4 +308,6 @@ def _chaos(parsed: Parsed, script: Script) -> Chaos | None:
         return chaos
     if chaos is None:
         raise UsageError("--seed needs --chaos")
+    from dataclasses import replace
+
     return replace(chaos, seed=parsed.seed)

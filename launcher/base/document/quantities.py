@@ -121,6 +121,7 @@ DURATION = quantity(
     DURATION_PATTERN,
     lambda match: float(match["number"]) * _TIME_FACTORS[match["unit"] or ""],
 )
+parse_duration = DURATION.parse
 WINDOW = quantity(
     "time",
     "8 s, or 5 to 8 s",

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import yaml
-
 from launcher.base.errors import LauncherError, LaunchFileError, UsageError
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import yaml
+
+    _Entry = tuple[yaml.Node | None, yaml.Node]  # node of the key, node of the value
+
 KeyPath = tuple[object, ...]
-_Entry = tuple[yaml.Node | None, yaml.Node]  # node of the key, node of the value
 
 
 class SourceMap:
@@ -85,6 +88,8 @@ class Origin:
 
 def entries_of(node: yaml.Node) -> Iterator[tuple[object, yaml.Node | None, yaml.Node]]:
     """(key or index, node of the key, node of the value) of the children of a node."""
+    import yaml
+
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             yield str(getattr(key, "value", "")), key, value

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Iterator
+from importlib import metadata
 from urllib.parse import urlsplit
 
 from launcher.base import strict_json
 from launcher.hosts.sync.release_tree import Tree
-from launcher.packages import source_packages
 from launcher.packages.entry_points import PROGRAMS
 from launcher.packages.extras import DISTRIBUTION
 from launcher.packages.source_packages import MARKERS
@@ -30,7 +30,7 @@ def from_files() -> Iterator[Distribution]:
 
     Of those that do not say where they are from, the ones with a ROS package.
     """
-    for distribution in source_packages.distributions():
+    for distribution in metadata.distributions():
         if distribution.read_text(_LEGACY_FILES) is not None and _marked(distribution):
             yield distribution
             continue

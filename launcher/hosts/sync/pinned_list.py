@@ -6,12 +6,13 @@ import hashlib
 import importlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import metadata
 from typing import Any
 
 from launcher.base.errors import LauncherError, UsageError
 from launcher.base.model.record import Record
 from launcher.base.text import several
-from launcher.packages import distribution, source_packages
+from launcher.packages import distribution
 
 # With the wheels of Jazzy; there is a list for each other distribution with wheels, too.
 _CHECKOUT = os.path.join("requirements", "run.txt")
@@ -139,10 +140,7 @@ def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
 def _installed() -> Iterator[str]:
     """`name==version` of what the launcher's distribution requires, as it is installed here."""
     requirements, utils = packaging("requirements"), packaging("utils")
-    known = {
-        utils.canonicalize_name(one.metadata["Name"]): one
-        for one in source_packages.distributions()
-    }
+    known = {utils.canonicalize_name(one.metadata["Name"]): one for one in metadata.distributions()}
     ours = [one for one in known.values() if _has_launcher(one)]
     of_ros = distribution.or_default()  # no extra without wheels
     wanted = [(one, extra) for one in ours for extra in ("", of_ros)]

@@ -10,6 +10,7 @@ from pathlib import Path
 from launcher.base.errors import PackageNotFoundError, UsageError
 from launcher.base.program import program
 from launcher.base.text import did_you_mean, launch_stem, one_of, shown_path, suggest
+from launcher.packages import reading_once
 from launcher.packages.finder import (
     executables,
     files_in_share,
@@ -22,7 +23,6 @@ from launcher.packages.source_packages import (
     distributions,
     editable,
     files_in,
-    reading_once,
 )
 
 TYPE_CHECKING = False
@@ -47,7 +47,7 @@ _ANSWERS = ("did you mean", "package.xml", "it is installed in")
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml")
 
 
-@reading_once
+@reading_once()
 def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     """The launch file that `TARGET` or `PACKAGE FILE` names; UsageError if there is none.
 
@@ -88,7 +88,7 @@ def locate(words: Sequence[str], env: Mapping[str, str]) -> Path:
     return _only(target, found)
 
 
-@reading_once
+@reading_once()
 def is_launch_file(word: str, env: Mapping[str, str]) -> bool:
     """Whether `locate` finds a launch file, or several, by this word alone."""
     return _is_file(Path(word)) or bool(word and os.sep not in word and _by_name(word, env))
@@ -122,7 +122,7 @@ def _own_packages() -> list[str]:
     return sorted({*editable(), *(name for name, _ in around())})
 
 
-@reading_once
+@reading_once()
 def executable_command(word: str, env: Mapping[str, str]) -> str | None:
     """`run PACKAGE WORD` if a package of the user has an executable of this name."""
     found = [package for package in _own_packages() if word in executables(package, env)]
@@ -185,7 +185,7 @@ def _all_launch_files(env: Mapping[str, str]) -> Iterator[Path]:
     yield from _installed_launch_files(env)
 
 
-@reading_once
+@reading_once()
 def launch_names(env: Mapping[str, str]) -> list[str]:
     """The names that `locate` finds without a path or a package, sorted."""
     return sorted({_stem(file) for file in _all_launch_files(env)})

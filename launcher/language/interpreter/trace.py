@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple
 
+from launcher.base.model.record import Record
 from launcher.language.actions.event_actions import EmitEvent
 from launcher.language.conditions import Condition
 from launcher.language.configurations import Configurations
@@ -12,8 +12,12 @@ from launcher.language.context import LaunchContext
 from launcher.language.diagnostics.origin import FileLine
 from launcher.language.diagnostics.truth_values import configurations_in
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
-class ConfigurationSetting(NamedTuple):
+
+class ConfigurationSetting(Record):
     """A launch configuration that got a value; `origin` is None for the command line."""
 
     name: str

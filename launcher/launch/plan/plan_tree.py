@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.configuration import (
@@ -36,8 +35,10 @@ from launcher.launch.plan.shell_command import ParameterFileWriter, command_line
 from launcher.launch.plan.start_rules import start_lines
 from launcher.launch.plan.tree import Branch
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any
 
     from launcher.base.model.events import StateRequest
     from launcher.language.interpreter.trace import ConfigurationSetting, Visit

@@ -27,6 +27,7 @@ from launcher.language.events.launch import TimerEvent
 from launcher.language.interpreter.interpreter import Interpreter
 from launcher.launch.needed_release import FIRST
 from launcher.launch.plan.plan import Occasion, Plan, PlanError, PlannedProcess, Stamp
+from launcher.packages import reading_once
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ def make_plan(
     arguments = list(arguments)
     words = [path, *(f"{name}:={value}" for name, value in arguments)]
     # Launch files print; standard output belongs to the plan.
-    with vocabulary(words) as session, contextlib.redirect_stdout(sys.stderr):
+    stderr = contextlib.redirect_stdout(sys.stderr)
+    with vocabulary(words) as session, stderr, reading_once():
         session.is_debug, session.target = debug, target
         session.watched = frozenset(FIRST)
         description = _load(plan)

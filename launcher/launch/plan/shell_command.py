@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import shlex
 import stat
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from launcher.base.model.parameter_text import file_text
 from launcher.base.model.spec import ProcessSpec, replaces
 from launcher.launch.plan.plan_json import changed_variables
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _PRIVATE = 0o700
 _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\x1b": r"\e", "\\": r"\\", "'": r"\'"}
@@ -60,7 +61,10 @@ class ParameterFileWriter:
 
     def keep(self, label: str, content: Mapping[str, Any]) -> tuple[str | None, str]:
         """(path, text) of a file with this content; the path is None if it cannot be written."""
+        import hashlib  # takes 3 ms
+
         text = file_text(content)
+
         digest = hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()[:12]
         with contextlib.suppress(OSError):
             path = self._own_folder() / f"{_file_name(label)}-{digest}.yaml"
@@ -70,6 +74,8 @@ class ParameterFileWriter:
 
     def _own_folder(self) -> Path:
         if self._folder is None:
+            import tempfile
+
             folder = Path(tempfile.gettempdir()) / f"launcher-plan-{os.getuid()}"
             with contextlib.suppress(FileExistsError):
                 folder.mkdir(_PRIVATE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import sys
@@ -225,6 +224,8 @@ def note_of_change(full: str) -> str | None:
     path = prefix / "share" / package / kind / f"{name}.{kind}"
     if not path.is_symlink():
         return None
+    import hashlib
+
     try:
         record = strict_json.loads((prefix / f"../../build/{package}/launcher.json").read_bytes())
         inside = os.path.relpath(os.path.realpath(path), record["place"]["source"])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, UsageError
@@ -34,6 +33,7 @@ from launcher.ros.verb import (
 )
 from launcher.ros.verbs.listening import QOS, STYLE, natural, qos_options, style
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from launcher.ros.verbs.measurements import MeasureOptions
 

@@ -8,9 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import yaml
-
-from launcher.base import yaml_bounds
 from launcher.base.document.fields import FieldError, FieldType, near
 from launcher.base.document.quantities import DURATION, DURATION_PATTERN, for_editors
 from launcher.base.document.source_location import Origin
@@ -110,7 +107,7 @@ def _parse_command(value: object) -> StepCommand:
     if verb == "kill":
         words["signal"] = _signal(words.get("signal", "SIGKILL"))
     if "value" in words:
-        words["value"] = _value(words["value"], read if verb == "set" else yaml_bounds.load)
+        words["value"] = _value(words["value"], read if verb == "set" else _plain)
     return StepCommand(verb=verb, text=value.strip(), words=words)
 
 
@@ -121,7 +118,15 @@ def _signal(name: str) -> str:
     return name
 
 
+def _plain(text: str) -> Any:
+    from launcher.base import yaml_bounds
+
+    return yaml_bounds.load(text)
+
+
 def _value(text: str, load: Callable[[str], Any]) -> Any:
+    import yaml
+
     try:
         return load(text)
     except yaml.YAMLError as error:
@@ -178,3 +183,6 @@ def chaos_type() -> FieldType:
         rf"(?: +for +(?:{DURATION_PATTERN}))?"
     )
     return FieldType(_parse_chaos, _text_schema(pattern, CHAOS_EXAMPLE))
+
+
+parse_chaos = chaos_type().parse

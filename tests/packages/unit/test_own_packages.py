@@ -15,7 +15,7 @@ from launcher.base.errors import ExecutableNotFoundError, PackageNotFoundError, 
 from launcher.base.program import program
 from launcher.language.compat import vocabulary
 from launcher.language.frontends.locate import locate
-from launcher.packages import finder, overlay, source_packages
+from launcher.packages import finder, is_reading_once, overlay, source_packages
 from launcher.packages.distribution import or_default
 from launcher.packages.package_origins import needs_ros
 from tests.support.own_package import write_package
@@ -298,7 +298,7 @@ def test_what_looks_at_all_packages_reads_folders_and_installations_once(work: P
         locate(["nope"], os.environ)
 
     assert (read.count("/"), read.count(None)) == (1, 1)
-    assert source_packages._kept is None
+    assert not is_reading_once()
     assert [name for name, _ in source_packages.around() if name == "pkg3"] == ["pkg3"]
 
 

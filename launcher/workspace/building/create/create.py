@@ -18,7 +18,7 @@ from launcher.packages.environment import environment
 from launcher.packages.finder import package_names, resource_prefix, share_directory
 from launcher.packages.workspace import VARIABLE
 from launcher.packages.workspace import find as find_workspace
-from launcher.workspace.building.create import name_rules, target_folder
+from launcher.workspace.building.create import CMAKE, PYTHON, name_rules, target_folder
 from launcher.workspace.building.create.name_rules import is_email
 from launcher.workspace.building.create.templates import (
     PackageMetadata,
@@ -28,7 +28,6 @@ from launcher.workspace.building.create.templates import (
 from launcher.workspace.building.sources import find as find_packages
 from launcher.workspace.building.sources.source_text import shown
 
-PYTHON, CMAKE = BUILD_TYPES = ("ament_python", "ament_cmake")
 TO_DO = "TODO"
 _INTERFACES = "rosidl_interface_packages"  # the group of packages with interfaces
 UNKNOWN_EMAIL = "user@example.com"

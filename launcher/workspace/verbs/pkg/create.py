@@ -10,10 +10,12 @@ from launcher.base.errors import ExitCode
 from launcher.base.option import DEBUG, option
 from launcher.base.text import escape
 from launcher.base.verb_table import CONTROL_VERBS, VERBS
-from launcher.workspace.building.create import create
+from launcher.workspace.building.create import BUILD_TYPES
 
 
 def _create(options: Parsed) -> int:
+    from launcher.workspace.building.create import create
+
     request = create.CreateRequest(
         name=options.name,
         nodes=options.node,
@@ -49,7 +51,7 @@ CREATE = Command(
         option(
             "--build-type TYPE",
             "as with `ros2 pkg create`; the other options decide it",
-            choices=create.BUILD_TYPES,
+            choices=BUILD_TYPES,
         ),
         option(
             "--dependencies PACKAGE ...",

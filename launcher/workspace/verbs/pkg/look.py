@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,8 +12,7 @@ from launcher.base.command_line import Command, Parsed
 from launcher.base.errors import ExitCode, PackageNotFoundError
 from launcher.base.option import DEBUG, option
 from launcher.base.ros_errors import VerbError
-from launcher.packages import finder
-from launcher.packages.source_packages import reading_once
+from launcher.packages import finder, reading_once
 from launcher.packages.workspace import current
 
 PACKAGE = option("PACKAGE")
@@ -35,7 +33,7 @@ def _prefix(options: Parsed) -> int:
     return ExitCode.OK
 
 
-@reading_once
+@reading_once()
 def _executables(options: Parsed) -> int:
     _enter_workspace()
     if options.package is None:
@@ -58,6 +56,8 @@ def _xml(options: Parsed) -> int:
     _enter_workspace()
     with _found("Package not found"):
         path = Path(finder.share_directory(options.package, os.environ), "package.xml")
+    from xml.etree import ElementTree  # takes 2 ms
+
     try:
         text = text_file.read(path)
         root = ElementTree.fromstring(text)
