@@ -166,10 +166,12 @@ $(VENV)/.python: | cost
 	  || { rm -rf $(VENV); echo "hint: on Debian and Ubuntu: sudo apt-get install python3-venv"; exit 2; }
 	@touch $@
 
-$(VENV)/.run: $(VENV)/.python requirements/run$(OF_DISTRO).txt launcher/pyproject.toml launcher/setup.py setup.py
+$(VENV)/.run: $(VENV)/.python requirements/run$(OF_DISTRO).txt launcher/pyproject.toml launcher/setup.py setup.py \
+               launcher/cli/script/launcher tools/quick_finders.py
 	@$(PIP_INSTALL) -r requirements/run$(OF_DISTRO).txt
 	@$(PIP_INSTALL) --no-deps --editable .
 	@$(PIP_INSTALL) --no-deps --editable ./launcher
+	@$(PY) -m tools.quick_finders
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.run requirements/dev$(OF_DISTRO).txt
