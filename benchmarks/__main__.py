@@ -26,10 +26,11 @@ from benchmarks.restarts import first_restart, respawn
 from benchmarks.ros_talk import first_answers
 from benchmarks.ros_verbs import topic_list, topic_stream
 from benchmarks.sampling import sampling
-from benchmarks.startup import fifty, first_exec, many_execs
+from benchmarks.startup import fifty, first_exec, from_shell, many_execs
 from benchmarks.stopping import ctrl_c
 from benchmarks.terminal import terminal
 from benchmarks.throughput import pipes, ptys
+from benchmarks.verb_costs import verbs
 
 BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "first": first_exec,
@@ -48,6 +49,8 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "first-restart": first_restart,
     "ctrl-c": ctrl_c,
     "plan": plan,
+    "verbs": verbs,
+    "shell": from_shell,
     "building": building,
     "topic-list": topic_list,
     "topic-stream": topic_stream,

@@ -15,6 +15,8 @@ from typing import IO, NamedTuple
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 REFERENCE = Path(__file__).with_name("reference.py")
+# What the hook of the wheels sets: a shell has none of it.
+HOOK = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH")
 RUN_TIMEOUT_S = 120.0  # a run that takes longer has failed
 
 _LAUNCH_FILE = """from launch import LaunchDescription
