@@ -94,12 +94,13 @@ def _show(lines: int, rate: int, words: tuple[str, ...]) -> Shown:
         command = [sys.executable, "-c", _CHILD, str(lines), str(rate)]
         file = folder / "bench.launch.py"
         file.write_text(_LAUNCH_FILE.format(command=command), encoding="utf-8")
-        env = {**python_environment(), "ROS_LOG_DIR": "/dev/null/log", "TERM": "xterm"}
+        env = {**python_environment(), "TERM": "xterm"}
         env |= {"XDG_STATE_HOME": str(folder), "XDG_RUNTIME_DIR": str(folder)}
         pid, fd = pty.fork()
         if pid == 0:
             os.chdir(REPOSITORY)
-            os.execve(sys.executable, [sys.executable, "-m", "launcher", str(file), *words], env)
+            command = [sys.executable, "-m", "launcher", "--no-log-files", str(file), *words]
+            os.execve(sys.executable, command, env)
         try:
             return _watch(pid, fd, lines, env, has_console=not words)
         finally:

@@ -90,33 +90,29 @@ def as_in_a_shell(folder: Path) -> dict[str, str]:
 
 
 def many_execs(runs: int) -> list[Row]:
-    """200 children: from the first exec to the last, against posix_spawn in a loop."""
-    found = interleaved(
-        runs,
-        {
-            "launcher": lambda: _spread(_exec_times(LAUNCHER, MANY)),
-            "loop": lambda: _spread(_exec_times(SPAWN_LOOP, MANY)),
-        },
-    )
-    ours, loop = found["launcher"], found["loop"]
-    detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
-    return [Row(f"{MANY} children exec'd", ratio(ours, loop), "x", 2.0, detail)]
+    """200 children, from the command and from the first exec to the last, against posix_spawn."""
+    return _all_execs(runs, MANY, 2.0)
 
 
 def fifty(runs: int) -> list[Row]:
-    """50 children, from the command and from the first exec to the last, against the same loop."""
-    measures = {c.name: partial(_exec_times, c, FEW) for c in (LAUNCHER, SPAWN_LOOP)}
+    """The same with 50 children."""
+    return _all_execs(runs, FEW, 1.8)
+
+
+def _all_execs(runs: int, count: int, most: float) -> list[Row]:
+    """`most` is the limit from the first exec on, where the loop has nothing but posix_spawn."""
+    measures = {c.name: partial(_exec_times, c, count) for c in (LAUNCHER, SPAWN_LOOP)}
     found = interleaved(runs, measures)
-    ours, loop = found[LAUNCHER.name], found[SPAWN_LOOP.name]
+    both = [found[LAUNCHER.name], found[SPAWN_LOOP.name]]
     return [
-        _against_loop(f"{FEW} children exec'd", *(list(map(_spread, x)) for x in (ours, loop))),
-        _against_loop(f"command to all of {FEW}", *([t[-1] for t in x] for x in (ours, loop))),
+        _against_loop(f"{count} children exec'd", *(list(map(_spread, x)) for x in both), most),
+        _against_loop(f"command to all of {count}", *([t[-1] for t in x] for x in both), 1.8),
     ]
 
 
-def _against_loop(what: str, ours: list[float], loop: list[float]) -> Row:
+def _against_loop(what: str, ours: list[float], loop: list[float], most: float) -> Row:
     detail = f"launcher {milliseconds(ours)}, loop {milliseconds(loop)}"
-    return Row(what, ratio(ours, loop), "x", 1.8, detail)
+    return Row(what, ratio(ours, loop), "x", most, detail)
 
 
 def _bare_python_s() -> float:

@@ -17,7 +17,16 @@ from benchmarks.contestant import (
     Work,
     wait_for_end,
 )
-from benchmarks.harness import Row, interleaved, median, programs, ratio, scratch
+from benchmarks.footprint import cpu_s
+from benchmarks.harness import (
+    Row,
+    interleaved,
+    median,
+    milliseconds,
+    programs,
+    ratio,
+    scratch,
+)
 from benchmarks.watch import ExecWatch
 
 CHILDREN = 8
@@ -26,10 +35,14 @@ LINE_BYTES = 80  # with its newline
 
 
 class Flood(NamedTuple):
-    """Lines per second from the first exec to the end of the run; damaged lines."""
+    """Lines per second from the first exec to the end of the run; damaged lines; CPU time.
+
+    The CPU time is that of the whole run, without the processes that it starts.
+    """
 
     lines_per_s: float
     damaged: int
+    cpu_s: float = 0.0
 
 
 def pipes(runs: int) -> list[Row]:
@@ -51,6 +64,7 @@ def _rows(runs: int, through: str) -> list[Row]:
     return [
         _row(f"1 M lines, {through}, no log files", found, LAUNCHER_WITHOUT_LOGS, 0.7),
         _row(f"1 M lines, {through}, log files", found, LAUNCHER, 0.45),
+        _cpu_row(f"CPU for 1 M lines, {through}, log files", found, 1.4),
         _damage(f"lines not whole, {through}", found),
     ]
 
@@ -61,6 +75,12 @@ def _row(what: str, found: dict[str, list[Flood]], contestant: Contestant, bar: 
     )
     detail = f"{median(ours) / 1e6:.2f} M lines/s, prefixer {median(best) / 1e6:.2f}"
     return Row(what, ratio(ours, best), "x", bar, detail, at_least=True)
+
+
+def _cpu_row(what: str, found: dict[str, list[Flood]], bar: float) -> Row:
+    ours, least = ([flood.cpu_s for flood in found[c.name]] for c in (LAUNCHER, PREFIXER))
+    detail = f"launcher {milliseconds(ours)}, prefixer {milliseconds(least)}"
+    return Row(what, ratio(ours, least), "x", bar, detail)
 
 
 def _damage(what: str, found: dict[str, list[Flood]]) -> Row:
@@ -75,9 +95,10 @@ def _flood(contestant: Contestant, files: list[Path], *, pty: bool) -> Flood:
         output = folder / "output"
         work = Work(folder, commands, pty=pty)
         with output.open("wb") as file, contestant.running(work, file) as process:
-            wait_for_end(process)
+            used: list[float] = []
+            wait_for_end(process, meanwhile=lambda pid: used.append(cpu_s(pid)))
             seconds = time.monotonic() - watch.execs()[0]
-        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files))
+        return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files), used[0])
 
 
 def sources(folder: Path) -> list[Path]:
