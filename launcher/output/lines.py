@@ -34,11 +34,11 @@ class LineBuffer:
             self._hold(chunk)
             return b"", 0
         begin = chunk.index(b"\n") if self._overlong else 0
-        lines, shown = self.partial + chunk[begin:end], self.shown
+        lines, shown = b"".join((self.partial, memoryview(chunk)[begin:end])), self.shown
         self._forget()
         if end < len(chunk):
             self._hold(chunk[end:])
-        if len(lines) > LINE_LIMIT:
+        if _has_overlong(lines):
             lines = b"".join(_cut(line + b"\n") for line in lines[:-1].split(b"\n"))
         return lines, shown
 
@@ -63,9 +63,24 @@ class LineBuffer:
             self._overlong = True
 
 
+_LONGEST = LINE_LIMIT + len(CUT_MARK) + 1  # `_hold` may have cut it before
+
+
+def _has_overlong(lines: bytes) -> bool:
+    """Whether one of them is longer than `_LONGEST`, in a step for each block of that size.
+
+    Most reads of a flood, with the line that was unfinished before, are longer than LINE_LIMIT.
+    """
+    begin = 0
+    while len(lines) - begin > _LONGEST:
+        begin = lines.rfind(b"\n", begin, begin + _LONGEST) + 1
+        if not begin:
+            return True
+    return False
+
+
 def _cut(line: bytes) -> bytes:
-    longest = LINE_LIMIT + len(CUT_MARK) + 1  # `_hold` may have cut it before
-    return line if len(line) <= longest else line[:LINE_LIMIT] + CUT_MARK + b"\n"
+    return line if len(line) <= _LONGEST else line[:LINE_LIMIT] + CUT_MARK + b"\n"
 
 
 def for_pipe(lines: bytes) -> bytes:
@@ -161,9 +176,20 @@ def without_colour(lines: bytes) -> bytes:
     return re.sub(rb"\x1b\[[0-9;:]*m", b"", lines) if 0x1B in lines else lines
 
 
+_last = (b"", b"", b"")  # prefix and lines of the last block, and what became of them
+
+
 def with_prefix(prefix: bytes, lines: bytes) -> bytes:
-    """Every line behind `prefix`; one pass over the whole block."""
-    return prefix + lines[:-1].replace(b"\n", b"\n" + prefix) + b"\n"
+    """Every line behind `prefix`; one pass over the whole block.
+
+    The last result is kept, since the screen and the log file of a process often get the same.
+    """
+    global _last
+    before, block, prefixed = _last
+    if block is not lines or before != prefix:
+        prefixed = b"".join((prefix, lines[:-1].replace(b"\n", b"\n" + prefix), b"\n"))
+        _last = prefix, lines, prefixed
+    return prefixed
 
 
 LIMIT_BYTES = 256 * 1024  # of memory: a process that writes line by line makes a block of each

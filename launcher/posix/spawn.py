@@ -201,6 +201,11 @@ def reap(pidfd: int) -> tuple[int, bool]:
 
 READ_BYTES = 64 * 1024  # the capacity of a pipe: one read empties it
 _buffers: list[bytearray] = []  # for reads, one for each thread that reads
+# malloc keeps twice as much free memory as the largest block that was unmapped (mallopt(3),
+# M_TRIM_THRESHOLD), by default 128 KiB: a flood takes and frees more than that for each read, and
+# to return it to the kernel and to get it back would take as long as the rest of the work.
+_LARGE_BYTES = 1024 * 1024
+_has_flooded = False
 
 
 def read_stream(fd: int) -> bytes | None:
@@ -212,9 +217,14 @@ def read_stream(fd: int) -> bytes | None:
     """
     if fd < 0:
         return None
+    global _has_flooded
     buffer = _buffers.pop() if _buffers else bytearray(READ_BYTES)
     try:
-        return bytes(memoryview(buffer)[: os.readv(fd, (buffer,))])
+        size = os.readv(fd, (buffer,))
+        if size == READ_BYTES and not _has_flooded:
+            _has_flooded = True
+            bytes(_LARGE_BYTES)  # mapped, never touched, and unmapped
+        return bytes(memoryview(buffer)[:size])
     except BlockingIOError:
         return None
     except OSError:

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from launcher.output import lines
 from launcher.output.escapes import whole_characters
 from launcher.output.lines import (
     CUT_MARK,
@@ -48,6 +49,28 @@ def test_a_longer_line_is_cut_visibly_and_the_next_one_is_whole(size):
     data = b"x" * (3 * LINE_LIMIT) + b"\nnext\n"
     chunks = [data[i : i + size] for i in range(0, len(data), size)]
     assert feed_all(chunks) == b"x" * LINE_LIMIT + CUT_MARK + b"\nnext\n"
+
+
+def test_a_long_block_of_short_lines_is_not_looked_at_line_by_line(monkeypatch):
+    monkeypatch.setattr(lines, "_cut", None)
+    block = b"a short line\n" * (LINE_LIMIT // 5)
+    assert feed_all([block]) == block
+
+
+def test_a_long_line_within_a_block_of_others_is_cut():
+    short = b"a short line\n" * (LINE_LIMIT // 10)
+    for size in (LINE_LIMIT + 1000, 3 * LINE_LIMIT):
+        found = feed_all([short + b"x" * size + b"\n" + short])
+        assert found == short + b"x" * LINE_LIMIT + CUT_MARK + b"\n" + short
+
+
+def test_screen_and_log_file_share_a_block_with_the_same_prefix():
+    block = b"one\ntwo\n"
+    first = with_prefix(b"[a] ", block)
+    assert first == b"[a] one\n[a] two\n"
+    assert with_prefix(b"[a] ", block) is first
+    assert with_prefix(b"[b] ", block) == b"[b] one\n[b] two\n"
+    assert with_prefix(b"[a] ", b"three\n") == b"[a] three\n"
 
 
 def test_an_endless_line_does_not_grow_in_memory():

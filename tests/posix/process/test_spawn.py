@@ -138,3 +138,27 @@ print((pages() - before) * os.sysconf("SC_PAGE_SIZE"))
 def test_the_memory_of_lines_that_are_forgotten_is_used_again():
     done = subprocess.run([sys.executable, "-c", MANY_LINES], capture_output=True, check=True)
     assert int(done.stdout) < 2_000_000, done.stdout
+
+
+# A flood: each read is prefixed twice, for the screen and for the log file.
+FLOOD = """
+import os, resource
+from launcher.output.lines import with_prefix
+from launcher.posix.spawn import READ_BYTES, read_stream
+
+theirs, ours = os.pipe()
+block = b"a line of some length\\n" * READ_BYTES
+for number in range(1_000):
+    os.write(ours, block[:READ_BYTES])
+    chunk = read_stream(theirs)
+    with_prefix(b"[name] ", chunk)
+    with_prefix(b"0123456789.0123456 [name] ", chunk)
+    if number == 100:
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+def test_a_flood_does_not_take_its_memory_from_the_kernel_again_for_each_read():
+    done = subprocess.run([sys.executable, "-c", FLOOD], capture_output=True, check=True)
+    assert int(done.stdout) < 900, done.stdout
