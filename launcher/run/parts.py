@@ -110,7 +110,9 @@ STATE = option("STATE", "on or off")
 # In the order in which the hooks of parts are called, and in which starts go through those that are
 # stages. Parts are closed in the opposite order.
 ROWS = (
-    PartRow("launcher.run.monitor.housekeeping:Housekeeping"),
+    PartRow(
+        "launcher.run.monitor.housekeeping:Housekeeping", imports=("launcher.run.monitor.ledger",)
+    ),
     PartRow(
         "launcher.hosts.engine.fleet:Fleet",
         When.FIRST,
@@ -388,7 +390,17 @@ ROWS = (
         "launcher.control.control_server:ControlSocket",
         wanted=lambda run: run.options.control,
         delay_s=0.05,
-        imports=("socket", "launcher.control.verbs", "launcher.control.control_service"),
+        imports=(
+            "_socket",
+            "selectors",
+            "socket",
+            "launcher.control.verbs",
+            "launcher.control.status",
+            "launcher.control.log_followers",
+            "launcher.run.requests.request_queue",
+            "launcher.run.requests.process_control",
+            "launcher.control.control_service",
+        ),
         group=CONTROL,
         options=(
             option(

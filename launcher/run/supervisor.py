@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import gc
 import signal
 
@@ -85,6 +86,7 @@ class Supervisor:
         run = self._run
         when_idle = run.reactor.when_idle
         when_idle(run.idle)  # first: it imports what the exit of a process needs
+        when_idle(functools.partial(__import__, "json"))  # for the events
         with run.screen.collecting(), run.directory.collecting():
             run.core_driver.start()
             run.is_begun = True

@@ -1,18 +1,15 @@
 """The core file of a process that a signal has ended: where it is, and how to open it.
 
-Read only after such an exit. See core(5) for the pattern of the names, and elf(5) for the notes in
-a core file that name its process.
+Read only after such an exit, and before a restart: so the modules are imported that each case
+needs. See core(5) for the pattern of the names, and elf(5) for the notes in a core file that name
+its process.
 """
 
 from __future__ import annotations
 
-import glob
 import os
 import re
-import resource
-import shlex
 import signal
-import struct
 
 from launcher.base.model.record import Record
 from launcher.posix import proc
@@ -53,6 +50,8 @@ class CorePattern(Record):
 
     def glob(self, folder: str) -> str:
         """What fits the names of core files of processes in this working directory."""
+        import glob
+
         parts = re.split("(%.?)", self.text)
         known = {"%%": "%", "%": ""}
         words = [known.get(part, "*") if part[:1] == "%" else glob.escape(part) for part in parts]
@@ -91,6 +90,8 @@ def note_of(process: Process, session: int, outcome: Outcome) -> str:
 
 def find(names: str, session: int, since_s: float) -> CoreFile | None:
     """The newest core file of this session among those that fit, none older than `since_s`."""
+    import glob
+
     dated = []
     for path in glob.iglob(names):
         try:
@@ -106,6 +107,8 @@ def find(names: str, session: int, since_s: float) -> CoreFile | None:
 
 def read(path: str) -> CoreFile | None:
     """The facts in a core file; None if it is none, or cannot be read."""
+    import struct
+
     try:
         with open(path, "rb") as file:
             notes = dict(_notes(file.read(1 << 20)))
@@ -122,6 +125,8 @@ def _notes(data: bytes) -> Iterator[tuple[int, bytes]]:
     """(type, content) of each note; the kernel writes them before the memory."""
     if data[:5] != bytes([0x7F, *b"ELF", _WORD_64]):
         return
+    import struct
+
     (at,) = struct.unpack_from("Q", data, 32)
     size, number = struct.unpack_from("HH", data, 54)
     for place in range(at, at + size * number, size):
@@ -142,11 +147,15 @@ def _first_file(note: bytes) -> str:
     """The first of the mapped files, which is the program: it has the lowest address."""
     if len(note) < 16:
         return ""
+    import struct
+
     (number,) = struct.unpack_from("Q", note)
     return os.fsdecode(note[16 + 24 * number :].partition(b"\0")[0])
 
 
 def _how_to_open(core: CoreFile) -> str:
+    import shlex
+
     path = shlex.quote(core.path)
     text = f"core file: {core.path}; to open it: gdb {shlex.quote(core.program)} {path}"
     if os.path.basename(core.program).startswith("python"):
@@ -168,6 +177,8 @@ def _with_handler(handler: str, pid: int) -> str:
 
 def _why_none(process: Process, pattern: CorePattern) -> str:
     if not pattern.handler and _limit_of(process) == 0:
+        import shlex
+
         limit = shlex.quote(f"{process.spec.label}:core=unlimited")
         return (
             f"it left no core file, since their size is limited to 0; to get one: --limit {limit}"
@@ -180,4 +191,8 @@ def _why_none(process: Process, pattern: CorePattern) -> str:
 def _limit_of(process: Process) -> int:
     limits = process.spec.limits
     given = {} if limits is None else {name: soft for name, soft, _ in limits.rlimits}
-    return given.get("core", resource.getrlimit(resource.RLIMIT_CORE)[0])
+    if "core" in given:
+        return given["core"]
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_CORE)[0]

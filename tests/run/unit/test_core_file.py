@@ -147,3 +147,7 @@ def test_how_to_get_a_core_file_is_told_where_the_limit_forbids_one(told, monkey
     own = Limits(rlimits=(("core", 1024, 1024),))
     assert told("core", NOT_DUMPED, own).endswith("'core' could not be written")
     assert "/opt/keep, which failed" in told("|/opt/keep", NOT_DUMPED)
+
+
+def test_the_next_start_does_not_wait_for_modules_that_only_a_core_file_needs():
+    assert {"glob", "resource", "shlex", "struct"}.isdisjoint(vars(core_file))
