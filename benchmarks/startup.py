@@ -103,10 +103,12 @@ def _all_execs(runs: int, count: int, most: float) -> list[Row]:
     """`most` is the limit from the first exec on, where the loop has nothing but posix_spawn."""
     measures = {c.name: partial(_exec_times, c, count) for c in (LAUNCHER, SPAWN_LOOP)}
     found = interleaved(runs, measures)
-    both = [found[LAUNCHER.name], found[SPAWN_LOOP.name]]
+    ours, loop = found[LAUNCHER.name], found[SPAWN_LOOP.name]
+    spreads = [[_spread(times) for times in one] for one in (ours, loop)]
+    lasts = [[times[-1] for times in one] for one in (ours, loop)]
     return [
-        _against_loop(f"{count} children exec'd", *(list(map(_spread, x)) for x in both), most),
-        _against_loop(f"command to all of {count}", *([t[-1] for t in x] for x in both), 1.8),
+        _against_loop(f"{count} children exec'd", spreads[0], spreads[1], most),
+        _against_loop(f"command to all of {count}", lasts[0], lasts[1], 1.8),
     ]
 
 
