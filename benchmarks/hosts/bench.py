@@ -20,7 +20,6 @@ from tests.support.hosts.operator import launcher_words
 from tests.support.hosts.requirements import why_no_hosts, why_no_robots
 
 LOCAL, AGENT, JOURNAL = "local", "agent", "journal"
-NO_LOG_FILES = {"ROS_LOG_DIR": "/dev/null/log"}  # cannot be made: the run goes on without files
 KEEP = {"on_link_loss": "keep"}
 _HEAD = """from launch import LaunchDescription
 from launch.actions import ExecuteProcess
@@ -74,11 +73,11 @@ class Bench:
         return self.lab.operator.popen(list(words), **options)
 
     @contextlib.contextmanager
-    def running(self, job: Job, stdout: Any, **env: str) -> Iterator[subprocess.Popen[bytes]]:
+    def running(self, job: Job, stdout: Any) -> Iterator[subprocess.Popen[bytes]]:
         """A run of the launcher; it and its processes have ended when the block ends."""
         hosts = () if job.hosts is None else ("--hosts", str(job.hosts))
         words = launcher_words([job.file, *job.words, *hosts])
-        process = self.operator(words, stdout=stdout, stderr=subprocess.STDOUT, env=env)
+        process = self.operator(words, stdout=stdout, stderr=subprocess.STDOUT)
         try:
             yield process
         finally:

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 from benchmarks.contestant import wait_for_end
 from benchmarks.harness import Row, interleaved, median, ratio
-from benchmarks.hosts.bench import AGENT, LOCAL, NO_LOG_FILES, Bench, Job, bench, process
+from benchmarks.hosts.bench import AGENT, LOCAL, Bench, Job, bench, process
 from benchmarks.throughput import CHILDREN, LINES_EACH, damaged, sources
 from benchmarks.watch import ExecWatch
 
 NO_LIMIT = float("inf")
-_ENVIRONMENTS: dict[str, dict[str, str]] = {"log files": {}, "no log files": NO_LOG_FILES}
+_OPTIONS: dict[str, tuple[str, ...]] = {"log files": (), "no log files": ("--no-log-files",)}
 
 
 class Flood(NamedTuple):
@@ -37,15 +37,15 @@ def flood(runs: int) -> list[Row]:
         files = sources(one.lab.folder)
         hosts = {LOCAL: None, AGENT: one.everything_on(one.lab.host("bot1"), engine="ssh")}
         measures = {
-            f"{name}, {logs}": partial(_flood, one, path, files, env)
-            for logs, env in _ENVIRONMENTS.items()
+            f"{name}, {logs}": partial(_flood, one, path, files, words)
+            for logs, words in _OPTIONS.items()
             for name, path in hosts.items()
         }
         found = interleaved(max(1, runs // 2), measures)
     rows = [
         _row(found, "log files", 0.5),
         _row(found, "no log files", 0.5),
-        *(_cpu_row(found, logs) for logs in _ENVIRONMENTS),
+        *(_cpu_row(found, logs) for logs in _OPTIONS),
     ]
     return [*rows, _damage(found)]
 
@@ -79,14 +79,15 @@ def _cat(program: Path, path: Path) -> str:
     return process("sh", "-c", f"exec {program} {path}", name=program.name)
 
 
-def _flood(one: Bench, hosts: Path | None, files: list[Path], env: dict[str, str]) -> Flood:
+def _flood(one: Bench, hosts: Path | None, files: list[Path], words: tuple[str, ...]) -> Flood:
     with one.scratch() as folder, one.programs("cat", len(files)) as store:
-        job = Job(one.launch_file(_cat(store / f"cat-{n}", p) for n, p in enumerate(files)), hosts)
+        actions = (_cat(store / f"cat-{n}", path) for n, path in enumerate(files))
+        job = Job(one.launch_file(actions), hosts, words)
         output, before_s = folder / "output", _children_s()
         with contextlib.ExitStack() as stack:
             watch = stack.enter_context(ExecWatch(store))
             file = stack.enter_context(output.open("wb"))
-            wait_for_end(stack.enter_context(one.running(job, file, **env)))
+            wait_for_end(stack.enter_context(one.running(job, file)))
             seconds = time.monotonic() - watch.execs()[0]
         cpu_s = _children_s() - before_s
         return Flood(CHILDREN * LINES_EACH / seconds, damaged(output, files), cpu_s)
