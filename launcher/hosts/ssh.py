@@ -12,6 +12,7 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 
 from launcher.base.errors import UsageError
+from launcher.hosts import ciphers
 from launcher.hosts.file.hosts_model import DEFAULT_PYTHON, Host
 from launcher.posix import socket_directory
 
@@ -59,7 +60,9 @@ class SshConnection:
     def __init__(self, host: Host, control_path: str | None) -> None:
         self.host = host
         self.control_path = control_path
-        self._options = [*_FORCED, *_own(host), *_DEFAULTS]
+        cipher = ciphers.preferred()
+        chosen = () if cipher is None else (f"Ciphers={cipher}",)
+        self._options = [*_FORCED, *_own(host), *_DEFAULTS, *chosen]
 
     @property
     def destination(self) -> str:
