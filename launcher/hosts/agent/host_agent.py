@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import launcher
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.agent.workload import Workload
-from launcher.hosts.engine.frame_channel import FrameChannel
+from launcher.hosts.engine.frame_channel import FrameChannel, widen
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
     ECHO,
@@ -86,7 +86,7 @@ class Agent:
         `session` leads to a process that waits until we exit, or do not need its session.
         """
         self._session = session
-        self._channel.attach(read_fd, write_fd)
+        self._attach(read_fd, write_fd)
         self._greet()
         self._reactor.on_signals(_SIGNALS, self._signalled)
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -105,6 +105,11 @@ class Agent:
         if self._workload is not None:
             self._workload.close()
 
+    def _attach(self, read_fd: int, write_fd: int) -> None:
+        """OSError if they are no streams."""
+        widen(write_fd)
+        self._channel.attach(read_fd, write_fd)
+
     def _greet(self) -> None:
         self._channel.raw(PREAMBLE)
         self._channel.send_now(
@@ -119,7 +124,7 @@ class Agent:
         self._leave_session()
         self._session = session
         try:
-            self._channel.attach(read_fd, write_fd)
+            self._attach(read_fd, write_fd)
         except OSError:
             self._leave_session()
             return
@@ -310,7 +315,7 @@ class Agent:
         self._channel.send(FrameKind.EVENT, pack(content), at_s)
 
     def output(self, process_id: int, stream: int, data: bytes) -> None:
-        self._channel.send(FrameKind.OUTPUT, OUTPUT_HEADER.pack(process_id, stream) + data)
+        self._channel.send_output(OUTPUT_HEADER.pack(process_id, stream), data)
         if self._is_lost:
             self._channel.outbox.limit(BACKLOG, time.monotonic())
         elif self._channel.outbox.bytes > WINDOW:

@@ -5,6 +5,8 @@ It outlives its transport (two descriptors): what was not acknowledged is sent o
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import time
 from collections import deque
@@ -42,9 +44,11 @@ if TYPE_CHECKING:
 
 
 READ_BYTES = 256 * 1024
+# Of a pipe with output, to sshd or from ssh: neither end has to wait for each block of the other.
+PIPE_BYTES = 1024 * 1024
 ACK_BYTES = 256 * 1024  # of what was received, after which it is acknowledged
 WRITE_BYTES = 256 * 1024  # at once
-WRITE_FRAMES = 512  # at once; the kernel takes at most 1024 (IOV_MAX)
+WRITE_PARTS = 1000  # at once; the kernel takes at most 1024 (IOV_MAX)
 MOST_CONTROL = 256  # frames without a number that wait for the transport
 
 
@@ -61,10 +65,12 @@ class FrameChannel:
         self._listener = listener
         self.outbox = Outbox()
         self._control: deque[bytes] = deque(maxlen=MOST_CONTROL)
-        self._rest: list[bytes] = []  # of what is being written
+        self._rest: list[bytes | memoryview] = []  # of what is being written
         self._decoder = Decoder()
+        self._buffer = memoryview(bytearray())
         self._read_fd = self._write_fd = -1
         self._is_writing = False
+        self._writes_soon = False
         self._sends_kept = False
         self.received = self._seen = 0
         self._held: deque[Frame] = deque()
@@ -124,6 +130,21 @@ class FrameChannel:
         if not self._is_writing:
             self._write()
 
+    def send_output(self, header: bytes, data: bytes) -> None:
+        """An OUTPUT frame, when the other descriptors that are ready in this turn were read.
+
+        So what many processes have written goes to ssh at once: it makes a packet of each write.
+        """
+        self.outbox.add(FrameKind.OUTPUT, time.monotonic(), header, data)
+        if not (self._is_writing or self._writes_soon):
+            self._writes_soon = True
+            self._reactor.call_later(0, self._write_collected)
+
+    def _write_collected(self) -> None:
+        self._writes_soon = False
+        if not self._is_writing:
+            self._write()
+
     def send_now(self, kind: FrameKind, payload: bytes = b"") -> None:
         """A frame without a number: now, or never. It acknowledges what was received."""
         if self._read_fd < 0:
@@ -158,12 +179,12 @@ class FrameChannel:
         """Take frames to write; whether there are any."""
         outbox = self.outbox
         size = sum(map(len, self._rest))
-        while (size < WRITE_BYTES and len(self._rest) < WRITE_FRAMES) and (
+        while (size < WRITE_BYTES and len(self._rest) < WRITE_PARTS) and (
             self._control or (self._sends_kept and outbox.has_unsent)
         ):
-            data = self._control.popleft() if self._control else outbox.take()
-            self._rest.append(data)
-            size += len(data)
+            parts = (self._control.popleft(),) if self._control else outbox.take()
+            self._rest += parts
+            size += sum(map(len, parts))
         return bool(self._rest)
 
     def _remove(self, written: int) -> None:
@@ -174,7 +195,7 @@ class FrameChannel:
             index += 1
         del rest[:index]
         if written:
-            rest[0] = rest[0][written:]
+            rest[0] = memoryview(rest[0])[written:]
 
     def _await_writable(self, wanted: bool) -> None:
         if wanted and not self._is_writing:
@@ -192,20 +213,22 @@ class FrameChannel:
 
     def _read(self) -> bool:
         """Read once; whether there was anything."""
+        if not self._buffer:
+            self._buffer = memoryview(bytearray(READ_BYTES))
         try:
-            block = os.read(self._read_fd, READ_BYTES)
+            size = os.readv(self._read_fd, (self._buffer,))
         except BlockingIOError:
             return False
         except OSError as error:
             self._lose(os.strerror(error.errno or 0))
             return False
-        if not block:
+        if not size:
             self._lose("" if self._decoder.is_between else "the connection broke within a frame")
             return False
         self.heard_s = self._reactor.now()
         decoder = self._decoder
         try:
-            for frame in decoder.feed(block):
+            for frame in decoder.feed(self._buffer[:size]):
                 self._accept(frame)
                 if self._decoder is not decoder or self._read_fd < 0:
                     return False  # the listener has changed the transport
@@ -213,7 +236,7 @@ class FrameChannel:
             self._reactor.remove(self._read_fd)
             self._listener.malformed(str(error))
             return False
-        self._unacknowledged += len(block)
+        self._unacknowledged += size
         if self._unacknowledged >= ACK_BYTES:
             self.send_now(FrameKind.ACK)
         return True
@@ -245,3 +268,10 @@ class FrameChannel:
     def _lose(self, reason: str) -> None:
         self.detach()
         self._listener.lost(reason)
+
+
+def widen(fd: int) -> None:
+    """Have a pipe hold PIPE_BYTES; no error if it is a socket, or more than the user may have."""
+    with contextlib.suppress(OSError):
+        if fcntl.fcntl(fd, fcntl.F_GETPIPE_SZ) < PIPE_BYTES:
+            fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, PIPE_BYTES)

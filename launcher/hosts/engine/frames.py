@@ -57,6 +57,7 @@ class FrameKind(enum.IntEnum):
 
 FIRST_SEQUENCED = FrameKind.PREPARE
 _KINDS = frozenset(map(int, FrameKind))
+_OF_BYTES = frozenset(map(int, (FrameKind.STDIN, FrameKind.OUTPUT)))
 
 
 class FrameError(ValueError):
@@ -64,15 +65,21 @@ class FrameError(ValueError):
 
 
 class Frame:
-    """One frame; `kind` is one of `FrameKind`."""
+    """One frame; `kind` is one of `FrameKind`.
 
-    __slots__ = ("kind", "payload", "sequence", "time_s")
+    Of one with an OUTPUT_HEADER, that is the payload here, and `rest` has the bytes behind it.
+    """
 
-    def __init__(self, kind: int, sequence: int, time_s: float, payload: bytes) -> None:
+    __slots__ = ("kind", "payload", "rest", "sequence", "time_s")
+
+    def __init__(
+        self, kind: int, sequence: int, time_s: float, payload: bytes, rest: bytes = b""
+    ) -> None:
         self.kind = kind
         self.sequence = sequence
         self.time_s = time_s
         self.payload = payload
+        self.rest = rest
 
     def content(self) -> Mapping[str, Any]:
         """The object in the payload; FrameError."""
@@ -88,17 +95,20 @@ class Frame:
         """(process, stream, bytes); FrameError."""
         if len(self.payload) < OUTPUT_HEADER.size:
             raise FrameError("a frame of bytes is too short")
-        process_id, stream = OUTPUT_HEADER.unpack_from(self.payload)
+        process_id, stream = OUTPUT_HEADER.unpack(self.payload)
         if stream >= len(STREAMS):
             raise FrameError(f"there is no stream {stream}")
-        return process_id, stream, self.payload[OUTPUT_HEADER.size :]
+        return process_id, stream, self.rest
 
 
-def encode(kind: int, sequence: int, time_s: float, payload: bytes = b"") -> bytes:
-    """ValueError if the payload is too long."""
-    if len(payload) > MAX_PAYLOAD:
-        raise ValueError(f"a payload of {len(payload)} bytes is too long")
-    return HEADER.pack(len(payload), kind, sequence, time_s) + payload
+def encode(
+    kind: int, sequence: int, time_s: float, payload: bytes = b"", *, follow: int = 0
+) -> bytes:
+    """ValueError if the payload is too long, with so many bytes that follow."""
+    size = len(payload) + follow
+    if size > MAX_PAYLOAD:
+        raise ValueError(f"a payload of {size} bytes is too long")
+    return HEADER.pack(size, kind, sequence, time_s) + payload
 
 
 def pack(content: Mapping[str, Any]) -> bytes:
@@ -107,10 +117,13 @@ def pack(content: Mapping[str, Any]) -> bytes:
 
 
 class Decoder:
-    """Takes blocks of bytes, gives frames. `skips_noise`: a PREAMBLE comes first."""
+    """Takes blocks of bytes, gives frames. `skips_noise`: a PREAMBLE comes first.
+
+    Each byte of a payload is copied once: output comes by the megabyte.
+    """
 
     def __init__(self, *, skips_noise: bool = False) -> None:
-        self._rest = b""
+        self._rest = bytearray()  # the beginning of a frame
         self._is_noise = skips_noise
         self.noise = b""
 
@@ -119,26 +132,57 @@ class Decoder:
         """Whether no part of a frame is waiting for the rest."""
         return not self._rest
 
-    def feed(self, block: bytes) -> Iterator[Frame]:
-        """The frames that are complete; FrameError, after which nothing more can be read."""
-        buffer = self._rest + block if self._rest else block
-        self._rest = b""
+    def feed(self, block: bytes | memoryview) -> Iterator[Frame]:
+        """The frames that are complete; FrameError, after which nothing more can be read.
+
+        A memoryview may lead to other bytes when all frames were taken.
+        """
+        view = memoryview(block)
         if self._is_noise:
-            before, preamble, after = buffer.partition(PREAMBLE)
+            self._rest += view
+            before, preamble, after = bytes(self._rest).partition(PREAMBLE)
             if not preamble:
-                if len(buffer) > MAX_NOISE:
+                if len(before) > MAX_NOISE:
                     raise FrameError("there is no agent")
-                self._rest = buffer
                 return
-            self._is_noise, self.noise, buffer = False, before, after
-        start, size = 0, len(buffer)
+            self._is_noise, self.noise, view = False, before, memoryview(after)
+            self._rest.clear()
+        while self._rest and view:
+            missing = self._missing()
+            self._rest += view[:missing]
+            view = view[missing:]
+            if not self._missing():
+                rest, self._rest = memoryview(self._rest), bytearray()
+                yield _frame(rest, 0, len(rest))
+        start, size = 0, len(view)
         while size - start >= HEADER.size:
-            length, kind, sequence, time_s = HEADER.unpack_from(buffer, start)
-            if length > MAX_PAYLOAD or kind not in _KINDS:
-                raise FrameError(f"not a frame: kind {kind}, {length} bytes")
-            end = start + HEADER.size + length
+            end = start + HEADER.size + _length(view, start)
             if end > size:
                 break
-            yield Frame(kind, sequence, time_s, buffer[start + HEADER.size : end])
+            yield _frame(view, start, end)
             start = end
-        self._rest = buffer[start:]
+        self._rest += view[start:]
+
+    def _missing(self) -> int:
+        """How many bytes the frame needs that has begun, as far as that is known."""
+        if len(self._rest) < HEADER.size:
+            return HEADER.size - len(self._rest)
+        return HEADER.size + _length(self._rest, 0) - len(self._rest)
+
+
+def _length(buffer: memoryview | bytearray, start: int) -> int:
+    """The size of the payload of the frame that begins there; FrameError."""
+    length: int
+    length, kind, _, _ = HEADER.unpack_from(buffer, start)
+    if length > MAX_PAYLOAD or kind not in _KINDS:
+        raise FrameError(f"not a frame: kind {kind}, {length} bytes")
+    return length
+
+
+def _frame(buffer: memoryview, start: int, end: int) -> Frame:
+    _, kind, sequence, time_s = HEADER.unpack_from(buffer, start)
+    start += HEADER.size
+    if kind not in _OF_BYTES:
+        return Frame(kind, sequence, time_s, bytes(buffer[start:end]))
+    middle = min(start + OUTPUT_HEADER.size, end)
+    return Frame(kind, sequence, time_s, bytes(buffer[start:middle]), bytes(buffer[middle:end]))

@@ -9,21 +9,31 @@ from launcher.hosts.engine.frames import HEADER, OUTPUT_HEADER, FrameKind, encod
 
 _OVERHEAD = 150  # bytes of memory for an entry besides its data
 _TEXT_AT = HEADER.size + OUTPUT_HEADER.size  # where the bytes of an output frame begin
+# Shorter bytes are copied behind their header: for the kernel, a second buffer costs more.
+_LEAST_APART = 4096
 
 
 class QueuedFrame:
-    """A frame. `lines` is how many lines of output were dropped with it; None: it is no output."""
+    """A frame: `data`, then `rest`.
 
-    __slots__ = ("data", "lines", "sequence")
+    `lines` is how many lines of output were dropped with it; None: it is no output.
+    """
 
-    def __init__(self, sequence: int, data: bytes, lines: int | None) -> None:
+    __slots__ = ("data", "lines", "rest", "sequence")
+
+    def __init__(self, sequence: int, data: bytes, lines: int | None, rest: bytes = b"") -> None:
         self.sequence = sequence
         self.data = data
         self.lines = lines
+        self.rest = rest
 
     @property
     def size(self) -> int:
-        return len(self.data) + _OVERHEAD
+        return len(self.data) + len(self.rest) + _OVERHEAD
+
+    def count_lines(self) -> int:
+        """Of its output, or of what was dropped with it."""
+        return self.lines or self.data.count(b"\n", _TEXT_AT) + self.rest.count(b"\n")
 
 
 class _Shelf:
@@ -58,8 +68,7 @@ class _Shelf:
                 continue
             freed = entry.size
             last = self.old[-1] if self.old else None
-            # A marker may be here, too, after `resume`.
-            lines = entry.lines or entry.data.count(b"\n", _TEXT_AT)
+            lines = entry.count_lines()  # a marker may be here, too, after `resume`
             if last is not None and last.lines is not None:
                 lines += last.lines
                 freed += self.old.pop().size
@@ -91,19 +100,22 @@ class Outbox:
     def has_unsent(self) -> bool:
         return bool(self._unsent)
 
-    def add(self, kind: int, time_s: float, payload: bytes) -> None:
-        """Keep a frame."""
+    def add(self, kind: int, time_s: float, payload: bytes, rest: bytes = b"") -> None:
+        """Keep a frame, whose payload ends with `rest`."""
+        if len(rest) < _LEAST_APART:
+            payload, rest = payload + rest, b""
         self.sequence += 1
         lines = 0 if kind == FrameKind.OUTPUT else None
-        entry = QueuedFrame(self.sequence, encode(kind, self.sequence, time_s, payload), lines)
+        data = encode(kind, self.sequence, time_s, payload, follow=len(rest))
+        entry = QueuedFrame(self.sequence, data, lines, rest)
         self._unsent.new.append(entry)
         self.bytes += entry.size
 
-    def take(self) -> bytes:
-        """The next frame to send."""
+    def take(self) -> tuple[bytes, ...]:
+        """The next frame to send, in one or two parts."""
         entry = self._unsent.pop()
         self._sent.new.append(entry)
-        return entry.data
+        return (entry.data, entry.rest) if entry.rest else (entry.data,)
 
     def acknowledge(self, sequence: int) -> None:
         """The other side has all frames up to this one."""

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import os
 import select
 import signal
 from collections.abc import Callable, Mapping, Sequence
 
+from launcher.hosts.engine.frame_channel import widen
 from launcher.posix import spawn
 from launcher.posix.cleanup import RUN_ID_VARIABLE
 from launcher.posix.reactor import Reactor
 
 _ERROR_BYTES = 16 * 1024  # of what it has written to standard error
-_PIPE_BYTES = 1024 * 1024  # so that a block of output needs few reads
 _END_S = 1.0  # for an orderly end
 
 
@@ -41,8 +39,7 @@ class SessionProcess:
         theirs_in, self.stdin = os.pipe()
         self.stdout, theirs_out = os.pipe()
         self._stderr, theirs_err = os.pipe()
-        with contextlib.suppress(OSError):  # more than an unprivileged user may have
-            fcntl.fcntl(self.stdout, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        widen(self.stdout)
         ours, theirs = (self.stdin, self.stdout, self._stderr), (theirs_in, theirs_out, theirs_err)
         # Not of the run: it ends by itself, and is not to be stopped as a leftover.
         env = {name: value for name, value in environment.items() if name != RUN_ID_VARIABLE}

@@ -36,7 +36,7 @@ FRAMES = st.lists(
 
 
 def as_tuples(frames: list[Frame]) -> list[tuple[int, int, float, bytes]]:
-    return [(frame.kind, frame.sequence, frame.time_s, frame.payload) for frame in frames]
+    return [(one.kind, one.sequence, one.time_s, one.payload + one.rest) for one in frames]
 
 
 def in_pieces(decoder: Decoder, data: bytes, sizes: list[int]) -> list[Frame]:

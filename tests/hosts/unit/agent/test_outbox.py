@@ -20,7 +20,7 @@ def frames_of(outbox: Outbox) -> list[Frame]:
     found: list[Frame] = []
     decoder = Decoder()
     while outbox.has_unsent:
-        found += decoder.feed(outbox.take())
+        found += decoder.feed(b"".join(outbox.take()))
     return found
 
 
@@ -113,7 +113,7 @@ def test_every_event_arrives_once_in_order_whatever_happens(actions: list[tuple[
         elif action == "send":
             for _ in range(amount):
                 if outbox.has_unsent:
-                    receiver.take(list(Decoder().feed(outbox.take())))
+                    receiver.take(list(Decoder().feed(b"".join(outbox.take()))))
         elif action == "resume":
             outbox.resume(receiver.last)
         elif action == "acknowledge":
