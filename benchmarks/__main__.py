@@ -79,6 +79,7 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "hosts-outage": hosts.outage,
     "hosts-scale": hosts.scale,
     "hosts-units": hosts.units,
+    "hosts-slow-link": hosts.slow_link,
     "faults": faults,
     "mutants": mutants,
 }

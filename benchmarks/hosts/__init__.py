@@ -6,6 +6,7 @@ from benchmarks.hosts.fleet import fleet
 from benchmarks.hosts.flood import flood
 from benchmarks.hosts.outage import outage
 from benchmarks.hosts.scale import scale
+from benchmarks.hosts.slow_link import slow_link
 from benchmarks.hosts.units import units
 
-__all__ = ["delay", "first_line", "fleet", "flood", "outage", "scale", "units"]
+__all__ = ["delay", "first_line", "fleet", "flood", "outage", "scale", "slow_link", "units"]

@@ -10,6 +10,8 @@ the processes run on without it.
   once if the launcher has not counted it as ready yet.
 * `agent --resume` passes its standard streams to the agent through a socket in a private folder
   (`takeover`). Each side says which frame it has last, and the other sends what comes after.
+* Output that waits for a link slower than the processor is compressed (`engine/compression`), if
+  the launcher's OPEN `accepts` that.
 * Bytes that are no frames end the agent in order: it stops the processes, says why, and exits.
 * Values of variables and the contents of files are only in frames: not in command lines, logs or
   messages. Files of orders are in a private folder until the end.

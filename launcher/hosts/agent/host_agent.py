@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 import launcher
 from launcher.base.errors import ExitCode, LauncherError
 from launcher.hosts.agent.workload import Workload
+from launcher.hosts.engine.compression import METHOD
 from launcher.hosts.engine.frame_channel import FrameChannel, widen
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
@@ -258,6 +259,8 @@ class Agent:
             self._workload = Workload(self._reactor, self, self._listen())
         elif key != self._key:
             raise FrameError("it is for another run")
+        # An older launcher says nothing of that.
+        self._channel.compression.is_possible = METHOD in content.get("accepts", ())
         self._channel.resume(int(content["received"]))
 
     def _listen(self) -> str:

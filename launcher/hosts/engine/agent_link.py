@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import launcher
 from launcher.base.text import typed_error
+from launcher.hosts.engine.compression import METHOD
 from launcher.hosts.engine.frame_channel import FrameChannel
 from launcher.hosts.engine.frames import (
     CLOCK_SAMPLES,
@@ -160,6 +161,7 @@ class AgentLink:
             "key": self._key,
             "stop_after_s": self.stop_after_s,
             "received": self._channel.received,
+            "accepts": [METHOD],
         }
 
     def _connect_too_late(self) -> None:

@@ -11,8 +11,11 @@ import os
 import time
 from collections import deque
 
+from launcher.hosts.engine import compression
 from launcher.hosts.engine.frames import (
     FIRST_SEQUENCED,
+    HEADER,
+    MAX_PAYLOAD,
     Decoder,
     Frame,
     FrameError,
@@ -64,6 +67,7 @@ class FrameChannel:
         self._reactor = reactor
         self._listener = listener
         self.outbox = Outbox()
+        self.compression = compression.LinkCompression()
         self._control: deque[bytes] = deque(maxlen=MOST_CONTROL)
         self._rest: list[bytes | memoryview] = []  # of what is being written
         self._decoder = Decoder()
@@ -99,6 +103,7 @@ class FrameChannel:
         self._rest.clear()
         self._control.clear()
         self._sends_kept = False
+        self.compression = compression.LinkCompression()
         self._held.clear()
         self._seen = self.received
         self._reactor.add_reader(read_fd, self._read)
@@ -178,6 +183,10 @@ class FrameChannel:
     def _fill(self) -> bool:
         """Take frames to write; whether there are any."""
         outbox = self.outbox
+        if self.compression.is_wanted and self._sends_kept and outbox.has_unsent:
+            if not self._rest:
+                self._take_batch()
+            return True
         size = sum(map(len, self._rest))
         while (size < WRITE_BYTES and len(self._rest) < WRITE_PARTS) and (
             self._control or (self._sends_kept and outbox.has_unsent)
@@ -186,6 +195,20 @@ class FrameChannel:
             self._rest += parts
             size += sum(map(len, parts))
         return bool(self._rest)
+
+    def _take_batch(self) -> None:
+        """Take a batch of frames; as one, if it is large."""
+        parts: list[bytes] = []
+        size = 0
+        while self.outbox.has_unsent and size < WRITE_BYTES:
+            taken = self.outbox.take()
+            parts += taken
+            size += sum(map(len, taken))
+        if size >= compression.LEAST_BYTES:
+            packed = self.compression.pack(parts)
+            parts = [encode(FrameKind.PACKED, self.received, time.monotonic(), packed)]
+        self._rest += [*self._control, *parts]
+        self._control.clear()
 
     def _remove(self, written: int) -> None:
         rest = self._rest
@@ -244,14 +267,38 @@ class FrameChannel:
     def _accept(self, frame: Frame) -> None:
         if frame.kind < FIRST_SEQUENCED:
             if frame.kind not in (FrameKind.OPEN, FrameKind.HELLO):
-                self.outbox.acknowledge(frame.sequence)
-                self._listener.relieved()
-            self._listener.received(frame)
+                self._acknowledged(frame.sequence)
+            if frame.kind == FrameKind.PACKED:
+                self._unpack(frame)
+            else:
+                self._listener.received(frame)
         elif frame.sequence > self._seen:
             self._seen = frame.sequence
             self._held.append(frame)
             if not (self.holds_output and frame.kind == FrameKind.OUTPUT):
                 self._deliver()
+
+    def _acknowledged(self, sequence: int) -> None:
+        size = self.outbox.acknowledge(sequence)
+        self.compression.acknowledged(size, self.outbox.bytes, self.heard_s)
+        self._listener.relieved()
+
+    def _unpack(self, packed: Frame) -> None:
+        """FrameError if it is not what `_pack` makes."""
+        try:
+            data = compression.unpacked(packed.payload, HEADER.size + MAX_PAYLOAD + WRITE_BYTES)
+        except ValueError as error:
+            raise FrameError(str(error)) from None
+        self._unacknowledged += len(data)
+        decoder, outer = Decoder(), self._decoder
+        for frame in decoder.feed(data):
+            if frame.kind < FIRST_SEQUENCED:
+                raise FrameError(f"a frame of kind {frame.kind} was packed")
+            self._accept(frame)
+            if self._decoder is not outer or self._read_fd < 0:
+                return  # the listener has changed the transport
+        if not decoder.is_between:
+            raise FrameError("a frame was packed in part")
 
     def release(self) -> None:
         """Pass on the output that is held."""

@@ -42,6 +42,7 @@ class FrameKind(enum.IntEnum):
     ECHO = 5  # of the agent, at once after a BEAT: the time of that
     SAMPLES = 6  # of the agent: resources of processes
     REFUSAL = 7  # of the agent, its last frame: why it ends
+    PACKED = 8  # of the agent, if OPEN `accepts` that: other frames, compressed
     # sequenced
     PREPARE = 16
     COMMAND = 17

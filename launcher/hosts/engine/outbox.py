@@ -117,10 +117,12 @@ class Outbox:
         self._sent.new.append(entry)
         return (entry.data, entry.rest) if entry.rest else (entry.data,)
 
-    def acknowledge(self, sequence: int) -> None:
-        """The other side has all frames up to this one."""
+    def acknowledge(self, sequence: int) -> int:
+        """The other side has all frames up to this one; the bytes less."""
+        before = self.bytes
         while self._sent and self._sent.first().sequence <= sequence:
             self.bytes -= self._sent.pop().size
+        return before - self.bytes
 
     def resume(self, sequence: int) -> None:
         """On a new connection: all frames after this one are to be sent again."""
