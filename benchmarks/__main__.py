@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from benchmarks import bags, discovery, hosts, hundred, saving, warm, web
+from benchmarks import bags, discovery, hosts, hundred, saving, warm, web, web_load
 from benchmarks.building import building
 from benchmarks.console import console
 from benchmarks.crowd import crowd
@@ -70,8 +70,10 @@ BENCHMARKS: dict[str, Callable[[int], list[Row]]] = {
     "bag-flight": bags.flight,
     "web-first": web.first,
     "web-hundred": web.hundred,
+    "web-300": web_load.many,
     "web-flood": web.flood,
     "web-tabs": web.tabs,
+    "web-day": web_load.day,
     "hosts-first": hosts.first_line,
     "hosts-delay": hosts.delay,
     "hosts-flood": hosts.flood,

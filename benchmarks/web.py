@@ -8,8 +8,10 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from statistics import median
 
@@ -25,7 +27,7 @@ PROCESSES, TOPICS, TALKERS = 100, 200, 4
 SETTLED_S, MEASURED_S = 15.0, 20.0
 FLOOD_LINES, FLOOD_PER_S = 500_000, 50_000
 TABS, TABS_S = 10, 60.0
-FIRST_S, SERVER_CORE, LAUNCHER_CORE = 1.5, 0.10, 0.01
+FIRST_S, FIRST_RATIO, SERVER_CORE, LAUNCHER_CORE = 0.6, 2.3, 0.10, 0.01
 ANSWER_MS, SLOWED = 200.0, 1.03
 
 _LINK = re.compile(r"page: (http\S+)")
@@ -83,7 +85,7 @@ def generate_launch_description():
 
 
 @contextlib.contextmanager
-def _run(target: str, *words: str) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
+def web_run(target: str, *words: str) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
     """A run, with the file of its screen."""
     with scratch() as folder:
         screen = folder / "screen"
@@ -100,14 +102,14 @@ def _run(target: str, *words: str) -> Iterator[tuple[subprocess.Popen[bytes], Pa
             run.wait()
 
 
-def _link(screen: Path) -> str:
+def link_of(screen: Path) -> str:
     wait_until(lambda: _LINK.search(screen.read_text(errors="replace")), "the link")
     found = _LINK.search(screen.read_text(errors="replace"))
     assert found is not None
     return found[1]
 
 
-def _needs_browser() -> None:
+def needs_browser() -> None:
     try:
         browser()
     except AssertionError as error:
@@ -115,19 +117,59 @@ def _needs_browser() -> None:
 
 
 def first(runs: int) -> list[Row]:
-    """From the link to the first picture with data, in a browser without a cache."""
-    _needs_browser()
-    took = []
-    with ros_domain(), _run("system", "--web", "--web-port", "0") as (_, screen):
-        link = _link(screen)
-        for _ in range(runs):
-            with chromium() as started:
-                began = time.monotonic()
-                with page_at(started, link) as page:
-                    page.wait_for_selector("[data-process]")
-                    took.append(time.monotonic() - began)
-    detail = f"{min(took):.2f} to {max(took):.2f} s; Chromium runs already, without a cache"
-    return [Row("page, from the link to the first data", median(took), "s", FIRST_S, detail)]
+    """From the link to the first picture with data, in a browser without a cache.
+
+    A page with one word, of the simplest server there is, shows what of that is the browser's.
+    """
+    needs_browser()
+    run = web_run("system", "--web", "--web-port", "0")
+    with ros_domain(), _one_word() as empty, run as (_, screen):
+        link = link_of(screen)
+        kinds = {"ours": lambda: _first(link), "empty": lambda: _first(empty)}
+        found = interleaved(runs, kinds)
+    ours, empty_s = found["ours"], median(found["empty"])
+    detail = f"{min(ours):.2f} to {max(ours):.2f} s; Chromium runs already, without a cache"
+    what = "page, from the link to the first data"
+    return [
+        Row(what, median(ours), "s", FIRST_S, detail),
+        Row(
+            f"{what}, against a page with one word",
+            ratio(ours, found["empty"]),
+            "x",
+            FIRST_RATIO,
+            f"that takes {empty_s:.2f} s",
+        ),
+    ]
+
+
+def _first(link: str) -> float:
+    with chromium() as started:
+        began = time.monotonic()
+        with page_at(started, link) as page:
+            page.wait_for_selector("[data-process]")
+            return time.monotonic() - began
+
+
+class _OneWord(BaseHTTPRequestHandler):
+    def do_GET(self) -> None:
+        body = b"<!doctype html><link rel=icon href='data:,'><p data-process>empty"
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *words: object) -> None:
+        pass
+
+
+@contextlib.contextmanager
+def _one_word() -> Iterator[str]:
+    """The address of such a page."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), _OneWord) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
 
 
 def hundred(runs: int) -> list[Row]:
@@ -164,10 +206,10 @@ def _hundred(*, page: bool) -> dict[str, float]:
         text = HUNDRED.format(program=str(program), **counts)
         file.write_text(text)
         words = ["--web", "--web-port", "0"] if page else []
-        run, screen = stack.enter_context(_run(str(file), *words))
+        run, screen = stack.enter_context(web_run(str(file), *words))
         pids = {"launcher": run.pid}
         if page:
-            client = stack.enter_context(PageClient(_link(screen)))
+            client = stack.enter_context(PageClient(link_of(screen)))
             client.open()
             client.ask("topics", on=True)
             pids["server"] = children_with(run.pid, "launcher.web.web_server")[0].pid
@@ -188,7 +230,7 @@ def _measured(client: PageClient) -> int:
 
 def flood(runs: int) -> list[Row]:
     """A flood of lines, with the log open in a browser: how long it takes, answers to input."""
-    _needs_browser()
+    needs_browser()
     answers: list[float] = []
     kinds = {"with": lambda: _flood(answers), "without": lambda: _flood(None)}
     with ros_domain():
@@ -211,11 +253,11 @@ def _flood(answers: list[float] | None) -> float:
         program.write_text(text)
         file.write_text(FLOOD.format(program=str(program)))
         if answers is None:
-            stack.enter_context(_run(str(file)))
+            stack.enter_context(web_run(str(file)))
         else:
             started = stack.enter_context(chromium())
-            _, screen = stack.enter_context(_run(str(file), "--web", "--web-port", "0"))
-            page = stack.enter_context(page_at(started, f"{_link(screen)}#/log"))
+            _, screen = stack.enter_context(web_run(str(file), "--web", "--web-port", "0"))
+            page = stack.enter_context(page_at(started, f"{link_of(screen)}#/log"))
             page.wait_for_selector("[data-line]")
             while not out.is_file():
                 # Measured in the page: from the key to the frame after its effect.
@@ -239,8 +281,8 @@ def tabs(runs: int) -> list[Row]:
     """Ten open pages for a minute: memory of the server after it against before."""
     seconds = float(os.environ.get("WEB_TABS_S", TABS_S))  # an hour shows slow leaks
     with ros_domain(), contextlib.ExitStack() as stack:
-        run, screen = stack.enter_context(_run("system", "--web", "--web-port", "0"))
-        link = _link(screen)
+        run, screen = stack.enter_context(web_run("system", "--web", "--web-port", "0"))
+        link = link_of(screen)
         (server,) = children_with(run.pid, "launcher.web.web_server")
         clients = [stack.enter_context(PageClient(link)) for _ in range(TABS)]
         for client in clients:

@@ -14,8 +14,8 @@ evaluates the launch file again for its tree.
 * `run_feed` follows the run, by `run_client`, and keeps its last lines. `graph_feed` follows the
   probe, by `page_probe`: `graph_state` is the graph as pages see it, `layout` where it is drawn.
 * `metrics` is what the feeds know, for Prometheus (docs/guides/metrics.md).
-* `assets` finds our files in `page/` and those of libraries; `frozen` makes one HTML file of the
-  page that opens from disk.
+* `assets` finds our files in `page/` and those of libraries; `page_bundle` joins the modules into
+  one script when the server starts; `frozen` makes one HTML file of the page that opens from disk.
 
 `page/` is what the browser gets: `app` is the frame, `feed` the connection, `store` what is known,
 one folder per panel (`panel` is its beginning), `shared/` and `styles/page.css` what they have in
@@ -37,7 +37,8 @@ server closes with 4403 without the key, 4429 if 100 pages are open, 1011 after 
 
 * `hello`: `protocol` (1), `server` (differs after a restart), `run` (as the first line of the
   control socket), `launcher`, `wall`, `read_only`, `frozen` (null, or `made` and `report` of a
-  file), `ended` (null, or that event), `graph` (`available`, `reason`).
+  file), `ended` (null, or that event), `graph` (`available`, `reason`). After it come the
+  processes, which are the first picture, and then the rest.
 * `processes`, once a second: `wall`, `processes`: rows of `ps`, with `lines_per_s` and
   `last_error` (`time`, `text`, `number`).
 * `history`: `wall`: times; `processes`: for each name the lists `cpu`, `memory`, `lines`.

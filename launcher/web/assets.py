@@ -13,10 +13,15 @@ from pathlib import Path
 
 from launcher.base import strict_json
 from launcher.base.errors import LauncherError
+from launcher.web import page_bundle
 
 PAGE = Path(__file__).with_name("page")
 _ICONS = re.compile(r'font-family: "Material Icons";[^}]*?url\(fonts/([\w.-]+\.woff2)\)')
-_IMPORT = re.compile(r'^(?:import|export|\}).*from "page/([\w./-]+)";$', re.MULTILINE)
+STYLE_SHEET = re.compile(r' *<link rel="stylesheet" href="/(lib|page)/([^"]+)">\n')
+JOINED_STYLES = "page.css"
+_MARK = "<!-- STYLES -->"
+# Workers run a file by itself.
+_ALONE = frozenset({"log/search_worker.js"})
 # Name on the page -> file in the folder of the package nicegui.
 _LIBRARIES = {
     "vue.js": "static/vue.esm-browser.prod.js",
@@ -79,25 +84,32 @@ def import_map() -> str:
 
 
 def index(feed_key: str) -> str:
-    """The page's HTML, with the import map and what the browser may load at once."""
+    """The page's HTML, with the import map and one style sheet in place of all."""
     text = (PAGE / "index.html").read_text(encoding="utf-8")
-    names = sorted(_first_modules())
-    preloads = "\n    ".join(f'<link rel="modulepreload" href="/page/{name}">' for name in names)
-    return (
-        text.replace("IMPORT_MAP", import_map())
-        .replace("<!-- PRELOADS -->", preloads)
-        .replace("FEED_KEY", feed_key)
-    )
+    link = f'    <link rel="stylesheet" href="/page/{JOINED_STYLES}">\n'
+    text = STYLE_SHEET.sub("", STYLE_SHEET.sub(_MARK, text, count=1)).replace(_MARK, link)
+    return text.replace("IMPORT_MAP", import_map()).replace("FEED_KEY", feed_key)
 
 
-@cache
-def _first_modules() -> frozenset[str]:
-    """Our modules that the first picture needs: the browser would find them one after the other."""
-    found: set[str] = set()
-    waiting = {"main.js", "app.js", "processes/panel.js"}
-    while waiting:
-        name = waiting.pop()
-        found.add(name)
-        text = (PAGE / name).read_text(encoding="utf-8")
-        waiting |= set(_IMPORT.findall(text)) - found
-    return frozenset(found)
+def joined_files() -> dict[str, tuple[bytes, str]]:
+    """(bytes, media type) of what is served below `/page/` and is no file as it is.
+
+    The modules are in one script, and the style sheets in one: in a new browser each request
+    takes longer than what it brings.
+    """
+    modules = {
+        name: page_bundle.module_of(path.read_text(encoding="utf-8"))
+        for name, path in own_files().items()
+        if name.endswith(".js") and name not in _ALONE
+    }
+    scripts = {name: page_bundle.facade(name, module) for name, module in modules.items()}
+    scripts[page_bundle.ENTRY] = page_bundle.bundle(modules)
+    joined = {name: (text.encode(), _TYPES[".js"]) for name, text in scripts.items()}
+    joined[JOINED_STYLES] = (_joined_styles(), _TYPES[".css"])
+    return joined
+
+
+def _joined_styles() -> bytes:
+    places = {"lib": libraries(), "page": own_files()}
+    text = (PAGE / "index.html").read_text(encoding="utf-8")
+    return b"\n".join(places[place][name].read_bytes() for place, name in STYLE_SHEET.findall(text))

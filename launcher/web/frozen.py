@@ -20,7 +20,6 @@ from launcher.web import assets
 
 _TEMPLATE = assets.PAGE / "frozen.html"
 _PLACEHOLDER = re.compile(r"@([A-Z]+)@")
-_STYLE_SHEET = re.compile(r'<link rel="stylesheet" href="/(lib|page)/([^"]+)">')
 _URL_IN_CSS = re.compile(r"url\(/(lib|page)/([^)]+)\)")
 _STATIC_IMPORT = re.compile(r'\b(from|import)(\s*)"\./([\w.-]+\.js)"')
 _LAZY_IMPORT = re.compile(r'\bimport\("\./[\w.-]+\.js"\)')
@@ -98,7 +97,7 @@ def _files() -> dict[str, Any]:
         "scripts": {name: _text(libraries[name.removeprefix("/lib/")]) for name in _SCRIPTS},
         "styles": [
             _with_urls(_text(places[place][name]), places)
-            for place, name in _STYLE_SHEET.findall(index)
+            for place, name in assets.STYLE_SHEET.findall(index)
         ],
     }
 

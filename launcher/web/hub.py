@@ -10,15 +10,18 @@ from typing import Any
 
 from launcher.base import strict_json
 
-QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page
+QUEUE_BYTES = 4 * 1024 * 1024  # what may wait for one page, of what may be left out
+MOST_BYTES = QUEUE_BYTES + 2 * 1024 * 1024  # in all: a page that has not read that connects again
 
 Message = dict[str, Any]
 _LARGEST = 2**53 - 1  # Number.MAX_SAFE_INTEGER
 _BIG = re.compile(r"\d{16}")
 
 # Of these events only the newest counts.
-_LATEST = frozenset({"processes", "graph", "topics", "plan", "expectations", "history"})
-# These are left out for a page that does not read; the others are never.
+_LATEST = frozenset(
+    {"processes", "graph", "topics", "plan", "expectations", "history", "probe", "alive"}
+)
+# These are left out for a page that does not read. Of the others none is: it has all, or is closed.
 _EXPENDABLE = frozenset({"lines", "message", "points"})
 
 
@@ -44,9 +47,14 @@ def _exact(value: object) -> Any:
 
 
 class PageOutbox:
-    """What waits for one page. `skipped_lines` counts log lines that it was not sent."""
+    """What waits for one page. `skipped_lines` counts log lines that it was not sent.
 
-    def __init__(self) -> None:
+    `on_full` is called when the page has not read for so long that it cannot have everything: a
+    browser that is suspended would let the queue grow for days.
+    """
+
+    def __init__(self, on_full: Callable[[], None] = lambda: None) -> None:
+        self._on_full = on_full
         self._queue: deque[tuple[str, str]] = deque()
         self._latest: dict[str, str] = {}
         self._bytes = 0
@@ -63,6 +71,9 @@ class PageOutbox:
             self.skipped_lines += lines
             return
         else:
+            if self._bytes > MOST_BYTES:
+                self._on_full()
+                return
             self._queue.append((event, text))
             self._bytes += len(text)
         self._wake.set()

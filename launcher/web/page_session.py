@@ -26,6 +26,7 @@ MAX_TIMES = 100_000  # messages that one request publishes
 MAX_OPEN = 64  # requests of one page that are not answered yet
 MAX_PAGES = 100  # open at the same time, and as many that have not sent the key yet
 KEY_S = 10.0  # for a page to send the key
+_CLOSE_S = 2.0
 BROKEN, NO_KEY, TOO_MANY = 1011, 4403, 4429  # codes with which a socket is closed
 # Verbs of the control socket that a page does not need: they answer with a stream, or end the page.
 _NOT_HERE = frozenset({"pick", "detach"})
@@ -90,7 +91,7 @@ class PageSession:
         self._is_trusted = False
         self._code: asyncio.Future[int] = asyncio.get_running_loop().create_future()
         self._socket = socket
-        self._outbox = PageOutbox()
+        self._outbox = PageOutbox(lambda: self.end(BROKEN))
         self._answers: set[asyncio.Task[None]] = set()
         self._client: RunClient | None = None
         self._connecting = asyncio.Lock()
@@ -127,8 +128,10 @@ class PageSession:
             await asyncio.gather(*tasks, return_exceptions=True)
             if self._client is not None:
                 await self._client.close()
-            with contextlib.suppress(RuntimeError):  # it has been closed
-                await self._socket.close(self._code.result() if self._code.done() else BROKEN)
+            code = self._code.result() if self._code.done() else BROKEN
+            with contextlib.suppress(RuntimeError, TimeoutError, asyncio.TimeoutError):
+                # It may have been closed, or its page may read nothing.
+                await asyncio.wait_for(self._socket.close(code), _CLOSE_S)
 
     def end(self, code: int) -> None:
         """Close the socket with this code."""

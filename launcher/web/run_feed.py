@@ -19,7 +19,7 @@ from launcher.web.log_store import LogStore
 from launcher.web.page_plan_tree import Tree, named, numbered, read_tree
 from launcher.web.run_client import RunClient
 
-KEEP_SAMPLES = 600  # ten minutes
+KEEP_SAMPLES = 120  # two minutes: so many are drawn
 KEEP_EVENTS = 4000  # as many as the run itself
 LINES_PER_S = 500  # of one process; more are counted only
 _EARLIER_LINES = 10_000
@@ -262,8 +262,8 @@ class RunFeed:
         first, lines = self.log.after(after or 0, _FIRST_LINES)
         last = self._walls[-1] if self._walls else time.time()
         messages: list[Message] = [
+            self._processes(last),  # the first picture
             self._history(),
-            self._processes(last),
             {"event": "run_events", "items": list(self.events), "reset": True},
             {"event": "lines", "first": first, "lines": lines},
         ]

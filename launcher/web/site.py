@@ -27,6 +27,7 @@ class Site:
         self._feeds = feeds
         self._libraries = assets.libraries()
         self._own = assets.own_files()
+        self._joined = assets.joined_files()
         self._policy = _content_policy()
         self._doors = Doors(access.is_feed_key)
 
@@ -62,19 +63,23 @@ class Site:
         return response
 
     async def _own_file(self, request: Request) -> Response:
-        return self._file(request, self._own)
+        return self._file(request, self._own, self._joined)
 
     async def _library(self, request: Request) -> Response:
-        return self._file(request, self._libraries)
+        return self._file(request, self._libraries, {})
 
-    def _file(self, request: Request, known: dict[str, Path]) -> Response:
+    def _file(
+        self, request: Request, files: dict[str, Path], joined: dict[str, tuple[bytes, str]]
+    ) -> Response:
         problem = self._problem(request)
         if problem is not None:
             return _refused(problem)
-        path = known.get(request.path_params["name"])
-        if path is None:
+        name = request.path_params["name"]
+        if name in joined:
+            return self._response(*joined[name])
+        if name not in files:
             return PlainTextResponse("There is no such file.", 404)
-        return self._response(*assets.content(path))
+        return self._response(*assets.content(files[name]))
 
     async def _metrics(self, request: Request) -> Response:
         from launcher.web.metrics import WATCH_S, Metrics

@@ -1,9 +1,9 @@
 // The frame: header with the state of the run, navigation, one panel at a time.
 
-import { computed, defineAsyncComponent, onMounted, onUnmounted, ref, watch } from "vue";
-import { start } from "page/feed.js";
+import { computed, defineAsyncComponent, onMounted, onUnmounted, ref, watchEffect } from "vue";
 import { hello, link, notices, processes } from "page/store.js";
 import { UnmetList } from "page/expectations/unmet.js";
+import { KeyList } from "page/key_list.js";
 import { toggleTheme } from "page/theme.js";
 import { clock, day } from "page/format.js";
 import { lastAddress } from "page/shared/address.js";
@@ -65,17 +65,19 @@ function reportOf({ frozen, ended }) {
 }
 
 export const App = {
-  components: { UnmetList },
+  components: { KeyList, UnmetList },
   setup() {
     const panel = ref(fromHash().name);
     const current = computed(() => PANELS.find((one) => one.name === panel.value));
     const isDrawerOpen = ref(false);
-    const isHelpOpen = ref(false);
+    const isHelpOpen = ref(null); // null: it was never open
     const follow = () => (panel.value = fromHash().name);
     const show = (name) => (location.hash = lastAddress(name));
     const title = computed(() => hello.value?.run.target.split("/").pop() ?? "launcher");
     // A report has another title, with its result.
-    watch(hello, (now) => now.frozen || (document.title = `${title.value} - launcher`));
+    watchEffect(() => {
+      if (hello.value && !hello.value.frozen) document.title = `${title.value} - launcher`;
+    });
     const counts = computed(() => {
       const running = processes.value.filter((row) => row.state === "RUNNING").length;
       const were = hello.value?.frozen ? "were running" : "running";
@@ -111,7 +113,6 @@ export const App = {
       if (location.search) history.replaceState(null, "", location.pathname + location.hash);
       window.addEventListener("hashchange", follow);
       window.addEventListener("keydown", pressed);
-      start();
       // Without a server, panels that nobody has opened yet could not be fetched any more.
       setTimeout(loadAll, PRELOAD_MS);
     });
@@ -151,7 +152,7 @@ export const App = {
         <div v-if="banner" class="app-banner" role="alert">{{ banner }}</div>
         <div v-if="report?.note" class="app-note"><span
              class="lt-sm">Report of {{ report.made }}. </span>{{ report.note }}</div>
-        <UnmetList />
+        <UnmetList v-if="report" />
         <div v-if="notices.length" class="app-banner" role="status">
           {{ notices[notices.length - 1] }}
         </div>
@@ -175,26 +176,6 @@ export const App = {
           <div v-else class="app-empty">Connecting…</div>
         </q-page>
       </q-page-container>
-      <q-dialog v-model="isHelpOpen">
-        <q-card class="q-pa-md">
-          <div class="text-h6">Keys</div>
-          <table class="keys">
-            <tr v-for="one in PANELS"><td><kbd>{{ one.key }}</kbd></td><td>{{ one.label }}</td></tr>
-            <tr><td><kbd>/</kbd></td><td>search</td></tr>
-            <tr><td><kbd>↑</kbd> <kbd>↓</kbd> <kbd>Space</kbd> <kbd>Enter</kbd></td>
-              <td>processes: move, select, details</td></tr>
-            <tr><td><kbd>s</kbd> <kbd>r</kbd> <kbd>k</kbd> <kbd>m</kbd></td>
-              <td>processes: stop, restart, kill, mute</td></tr>
-            <tr><td><kbd>e</kbd> <kbd>n</kbd> <kbd>N</kbd></td>
-              <td>log: first error, next one, the one before</td></tr>
-            <tr><td><kbd>f</kbd> <kbd>w</kbd></td><td>log: follow the end, wrap lines</td></tr>
-            <tr><td><kbd>+</kbd> <kbd>-</kbd> <kbd>←</kbd> <kbd>→</kbd></td>
-              <td>timeline: zoom, move</td></tr>
-            <tr><td><kbd>a</kbd> <kbd>l</kbd></td><td>timeline: all, last minute</td></tr>
-            <tr><td><kbd>t</kbd></td><td>light or dark</td></tr>
-            <tr><td><kbd>?</kbd></td><td>this list</td></tr>
-          </table>
-        </q-card>
-      </q-dialog>
+      <KeyList v-if="isHelpOpen !== null" v-model="isHelpOpen" :panels="PANELS" />
     </q-layout>`,
 };

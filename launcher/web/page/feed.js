@@ -13,6 +13,7 @@ let socket = null;
 let nextId = 1;
 let failures = 0;
 let receivedAt = 0;
+let hasBegun = () => {};
 
 export class RequestError extends Error {
   constructor(error) {
@@ -71,17 +72,19 @@ function sendSubscription(subscription, on) {
   request(word, { ...fields, on }).catch(() => {}); // it is sent again with the link
 }
 
+// Connect; the promise is fulfilled with the first processes, or when there will be none for now.
 export function start() {
   const frozen = document.getElementById("frozen");
   if (frozen) {
     for (const message of JSON.parse(frozen.textContent)) apply(message);
     link.state = "frozen";
     link.since = hello.value?.frozen?.made ?? 0;
-    return;
+    return Promise.resolve();
   }
   connect();
   setInterval(checkSilence, 1000);
   document.addEventListener("visibilitychange", () => document.hidden || checkSilence());
+  return new Promise((resolve) => (hasBegun = resolve));
 }
 
 function connect() {
@@ -121,9 +124,11 @@ function received(message) {
   }
   if (message.event === "hello" && link.state !== "ended") link.state = "open";
   apply(message);
+  if (message.event === "processes") hasBegun();
 }
 
 function closed(event) {
+  hasBegun();
   for (const resolve of waiting.values()) {
     resolve({ ok: false, error: { code: "closed", message: LOST } });
   }

@@ -1,8 +1,12 @@
 // Starts the page: loads Quasar, which needs a global Vue, and mounts the application.
 
 import * as Vue from "vue";
+import { start } from "page/feed.js";
 import { useTheme } from "page/theme.js";
 
+const FIRST_MS = 300; // for the first data, before a picture without any is drawn
+
+const first = start();
 window.Vue = Vue;
 
 function script(url) {
@@ -23,4 +27,5 @@ app.config.errorHandler = (error) => {
   console.error(error);
 };
 useTheme();
+await Promise.race([first, new Promise((resolve) => setTimeout(resolve, FIRST_MS))]);
 app.mount("#app");

@@ -3,7 +3,7 @@
 import { reactive, ref, shallowReactive, shallowRef } from "vue";
 import { LogBuffer } from "page/log_buffer.js";
 
-const KEEP_SAMPLES = 600;
+const KEEP_SAMPLES = 120; // two minutes, as the server; so many are drawn
 const KEEP_EVENTS = 4000; // as the server
 const KEEP_MESSAGES = 200;
 const KEEP_POINTS = 20_000; // of one plot, as the server
@@ -14,7 +14,7 @@ export const link = reactive({ state: "connecting", text: "", since: 0, silent_s
 export const hello = shallowRef(null);
 export const processes = shallowRef([]); // rows of `ps`
 export const wall = ref(0); // the server's time at the last message of the processes
-export const history = shallowReactive(new Map()); // name -> {wall, cpu, memory, lines}: arrays
+export const history = shallowReactive(new Map()); // name -> {cpu, memory, lines}: arrays
 export const runEvents = shallowRef([]);
 export const log = new LogBuffer();
 export const graph = shallowRef(null);
@@ -34,7 +34,6 @@ function keepHistory(message) {
     const before = history.get(row.name);
     const line = (key, value) => [...(before?.[key] ?? []), value].slice(-KEEP_SAMPLES);
     history.set(row.name, {
-      wall: line("wall", message.wall),
       cpu: line("cpu", row.cpu_percent),
       memory: line("memory", row.uss_bytes),
       lines: line("lines", row.lines_per_s),
@@ -59,7 +58,7 @@ const handlers = {
   },
   history(message) {
     for (const [name, lines] of Object.entries(message.processes)) {
-      history.set(name, { wall: message.wall, ...lines });
+      history.set(name, lines);
     }
   },
   processes(message) {

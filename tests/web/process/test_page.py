@@ -107,3 +107,51 @@ def test_a_page_that_stays_open_keeps_the_last_events(
     with page_at(started, link) as page:
         page.wait_for_selector('body[data-loaded="all"]')
         assert page.evaluate(MANY_EVENTS) == [KEEP_EVENTS, 5000]
+
+
+NAMES = """
+() => performance.getEntriesByType("resource").map((one) => new URL(one.name).pathname)
+"""
+
+
+def test_the_first_picture_needs_few_requests(started: Browser, start: Start, sleeper: Path):
+    _, link = start(sleeper)
+    with page_at(started, link) as page:
+        page.wait_for_selector("[data-process]")
+        names = [name for name in page.evaluate(NAMES) if "echarts" not in name]
+    # In a new browser a request takes longer than what it brings.
+    files = ["/lib/icons.woff2", "/lib/quasar.js", "/lib/vue.js", "/page/main.js", "/page/page.css"]
+    assert sorted(names) == files
+
+
+MANY_PROCESSES = """
+async () => {
+  const store = await import("page/store.js");
+  const [row] = store.processes.value;
+  const processes = Array.from({ length: 300 }, (_, i) => ({ ...row, name: `many-${i}` }));
+  store.apply({ event: "processes", wall: store.wall.value + 1, processes });
+}
+"""
+
+
+def test_of_many_processes_those_in_view_are_drawn_whole(
+    started: Browser, start: Start, sleeper: Path
+):
+    run, link = start(sleeper)
+    server = server_of(run.process.pid)
+    assert server is not None
+    with page_at(started, link) as page:
+        page.wait_for_selector('[data-process="cat-1"]')
+        os.kill(server, signal.SIGSTOP)  # else its processes would replace these
+        try:
+            page.evaluate(MANY_PROCESSES)
+            expect(page.locator("tr[data-process]")).to_have_count(300)
+            whole = page.locator("tr[data-process] .process-actions")
+            assert whole.count() < 100
+            last = page.locator('tr[data-process="many-299"]')
+            last.scroll_into_view_if_needed()
+            expect(last.locator(".process-actions")).to_be_visible()
+            expect(page.locator('[data-process="many-0"] .process-actions')).to_have_count(0)
+            assert whole.count() < 100
+        finally:
+            os.kill(server, signal.SIGCONT)

@@ -6,7 +6,7 @@ import asyncio
 import json
 from typing import Any
 
-from launcher.web.hub import QUEUE_BYTES, Hub, PageOutbox, encode
+from launcher.web.hub import MOST_BYTES, QUEUE_BYTES, Hub, PageOutbox, encode
 
 
 def everything(outbox: PageOutbox, count: int) -> list[dict[str, Any]]:
@@ -69,6 +69,20 @@ def test_a_page_that_does_not_read_loses_lines_but_no_events():
     assert [one["first"] for one in found[:kept]] == list(range(kept))
     assert [one["items"][0] for one in found[kept:]] == list(range(1000))
     assert quick.skipped_lines == 0
+
+
+def test_what_waits_for_a_page_that_reads_nothing_is_bounded():
+    full: list[bool] = []
+    outbox = PageOutbox(lambda: full.append(True))
+    text = "x" * 1000
+    for number in range(2 * MOST_BYTES // len(text)):
+        outbox.put("alive", f"{number}")  # of a day there are 43,200
+        if not full:
+            outbox.put("run_events", text)
+
+    waiting = len(outbox._queue) + len(outbox._latest)
+    assert full
+    assert waiting <= MOST_BYTES // len(text) + 3
 
 
 def test_subscriptions_are_those_of_all_pages_and_end_with_them():

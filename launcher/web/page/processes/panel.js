@@ -9,6 +9,7 @@ import { AnswerList } from "page/processes/answer_list.js";
 import { link } from "page/shared/address.js";
 import { ActionButtons } from "page/processes/cells.js";
 import { ProcessDrawer } from "page/processes/details.js";
+import { KillDialog } from "page/processes/kill_dialog.js";
 import { COLUMNS, actionNamed, fitsOf, matching, sorted } from "page/processes/rows.js";
 import { ProcessCards, ProcessTable } from "page/processes/table.js";
 import { remember, remembered } from "page/shared/remembered.js";
@@ -17,11 +18,6 @@ import { SearchField } from "page/shared/search_field.js";
 
 const NARROW = 900; // cards below this width
 const WIDE = 1500; // from here on the last error has a column
-const KILLS_ONE =
-  "It ends at once and cannot clean up. Its restart policy is off until it is started again.";
-const KILLS_SOME =
-  "They end at once and cannot clean up. Their restart policies are off until they are started " +
-  "again.";
 const selected = reactive(new Set()); // names; they outlive a change of the panel
 const search = ref("");
 
@@ -77,6 +73,13 @@ function useVerbs() {
   return { asking, kill, act };
 }
 
+// Whether it has ever had a value.
+function everSet(source) {
+  const was = ref(false);
+  watch(source, (value) => (was.value ||= value !== null));
+  return was;
+}
+
 function useKeys(rows, root, selection, act, open) {
   const cursor = ref(null);
   const focused = computed(() =>
@@ -129,7 +132,9 @@ function useKeys(rows, root, selection, act, open) {
 }
 
 export default {
-  components: { ActionButtons, AnswerList, ProcessCards, ProcessDrawer, ProcessTable, SearchField },
+  components: {
+    ActionButtons, AnswerList, KillDialog, ProcessCards, ProcessDrawer, ProcessTable, SearchField,
+  },
   setup() {
     const screen = getCurrentInstance().proxy.$q.screen;
     const root = ref(null);
@@ -144,6 +149,9 @@ export default {
     const selection = useSelection(rows);
     const { asking, kill, act } = useVerbs();
     const open = (name) => (opened.value = name);
+    // Templates are compiled when they are first drawn: not for the first picture.
+    const wasOpened = everSet(opened);
+    const wasAsked = everSet(asking);
     const { cursor, focused } = useKeys(rows, root, selection, act, open);
     // Not those that the filter hides: nobody stops what they do not see.
     const chosenRows = computed(() => rows.value.filter((row) => selected.has(row.name)));
@@ -154,7 +162,7 @@ export default {
     return {
       root, opened, open, order, sort, rows, columns, selected, ...selection, asking, kill, act,
       cursor, focused, chosenRows, fitsOf, search, processes, processCount,
-      KILLS_ONE, KILLS_SOME, toLog, isWide,
+      toLog, isWide, wasOpened, wasAsked,
       hasAnswers: computed(() => answers.length > 0),
       isNarrow: computed(() => screen.width < NARROW),
     };
@@ -182,23 +190,9 @@ export default {
                  @focus="cursor = $event" />
       <div v-if="!rows.length" class="app-empty">{{ processes.length
         ? "No process matches the filter." : "There are no processes." }}</div>
-      <AnswerList />
+      <AnswerList v-if="hasAnswers" />
       <div v-if="hasAnswers" class="answers-room" aria-hidden="true"></div>
-      <ProcessDrawer :name="opened" @close="opened = null" />
-      <q-dialog :model-value="asking !== null" @update:model-value="asking = null">
-        <q-card v-if="asking" class="q-pa-md" role="alertdialog" aria-label="Kill?"
-                data-asking="kill">
-          <div class="text-subtitle1">Send SIGKILL to
-            {{ asking.length === 1 ? "this process" : processCount(asking.length) }}?</div>
-          <div class="mono ask-names"><bdi v-for="name in asking" dir="auto">{{ name }}</bdi></div>
-          <div class="muted">{{ asking.length === 1 ? KILLS_ONE : KILLS_SOME }}</div>
-          <div class="text-right q-mt-md">
-            <q-btn flat no-caps label="Cancel" data-action="cancel" @click="asking = null"
-                   autofocus />
-            <q-btn outline no-caps color="negative" label="Kill" data-action="confirm-kill"
-                   @click="kill" />
-          </div>
-        </q-card>
-      </q-dialog>
+      <ProcessDrawer v-if="wasOpened" :name="opened" @close="opened = null" />
+      <KillDialog v-if="wasAsked" :names="asking" @cancel="asking = null" @kill="kill" />
     </div>`,
 };

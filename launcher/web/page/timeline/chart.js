@@ -3,7 +3,7 @@
 import { computed, onMounted, onUnmounted, ref } from "vue";
 import { clock } from "page/format.js";
 import { shapeAt } from "page/timeline/marks.js";
-import { thinned, ticks } from "page/timeline/lanes.js";
+import { thinned, thinnedBars, ticks } from "page/timeline/lanes.js";
 
 const LANE = 26;
 const SPARE = 5; // lanes beyond the view that are drawn as well
@@ -41,14 +41,16 @@ export const TimelineChart = {
     };
     const isDrawn = (index) => index >= first.value && index <= last.value;
     const bars = (lane) =>
-      lane.bars
-        .map((bar) => ({
-          bar,
-          left: bar.from === null ? -2 : Math.max(-2, x(bar.from)),
-          right: Math.min(width.value + 2, x(bar.to ?? props.now)),
-        }))
-        .filter((one) => one.right > 0 && one.left < width.value && one.right >= one.left)
-        .map((one) => ({ ...one, width: Math.max(1, one.right - one.left) }));
+      thinnedBars(
+        lane.bars
+          .map((bar) => ({
+            bar,
+            left: bar.from === null ? -2 : Math.max(-2, x(bar.from)),
+            right: Math.min(width.value + 2, x(bar.to ?? props.now)),
+          }))
+          .filter((one) => one.right > 0 && one.left < width.value && one.right >= one.left)
+          .map((one) => ({ ...one, width: Math.max(1, one.right - one.left) })),
+      );
     const marks = (lane) => {
       const margin = ((props.to - props.from) / width.value) * 8;
       const [from, to] = [props.from - margin, props.to + margin];

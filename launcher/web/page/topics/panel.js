@@ -33,6 +33,8 @@ const CLASSES = { name: "wrap", type: "type muted small" };
 const NARROW = new Set(["name", "rate_hz", "age_s"]);
 const MEDIUM = new Set(COLUMNS.map((one) => one.name).filter((name) => name !== "type"));
 
+const MANY = 100; // from here on only the rows in view are drawn
+
 const fromHash = () =>
   hashValues("plot")
     .map((one) => one.replace(/:([^:]*)$/, "\n$1"))
@@ -92,6 +94,7 @@ export default {
     const reason = computed(() => (hello.value?.graph.available ? "" : hello.value?.graph.reason));
     return {
       CLASSES,
+      MANY,
       filter,
       showsInternal,
       chosen,
@@ -127,6 +130,7 @@ export default {
         <q-table class="split-table" flat bordered dense :rows="rows" :columns="columns"
                  row-key="name" binary-state-sort
                  :pagination="{ rowsPerPage: 0, sortBy: 'name' }" hide-pagination
+                 :virtual-scroll="rows.length > MANY" :virtual-scroll-item-size="36"
                  no-data-label="no topics">
           <template #body="props">
             <q-tr :props="props" :data-topic="props.row.name" tabindex="0" class="cursor-pointer"
