@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, MutableMapping
 
 from launcher.language import launch_session
 from launcher.language.configurations import Configurations
+from launcher.language.events.base import EventHandlers
 from launcher.language.launch_session import replace_environment
 from launcher.language.naming import public, read_only
 
@@ -58,8 +59,7 @@ class LaunchContext:
         self.__argv = argv if argv is not None else []
         self.__noninteractive = noninteractive
         self._event_queue: deque[Event] = deque()
-        self._event_handlers: deque[BaseEventHandler] = deque()
-        self._handler_changes = 0
+        self._event_handlers = EventHandlers()
         self._completion_futures: list[Any] = []
         self._callers_loop: Any = None  # the asyncio loop in which `run_async` runs
         self._is_of_test = False
@@ -195,19 +195,14 @@ class LaunchContext:
 
     def would_handle_event(self, event: Event) -> bool:
         """Whether any registered handler matches."""
-        return any(handler.matches(event) for handler in self._event_handlers)
+        return any(handler.matches(event) for handler in self._event_handlers.of(type(event)))
 
     def register_event_handler(self, event_handler: BaseEventHandler, append: bool = False) -> None:
         """Add a handler before those registered earlier, or with `append` after them."""
-        self._handler_changes += 1
-        if append:
-            self._event_handlers.append(event_handler)
-        else:
-            self._event_handlers.appendleft(event_handler)
+        self._event_handlers.add(event_handler, is_last=append)
 
     def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
         """Remove a handler; ValueError if it is not registered."""
-        self._handler_changes += 1
         self._event_handlers.remove(event_handler)
 
     def emit_event_sync(self, event: Event) -> None:

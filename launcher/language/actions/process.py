@@ -298,13 +298,15 @@ def _normalize_bool(value: object) -> Any:
 class TargetedHandler(EventHandler):
     """Calls `callback(event, context)` for events of the class `kind`."""
 
+    _event_class: type
+
     def __init__(self, action: ExecuteLocal, kind: type, callback: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind))
-        self.kind = kind
+        self._event_class = kind
         self._callback = callback
 
     def matches(self, event: object) -> bool:
-        return isinstance(event, self.kind)
+        return isinstance(event, self._event_class)
 
     def handle(self, event: Any, context: LaunchContext) -> Any:
         super().handle(event, context)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 
 from launcher.language import launch_session
 from launcher.language.diagnostics.origin import caller_origin
@@ -29,6 +30,7 @@ class BaseEventHandler:
     """Base of handlers; subclasses override `handle` and call super()."""
 
     _origin: FileLine | None = None  # of the action of the launch file that has registered it
+    _event_class: type | None = None  # what it matches are instances of it; None: anything
     handle_once: bool = read_only("Whether the handler is unregistered after its first event.")
 
     def __init__(self, *, matcher: Callable[[Event], bool], handle_once: bool = False) -> None:
@@ -92,3 +94,49 @@ class EventHandler(BaseEventHandler):
     def handle(self, event: Event, context: LaunchContext) -> Any:
         super().handle(event, context)
         return self.entities
+
+
+class EventHandlers:
+    """The registered handlers: the newest first, then those that were appended.
+
+    Every process has three, for classes of events that hardly occur, and every action that is
+    visited asks who waits for its end. So the handlers for a class of events are kept apart.
+    """
+
+    def __init__(self) -> None:
+        self._all: deque[BaseEventHandler] = deque()
+        self._by_class: dict[type, deque[BaseEventHandler]] = {}
+
+    def __iter__(self) -> Iterator[BaseEventHandler]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def add(self, handler: BaseEventHandler, *, is_last: bool = False) -> None:
+        """Put a handler before all others, or behind them."""
+        fitting = [some for kind, some in self._by_class.items() if _may_match(handler, kind)]
+        for handlers in (self._all, *fitting):
+            if is_last:
+                handlers.append(handler)
+            else:
+                handlers.appendleft(handler)
+
+    def remove(self, handler: BaseEventHandler) -> None:
+        """Remove a handler; ValueError if it is not among them."""
+        self._all.remove(handler)
+        for handlers in self._by_class.values():
+            if handler in handlers:
+                handlers.remove(handler)
+
+    def of(self, kind: type) -> tuple[BaseEventHandler, ...]:
+        """Those that may match events of this class, as they are now."""
+        if kind not in self._by_class:
+            fitting = deque(handler for handler in self._all if _may_match(handler, kind))
+            self._by_class[kind] = fitting
+        return tuple(self._by_class[kind])
+
+
+def _may_match(handler: BaseEventHandler, kind: type) -> bool:
+    known = getattr(handler, "_event_class", None)  # none: a launch file's own class
+    return known is None or issubclass(kind, known)

@@ -42,6 +42,8 @@ class OnActionEventBase(BaseEventHandler):
         self.__target_event_cls = target_event_cls
         self.__action_matcher = action_matcher
         super().__init__(matcher=self.__is_target, **kwargs)
+        if type(self).matches is BaseEventHandler.matches:
+            self._event_class = target_event_cls
         self.__on_event = on_event if callable(on_event) else None
         self.__actions_on_event: list[Any] = [] if callable(on_event) else _entities(on_event)
         self._function_called = self.__on_event  # for messages

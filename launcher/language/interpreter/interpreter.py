@@ -12,7 +12,7 @@ from launcher.base.model import events as model
 from launcher.base.text import count, error_text
 from launcher.language import launch_session
 from launcher.language.actions.include import IncludeLaunchDescription
-from launcher.language.actions.process import OnProcessExit, OnProcessStart, TargetedHandler
+from launcher.language.actions.process import OnProcessExit, TargetedHandler
 from launcher.language.class_tools import is_a_subclass, is_iterable
 from launcher.language.configurations import ALL_NAMES, ROS_NAMES
 from launcher.language.context import LaunchContext
@@ -20,11 +20,7 @@ from launcher.language.description import LaunchDescription
 from launcher.language.entity import LaunchDescriptionEntity
 from launcher.language.events import launch as launch_events
 from launcher.language.events import process as process_events
-from launcher.language.events.handlers import (
-    OnExecutionComplete,
-    OnIncludeLaunchDescription,
-    OnShutdown,
-)
+from launcher.language.events.handlers import OnIncludeLaunchDescription, OnShutdown
 from launcher.language.interpreter.run_host import Answer, Quirk, RunHost
 from launcher.language.launch_session import replace_environment
 from launcher.language.sources import LaunchDescriptionSource
@@ -40,16 +36,8 @@ _STREAMS = {
     "stdout": process_events.ProcessStdout,
     "stderr": process_events.ProcessStderr,
 }
-# Handlers that never match output, whatever their arguments.
-_WITHOUT_OUTPUT = frozenset(
-    {
-        OnExecutionComplete,
-        OnIncludeLaunchDescription,
-        OnProcessExit,
-        OnProcessStart,
-        OnShutdown,
-    }
-)
+# Handlers that never match output, whatever their arguments; every run has them.
+_WITHOUT_OUTPUT = frozenset({OnIncludeLaunchDescription, OnShutdown})
 
 
 class Interpreter:
@@ -87,8 +75,6 @@ class Interpreter:
         self._is_virtual = answer is not None
         self._is_of_a_script = context is not None
         self._is_asked_to_end = False  # by a user or the driver, not by the launch file
-        self._handlers_of: dict[type, tuple[Any, ...]] = {}  # of events of this class
-        self._handler_changes = 0
         self.failure: LaunchFileError | None = None
         self._stays = stays
         self.context = context or self._new_context(noninteractive)
@@ -222,7 +208,7 @@ class Interpreter:
 
     def watches_output(self, process_id: int) -> bool:
         """Whether a handler of the launch file matches the output of this process."""
-        handlers = self._handlers(process_events.ProcessStdout)
+        handlers = self.context._event_handlers.of(process_events.ProcessStdout)
         if process_id not in self.host.processes:
             return False
         if all(type(handler) in _WITHOUT_OUTPUT for handler in handlers):
@@ -348,21 +334,8 @@ class Interpreter:
             level = "WARNING" if self.host.skipped_actions else "INFO"
             self.host.log("launch", level, self.empty_run)
 
-    def _handlers(self, kind: type) -> tuple[Any, ...]:
-        """Those that may match events of this class; each process has three for few of them."""
-        if self._handler_changes != self.context._handler_changes:
-            self._handler_changes = self.context._handler_changes
-            self._handlers_of.clear()
-        if kind not in self._handlers_of:
-            self._handlers_of[kind] = tuple(
-                handler
-                for handler in self.context._event_handlers
-                if type(handler) is not TargetedHandler or issubclass(kind, handler.kind)
-            )
-        return self._handlers_of[kind]
-
-    def _process(self, event: object) -> None:
-        for handler in self._handlers(type(event)):
+    def _process(self, event: Any) -> None:
+        for handler in self.context._event_handlers.of(type(event)):
             if not handler.matches(event):
                 continue
             self.context._push_locals()

@@ -33,11 +33,11 @@ class _Node:
 
 
 class NodeNames:
-    """The names of the nodes of a run, by domain."""
+    """The nodes of a run by their names, and then by domain."""
 
     def __init__(self, host: RunHost) -> None:
         self._host = host
-        self._nodes: dict[tuple[str, str], _Node] = {}
+        self._nodes: dict[str, dict[str, _Node]] = {}
 
     def add_process(self, spec: ProcessSpec, process: Any) -> None:
         """A process is about to start, which may be a node."""
@@ -52,19 +52,19 @@ class NodeNames:
             return
         container = f"/{request.container.lstrip('/')}"
         domain, process = os.environ.get("ROS_DOMAIN_ID") or "0", None
-        for (its_domain, name), node in self._nodes.items():
-            if name == container:
-                domain, process = its_domain, node.process
+        for its_domain, node in self._nodes.get(container, {}).items():
+            domain, process = its_domain, node.process
         name = f"/{request.namespace or ''}/{request.name}".replace("//", "/")
         name = f"/{name.strip('/')}"
         self._add(domain, name, _Node(f"{request.plugin} in {container}", origin, process))
 
     def _add(self, domain: str, name: str, node: _Node) -> None:
-        other = self._nodes.setdefault((domain, name), node)
+        others = self._nodes.setdefault(name, {})
+        other = others.setdefault(domain, node)
         if other is node:
             return
         if other.exists:
             text = f"{node.what} and {other} have the same node name {name}"
             self._host.warn_quirk(text, node.origin)
         else:
-            self._nodes[domain, name] = node
+            others[domain] = node

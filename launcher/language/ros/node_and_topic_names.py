@@ -137,9 +137,11 @@ _KEY = "unique_ros_node_names"
 
 def add_node_name(context: LaunchContext, node_name: str) -> None:
     """Count one more use."""
-    counts = dict(context.get_locals_as_dict().get(_KEY, {}))
+    counts = context.get_locals_as_dict().get(_KEY)
+    if counts is None:
+        counts = {}
+        context.extend_globals({_KEY: counts})
     counts[node_name] = counts.get(node_name, 0) + 1
-    context.extend_globals({_KEY: counts})
 
 
 def get_node_name_count(context: LaunchContext, node_name: str) -> int:
