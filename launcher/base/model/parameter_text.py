@@ -26,6 +26,10 @@ _NUMBER = re.compile(
     re.VERBOSE,
 )
 _EXPONENT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
+# What libyaml and PyYAML's own reader take for different things: tabs, `?` in braces, a lone `!`, a
+# comment behind `|`, and marks and ends of lines beyond those of ASCII; unless it is in a comment.
+_READ_DIFFERENTLY = re.compile(r"[\t?\r\x85\u2028\u2029\ufeff]|!(?![\w!])|[|>][-+0-9]*#")
+_COMMENT = re.compile(r"(?:^|(?<=[ \t]))#[^\n\r\x85\u2028\u2029\ufeff]*", re.MULTILINE)
 _INT64 = (-(2**63), 2**63 - 1)
 _SMALLEST = 2.0**-1022  # `strtod` reports an underflow for smaller ones
 _TAG, _WORD = "!exponent", "!word"
@@ -80,21 +84,42 @@ def rule(name: str, value: object) -> str:
 
 def value_of(text: str) -> Any:
     """The value of a text of the launch file by YAML's rules; raises yaml.YAMLError."""
-    from launcher.base import yaml_bounds
-
-    return yaml_bounds.load(text, _loaders()[0])
+    return _load(text, 0)
 
 
 def read(text: str) -> Any:
     """The content of a parameter file, with the types that rcl reads; raises yaml.YAMLError."""
+    return _load(text, 1)
+
+
+def _load(text: str, kind: int) -> Any:
+    """The value of a text, by PyYAML's rules (0) or those of rcl (1).
+
+    A launch has thousands of parameters, and the C library reads them ten times faster. The other
+    reader has those texts that the two read differently, and the words for errors.
+    """
+    import yaml
+
     from launcher.base import yaml_bounds
 
-    return yaml_bounds.load(text, rcl_loader())
+    if hasattr(yaml, "CSafeLoader") and not _is_read_differently(text):
+        try:
+            return yaml_bounds.load(text, _loaders(yaml.CSafeLoader)[kind])
+        except yaml.YAMLError:
+            pass
+    return yaml_bounds.load(text, _loaders(yaml.SafeLoader)[kind])
+
+
+def _is_read_differently(text: str) -> bool:
+    found = _READ_DIFFERENTLY.search
+    return found(text) is not None and found(_COMMENT.sub("", text)) is not None
 
 
 def rcl_loader() -> Any:
     """The loader of PyYAML that gives values the types that rcl reads; it takes `!!binary`, too."""
-    return _loaders()[1]
+    import yaml
+
+    return _loaders(yaml.SafeLoader)[1]
 
 
 def word_value(word: str) -> bool | int | float | str:
@@ -167,14 +192,14 @@ def _dumper(*, quotes_all: bool) -> Any:
 
 
 @functools.cache
-def _loaders() -> tuple[Any, Any]:
-    """PyYAML's rules, with ExponentText, and those of rcl."""
+def _loaders(base: Any) -> tuple[Any, Any]:
+    """PyYAML's rules, with ExponentText, and those of rcl, for one of its safe loaders."""
     import yaml
 
-    class WithExponents(yaml.SafeLoader):
+    class WithExponents(base):  # type: ignore[misc]  # no class for the type checker
         pass
 
-    class OfRcl(yaml.SafeLoader):
+    class OfRcl(base):  # type: ignore[misc]
         def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
             resolved: Any = super().resolve
             return _WORD if kind is yaml.ScalarNode else resolved(kind, value, implicit)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from launcher.base.model.parameter_text import (
     ExponentText,
     file_text,
+    rcl_loader,
     read,
     rule,
     value_of,
@@ -107,3 +108,15 @@ def test_values_of_subclasses_are_written_as_their_base():
         TWO = 2
 
     assert file_text({"mode": Mode.FAST, "count": Count.TWO}) == 'mode: "y"\ncount: 2\n'
+
+
+@pytest.mark.parametrize("text", ["!", "1\t", "a: >#", "[a?'']", "\n\ufeffa", "{a: b # ?\n, c: !}"])
+def test_texts_are_read_as_pyyaml_reads_them_where_the_c_library_does_not(text: str):
+    def found(load: Any) -> Any:
+        try:
+            return load(text)
+        except yaml.YAMLError as error:
+            return str(error)
+
+    assert found(value_of) == found(yaml.safe_load)
+    assert found(read) == found(lambda text: yaml.load(text, rcl_loader()))
