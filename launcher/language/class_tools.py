@@ -43,6 +43,8 @@ def ensure_argument_type(
 
     Also if `types` is neither a type nor an iterable of types.
     """
+    if isinstance(types, type) and isinstance(argument, types):
+        return  # as for each text of a launch file
     allowed = _types(types)
     if any(is_a_subclass(argument, one) for one in allowed):
         return

@@ -85,6 +85,7 @@ class LaunchSession:
         self.open_ros_node: Callable[[list[str]], RosNode] | None = None
         self.make_log_dir: Callable[[], str | None] = lambda: None
         self.environment = dict(os.environ)
+        self._installed: tuple[str | None] | None = None  # the distribution, once it is known
         self.modules = frozenset(sys.modules)
         self.reads_arguments = False
         self.log_name = "launch"  # of the launcher's own messages, and of the file with all lines
@@ -126,8 +127,12 @@ class LaunchSession:
 
     @property
     def distribution(self) -> str | None:
-        """The target, else the installed one."""
-        return self.target or distribution.installed(self.environment)
+        """The target, else the installed one; every include asks for it."""
+        if self.target:
+            return self.target
+        if self._installed is None:
+            self._installed = (distribution.installed(self.environment),)
+        return self._installed[0]
 
     def note_use(self, name: str, place: FileLine | None) -> None:
         """A launch file uses this: `$(word)`, `<tag>`, `<tag attribute>`, a name of Python."""

@@ -12,6 +12,9 @@ from launcher.base.text import shown_path
 # The folder of the launcher, as code objects of its modules spell it.
 _OWN_FILES = os.path.dirname(os.path.dirname(os.path.dirname(__file__))) + "/"
 _MAX_FRAMES = 40  # deeper than any helper library; bounds the cost of a runaway recursion
+# The visit of an entity, and the reading of a tag: what called them has not made the object.
+_BEGINNINGS = ("language/utilities.py", "language/frontends/expose.py")
+_IS_OWN: dict[str, bool | None] = {}  # by file; None: one of those, where the search ends
 
 
 class FileLine(Record):
@@ -35,16 +38,27 @@ class FileLine(Record):
 
 
 def caller_origin() -> FileLine | None:
-    """The innermost frame outside of the launcher's code; None if it is not a file or too far."""
+    """The innermost frame outside of the launcher's code; None if it is not a file or too far.
+
+    Also None if the launcher makes the object itself, in a visit or for a tag of a launch file.
+    """
     frame = sys._getframe(1)
     for _ in range(_MAX_FRAMES):
         path = frame.f_code.co_filename
-        if not path.startswith(_OWN_FILES):
+        is_own = _IS_OWN[path] if path in _IS_OWN else _note(path)
+        if is_own is False:
             return None if path.startswith("<") else _shared(path, frame.f_lineno)
-        if frame.f_back is None:
+        if is_own is None or frame.f_back is None:
             return None
         frame = frame.f_back
     return None
+
+
+def _note(path: str) -> bool | None:
+    found = path.startswith(_OWN_FILES)
+    is_beginning = found and path.removeprefix(_OWN_FILES) in _BEGINNINGS
+    _IS_OWN[path] = None if is_beginning else found
+    return _IS_OWN[path]
 
 
 @functools.lru_cache(maxsize=64)
