@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, MutableMapping
 from launcher.language import launch_session
 from launcher.language.configurations import Configurations
 from launcher.language.events.base import EventHandlers
-from launcher.language.launch_session import replace_environment
+from launcher.language.launch_session import copy_environment, replace_environment
 from launcher.language.naming import public, read_only
 
 TYPE_CHECKING = False
@@ -72,7 +72,7 @@ class LaunchContext:
         self.__launch_configurations = Configurations(
             self._configuration_read, self._configuration_written
         )
-        self.__launch_configurations_stack: list[Configurations] = []
+        self.__launch_configurations_stack: list[Configurations | None] = []  # None: the same
         self.__environment_stack: list[Mapping[str, str]] = []
         self.__environment_reset: Mapping[str, str] = dict(os.environ)
         self.__is_shutdown = False
@@ -137,21 +137,29 @@ class LaunchContext:
     # ---- launch configurations
 
     def _push_launch_configurations(self, replaced_by: Configurations | None = None) -> None:
-        """Begin a scope, with copies of the configurations of now or of these."""
-        self.__launch_configurations_stack.append(self.__launch_configurations.snapshot())
-        if replaced_by is not None:
+        """Begin a scope, with the configurations of now or a copy of these."""
+        if replaced_by is None:
+            self.__launch_configurations_stack.append(None)
+            self.__launch_configurations.begin_scope()
+        else:
+            self.__launch_configurations_stack.append(self.__launch_configurations)
             self.__launch_configurations = replaced_by.snapshot()
 
     def _pop_launch_configurations(self) -> None:
         if not self.__launch_configurations_stack:
             raise RuntimeError("launch_configurations stack unexpectedly empty")
-        self.__launch_configurations = self.__launch_configurations_stack.pop()
+        outer = self.__launch_configurations_stack.pop()
+        if outer is None:
+            self.__launch_configurations = self.__launch_configurations.end_scope()
+        else:
+            self.__launch_configurations = outer
 
     def _lost_later(self) -> list[str]:
         """Names set in the scopes around the current visit, which a later visit does not see."""
         lost: list[str] = []
         if self.__launch_configurations_stack:
-            outermost = self.__launch_configurations_stack[0]
+            replaced = [one for one in self.__launch_configurations_stack if one is not None]
+            outermost = [*replaced, self.__launch_configurations][0]
             lost += self.__launch_configurations.differing(outermost)
         if self.__environment_stack:
             outside = self.__environment_stack[0]
@@ -160,8 +168,10 @@ class LaunchContext:
 
     def _outer_configuration(self, name: str) -> Any:
         """The value outside of the innermost scope, None without one."""
-        stack = self.__launch_configurations_stack
-        return stack[-1].peek(name) if stack else None
+        replaced = self.__launch_configurations_stack[-1:]
+        if replaced and replaced[0] is not None:
+            return replaced[0].peek(name)
+        return self.__launch_configurations.outer(name)
 
     def _configuration_read(self, name: str) -> None:
         self._host.configuration_read(name)
@@ -177,7 +187,7 @@ class LaunchContext:
         return os.environ
 
     def _push_environment(self) -> None:
-        self.__environment_stack.append(dict(os.environ))
+        self.__environment_stack.append(copy_environment())
 
     def _pop_environment(self) -> None:
         if not self.__environment_stack:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from collections.abc import Iterable, Mapping
 
+from launcher.language.launch_session import copy_environment
 from launcher.language.naming import public, read_only
 from launcher.language.substitution import (
     Substitution,
@@ -100,7 +100,7 @@ class Executable:
         self.__final_cwd = (
             None if self.__cwd is None else perform_substitutions(context, self.__cwd)
         )
-        env = _shared(context.environment) if self.__env is None else _perform(context, self.__env)
+        env = _copy_of(context) if self.__env is None else _perform(context, self.__env)
         env.update(_perform(context, self.__additional_env or []))
         self.__final_env = env
 
@@ -126,9 +126,9 @@ def _pairs(env: Mapping[Any, Any] | None) -> Any:
     ]
 
 
-def _shared(environment: Mapping[str, str]) -> dict[str, str]:
-    """A copy with strings that all copies share: `os.environ` makes new ones each time, 10 KB."""
-    return {sys.intern(name): sys.intern(value) for name, value in environment.items()}
+def _copy_of(context: LaunchContext) -> dict[str, str]:
+    environment = context.environment  # of a context of somebody's test, another mapping
+    return copy_environment() if environment is os.environ else dict(environment)
 
 
 def _perform(context: LaunchContext, pairs: Any) -> dict[str, str]:

@@ -172,3 +172,28 @@ def test_a_timer_has_the_environment_of_its_visit_since_lyrical(
             interpreter.handle(TimerFired(timer_id=timer_id))
 
     assert seen == [inside, "changed" if inside == "outside" else "outside"]
+
+
+def test_configurations_that_a_launch_file_keeps_are_those_of_their_scope():
+    kept: list[Any] = []
+    keep = OpaqueFunction(function=lambda context: kept.append(context.launch_configurations))
+    inside = [SetLaunchConfiguration("a", "2"), SetLaunchConfiguration("b", "3"), keep]
+    with interpreting([SetLaunchConfiguration("a", "1"), GroupAction(inside), keep]) as interpreter:
+        interpreter.start()
+    assert [dict(one) for one in kept] == [{"a": "2", "b": "3"}, {"a": "1"}]
+
+
+def test_a_group_that_removes_names_gives_them_back_in_their_order():
+    def names(context: LaunchContext) -> None:
+        found.append(list(context.launch_configurations))
+
+    found: list[list[str]] = []
+    inside = [
+        SetLaunchConfiguration("c", "1"),
+        UnsetLaunchConfiguration("a"),
+        OpaqueFunction(function=names),
+    ]
+    sets = [SetLaunchConfiguration(name, "1") for name in "ab"]
+    with interpreting([*sets, GroupAction(inside), OpaqueFunction(function=names)]) as interpreter:
+        interpreter.start()
+    assert found == [["b", "c"], ["a", "b"]]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+import pytest
+
 from launcher.language.actions.arguments import DeclareLaunchArgument
 from launcher.language.actions.event_actions import RegisterEventHandler
 from launcher.language.actions.group import GroupAction
 from launcher.language.actions.process import OnProcessExit
+from launcher.language.configurations import Configurations
 from launcher.language.ros.composition import ComposableNode, ComposableNodeContainer
 from launcher.language.ros.node import Node
 from launcher.language.ros.scope import PushROSNamespace
@@ -56,3 +59,14 @@ def calls(count: int) -> int:
 def test_twice_as_many_entities_take_twice_as_many_calls():
     calls(1)  # imports
     assert calls(MANY) / calls(FEW) < MANY / FEW * TOLERANCE
+
+
+def test_a_scope_copies_no_configurations(monkeypatch: pytest.MonkeyPatch):
+    """Groups times launch arguments would be quadratic, in one call each."""
+    copies: list[object] = []
+    snapshot = Configurations.snapshot
+    monkeypatch.setattr(
+        Configurations, "snapshot", lambda self: copies.append(self) or snapshot(self)
+    )
+    calls(2)
+    assert copies == []
